@@ -1,0 +1,37 @@
+.DEFAULT_GOAL := help
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: help install run test check format benchmark clean
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+install: $(BIN)/.installed ## Make the environment .venv with all that tests need
+
+$(BIN)/.installed: requirements.txt requirements-dev.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install -r requirements-dev.txt
+	@touch $@
+
+run: install ## Start the dashboard
+	$(BIN)/streamlit run app.py --server.showEmailPrompt=false
+
+test: install ## Run all tests
+	$(BIN)/python -m pytest
+
+check: install ## Look at style and types
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+format: install ## Put the source in order
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+benchmark: install ## Print the table of times and memory
+	$(BIN)/python -m benchmarks
+
+clean: ## Remove caches and compiled kernels, not .venv
+	find . -path ./.venv -prune -o -name __pycache__ -type d -print | xargs rm -rf
+	rm -rf .pytest_cache .ruff_cache .hypothesis

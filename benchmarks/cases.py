@@ -1,0 +1,98 @@
+"""The cases of the table and how one of them is measured."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.memory import peak_megabytes
+from benchmarks.reference import simulate_reference
+from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, read_hard_data, simulate
+
+LEVELS = (1, 2, 3, 0)
+GRID = Grid(512, 512)
+N_REALIZATIONS = 15
+N_REFERENCE = 3
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row: the level of the search, and whether there are hard data."""
+
+    level: int
+    conditional: bool = False
+
+    @property
+    def parameters(self) -> Parameters:
+        """T 32, OR 8, K 20, as in the paper."""
+        return Parameters(wavelet_level=self.level)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What was measured for a case; times in ms of CPU, memory in MB."""
+
+    data: int
+    level: int
+    ms: float
+    reference_ms: float | None
+    memory_mb: float | None
+
+
+CASES = tuple(Case(level, conditional) for conditional in (False, True) for level in LEVELS)
+
+
+def load_study() -> tuple[TrainingImage, HardData]:
+    """Return the training image and the data: the paper's from CCWSIM_DATA, or the bundled ones.
+
+    Examples
+    --------
+    >>> image, data = load_study()
+    >>> image.shape, data.n in (397, 400)
+    ((256, 256), True)
+    """
+    folder = os.environ.get("CCWSIM_DATA")
+    if not folder:
+        return datasets.load("channels"), datasets.load_hard_data("channels_400_data")
+    paper = Path(folder) / "paper"
+    image = TrainingImage(np.load(paper / "ti_channel_256x256.npy"), name="the paper's channels")
+    return image, read_hard_data(paper / "hd_channel_400_grid512x512.csv", GRID)
+
+
+def compile_kernels() -> None:
+    """Compile what all cases use, so that no measurement contains it."""
+    for case in CASES:
+        _warm_up(case, load_study()[0])
+
+
+def measure(
+    case: Case, n_realizations: int = N_REALIZATIONS, n_reference: int = N_REFERENCE
+) -> Row:
+    """Measure one case on one thread; meant for a process of its own, because of the memory.
+
+    The first realizations of each of the 8 orientations also turn the training image, which the
+    median leaves out.
+    """
+    image, data = load_study()
+    data = data if case.conditional else HardData()
+    _warm_up(case, image)
+    e = simulate(image, GRID, case.parameters, data, n_realizations, n_workers=1)
+    memory = peak_megabytes()
+    reference = None
+    if not case.conditional:
+        times = [
+            simulate_reference(image, GRID.shape, case.parameters, seed)[1]
+            for seed in range(n_reference)
+        ]
+        reference = 1e3 * float(np.median(times))
+    return Row(data.n, case.level, 1e3 * float(np.median(e.cpu_seconds)), reference, memory)
+
+
+def _warm_up(case: Case, image: TrainingImage) -> None:
+    """Run the same types through all kernels: all orientations, more data than a patch may hold."""
+    rows, columns = np.divmod(np.arange(0, 64 * 64, 37), 64)
+    data = HardData(np.stack([rows, columns], axis=1), image.array[rows, columns])
+    simulate(image, (64, 64), case.parameters, data if case.conditional else None, 24)

@@ -1,0 +1,104 @@
+"""Checks and identities of arrays that all nouns share."""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.errors import CCWSIMError
+
+
+def as_array(values: ArrayLike, what: str) -> NDArray:
+    """Return `values` as an array, or say that they are not a regular one.
+
+    Raises
+    ------
+    CCWSIMError
+        For rows of different lengths and the like.
+    """
+    if np.ma.is_masked(values):
+        raise CCWSIMError(f"{what}: some values are masked; every value must be known")
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise CCWSIMError(f"{what}: a regular array is needed; the rows differ in length") from None
+
+
+def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
+    """Return `values` as int64, or say which value is not a whole number.
+
+    MATLAB files carry codes such as 0.9999 and 1.1e-16: within 1e-3 of a whole number counts as it.
+
+    Raises
+    ------
+    CCWSIMError
+        Where a value is not a finite whole number.
+
+    Examples
+    --------
+    >>> as_integers([0.0, 0.9999, 2.0], "facies codes")
+    array([0, 1, 2])
+    """
+    array = as_array(values, what)
+    if array.dtype.kind in "bui":
+        if array.dtype == np.uint64 and array.size and array.max() > np.iinfo(np.int64).max:
+            raise CCWSIMError(f"{what}: {array.max()} is too large for a code; renumber the codes")
+        return array.astype(np.int64)
+    if array.dtype.kind != "f":
+        raise CCWSIMError(f"{what}: whole numbers are needed, not values of type {array.dtype}")
+    if not np.isfinite(array).all():
+        bad = array[~np.isfinite(array)].flat[0]
+        raise CCWSIMError(f"{what}: {bad} is not a number; every value must be known")
+    rounded = np.rint(array)
+    far = np.abs(array - rounded) > 1e-3
+    if far.any():
+        raise CCWSIMError(
+            f"{what}: {array[far].flat[0]:g} is not a whole number; "
+            "for continuous values give classes or a threshold"
+        )
+    if array.size and np.abs(rounded).max() >= 2.0**62:
+        raise CCWSIMError(f"{what}: {rounded.flat[np.abs(rounded).argmax()]:g} is too large")
+    return rounded.astype(np.int64)
+
+
+def frozen(array: NDArray) -> NDArray:
+    """Return a contiguous, read-only array that nobody else can write to."""
+    own = np.array(array, order="C", copy=True)
+    own.setflags(write=False)
+    return own
+
+
+def frozen_view(array: NDArray) -> NDArray:
+    """Return a read-only view, without a copy, of an array that its maker gives away."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
+    """Return `array` in the smallest integer type that holds its values."""
+    if not array.size:
+        return array.astype(np.uint8)
+    low, high = array.min(), array.max()
+    furthest = high if low >= 0 else min(low, -high - 1)
+    return array.astype(np.min_scalar_type(furthest))
+
+
+def digest(*parts: object) -> str:
+    """Return a short name of the content of arrays and plain values.
+
+    Examples
+    --------
+    >>> digest(np.zeros(3), "a") == digest(np.zeros(3), "a")
+    True
+    """
+    sums = blake2b(digest_size=12)
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            sums.update(repr((part.shape, part.dtype.str)).encode())
+            sums.update(np.ascontiguousarray(part).tobytes())
+        else:
+            sums.update(repr(part).encode())
+    return sums.hexdigest()

@@ -1,0 +1,1 @@
+"""The command line: `program` knows the commands, every command is one file."""

@@ -1,0 +1,147 @@
+"""Random fields and walks that give the drawn bodies their natural irregularity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.random import RandomState
+from numpy.typing import NDArray
+from scipy import ndimage, signal
+
+Floats = NDArray[np.float64]
+
+
+def _filtered_noise(
+    shape: tuple[int, int],
+    margin: int,
+    response: Callable[[Floats, Floats], Floats],
+    rng: RandomState,
+) -> Floats:
+    """Filter white noise by a response to frequency (ky, kx), in cycles a cell.
+
+    The noise is drawn with a margin that is cut off, because the Fourier filter is periodic.
+    """
+    ny, nx = shape[0] + margin, shape[1] + margin
+    ky = np.asarray(np.fft.fftfreq(ny)[:, None], np.float64)
+    kx = np.asarray(np.fft.fftfreq(nx)[None, :], np.float64)
+    spectrum = np.fft.fft2(rng.standard_normal((ny, nx))) * response(ky, kx)
+    field = np.fft.ifft2(spectrum).real
+    return ((field - field.mean()) / field.std())[: shape[0], : shape[1]]
+
+
+def gaussian_field(
+    shape: tuple[int, int],
+    length: float,
+    rng: RandomState,
+    *,
+    ratio: float = 1.0,
+    azimuth: float = 0.0,
+) -> Floats:
+    """Return a smooth random field of mean 0 and variance 1 with a Gaussian covariance.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows and columns.
+    length : float
+        Correlation length along the main axis, in cells.
+    rng : RandomState
+        Where the noise comes from.
+    ratio : float
+        Correlation length across the main axis, as a share of `length`.
+    azimuth : float
+        Angle of the main axis from the east, counter-clockwise, in degrees.
+
+    Examples
+    --------
+    >>> gaussian_field((64, 80), 10, RandomState(0), ratio=0.5, azimuth=30).shape
+    (64, 80)
+    """
+    cos, sin = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
+
+    def response(ky: Floats, kx: Floats) -> Floats:
+        along, across = kx * cos + ky * sin, ky * cos - kx * sin
+        return np.exp(-((np.pi * length) ** 2) * (along**2 + (ratio * across) ** 2))
+
+    return _filtered_noise(shape, int(3 * length), response, rng)
+
+
+def ridge_field(
+    shape: tuple[int, int], wavelength: float, azimuth: float, spread: float, rng: RandomState
+) -> Floats:
+    """Return a field of crests `wavelength` cells apart that fork and end, as ripples do.
+
+    The spectrum is a narrow band of wavelengths, and crests turn by about `spread` degrees either
+    side of `azimuth` (the way the crests run, from the east, counter-clockwise).
+    """
+    normal = np.radians(azimuth + 90)
+
+    def response(ky: Floats, kx: Floats) -> Floats:
+        off = np.angle(np.exp(2j * (np.arctan2(ky, kx) - normal))) / 2
+        band = np.exp(-0.5 * ((np.hypot(ky, kx) * wavelength - 1) / 0.22) ** 2)
+        return band * np.exp(-0.5 * (off / np.radians(spread)) ** 2)
+
+    return _filtered_noise(shape, int(6 * wavelength), response, rng)
+
+
+def wave(n: int, wavelength: float, damping: float, rng: RandomState) -> Floats:
+    """Return n steps of an irregular wave of mean 0 and variance 1.
+
+    A damped oscillator driven by noise, the AR(2) process that describes the direction of a
+    meandering river (Ferguson, 1976, Disturbed periodic model for river meanders).
+
+    Parameters
+    ----------
+    n : int
+        How many unit steps.
+    wavelength : float
+        Steps from bend to bend of the same side.
+    damping : float
+        From near 0 (regular) to 1 (no memory of the last bend).
+    rng : RandomState
+        Where the disturbances come from.
+    """
+    k = 2 * np.pi / wavelength
+    a1 = 2 * np.exp(-damping * k) * np.cos(k * np.sqrt(1 - damping**2))
+    a2 = -np.exp(-2 * damping * k)
+    lead = int(4 * wavelength)
+    series = signal.lfilter([1.0], [1.0, -a1, -a2], rng.standard_normal(n + lead))[lead:]
+    gain = (1 - a2) / ((1 + a2) * ((1 - a2) ** 2 - a1**2))
+    return np.asarray(series / np.sqrt(gain))
+
+
+def smoothed(facies: NDArray[np.integer], sigma: float) -> NDArray[np.uint8]:
+    """Give each cell the facies that prevails around it, which rounds corners and drops dust."""
+    shares = [
+        ndimage.gaussian_filter((facies == code).astype(float), sigma, mode="nearest")
+        for code in range(int(facies.max()) + 1)
+    ]
+    return np.argmax(shares, axis=0).astype(np.uint8)
+
+
+def without_specks(facies: NDArray[np.integer], n_cells: int) -> NDArray[np.uint8]:
+    """Give bodies of fewer than `n_cells` cells the facies of the nearest larger body.
+
+    Examples
+    --------
+    >>> without_specks(np.array([[0, 0, 0], [0, 1, 0], [0, 0, 0]]), 2).max()
+    np.uint8(0)
+    """
+    speck = np.zeros(facies.shape, bool)
+    for code in range(int(facies.max()) + 1):
+        bodies = bodies_of(facies == code)
+        sizes = np.bincount(bodies.ravel())
+        speck |= (bodies > 0) & (sizes[bodies] < n_cells)
+    nearest = np.empty((2, *facies.shape), np.int32)
+    ndimage.distance_transform_edt(
+        speck, return_distances=False, return_indices=True, indices=nearest
+    )
+    return facies[nearest[0], nearest[1]].astype(np.uint8)
+
+
+def bodies_of(inside: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Number the connected bodies (4 neighbours) from 1; 0 is outside."""
+    bodies = np.empty(inside.shape, np.int32)
+    ndimage.label(inside, output=bodies)
+    return bodies

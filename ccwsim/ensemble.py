@@ -1,0 +1,118 @@
+"""What a simulation returns: realizations and how they came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.arrays import digest
+from ccwsim.grid import Grid
+from ccwsim.hard_data import HardData
+from ccwsim.parameters import Parameters
+from ccwsim.training_image import TrainingImage
+
+FORCED = -1
+"""In `Ensemble.met_by`: no window could mend the datum, so its cell was set."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Equally likely realizations of one study.
+
+    Attributes
+    ----------
+    training_image, grid, parameters, hard_data, seed
+        What they were simulated from.
+    indices : ndarray of uint8, shape (n, ny, nx)
+        Facies as places in `training_image.codes`; read-only.
+    cpu_seconds : ndarray, shape (n,)
+        CPU time of each realization in seconds.
+    wall_seconds : float
+        Time from the call to the answer in seconds.
+    met_by : ndarray of int16, shape (n, n_data)
+        How each realization came to honour each datum: 0 by the raster, a window's side in cells
+        by mending, FORCED by setting the cell.
+    numbers : ndarray of int64, shape (n,)
+        Which realization of the study each one is.
+    sources : ndarray of int32, shape (n, ny, nx), optional
+        Flat index of the TI cell that each cell came from, −1 where it was set by force; None
+        where `simulate` was not asked to keep it.
+    revised : bool
+        Whether `revise` mended it for edited data: the seed alone does not give it again.
+    """
+
+    training_image: TrainingImage
+    grid: Grid
+    parameters: Parameters
+    hard_data: HardData
+    seed: int
+    indices: NDArray[np.uint8]
+    cpu_seconds: NDArray[np.float64]
+    wall_seconds: float
+    met_by: NDArray[np.int16]
+    numbers: NDArray[np.int64]
+    sources: NDArray[np.int32] | None = None
+    revised: bool = False
+
+    @property
+    def n(self) -> int:
+        """How many realizations there are."""
+        return len(self.indices)
+
+    @cached_property
+    def realizations(self) -> NDArray[np.integer]:
+        """The realizations in the TI's own codes, shape (n, ny, nx), read-only."""
+        codes = self.training_image.codes
+        if np.array_equal(codes, np.arange(len(codes))):
+            return self.indices
+        own = codes[self.indices]
+        own.setflags(write=False)
+        return own
+
+    @cached_property
+    def n_mismatched(self) -> NDArray[np.int64]:
+        """Hard data that each realization does not honour at full resolution, shape (n,)."""
+        return np.array([self.hard_data.n_mismatched(r) for r in self.realizations], dtype=int)
+
+    @property
+    def n_met_by_raster(self) -> NDArray[np.int64]:
+        """Hard data that patches of the raster brought, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by == 0, axis=1)
+
+    @property
+    def n_mended(self) -> NDArray[np.int64]:
+        """Hard data that mending windows brought, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by > 0, axis=1)
+
+    @property
+    def n_forced(self) -> NDArray[np.int64]:
+        """Cells set by force because no window fitted, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by == FORCED, axis=1)
+
+    @property
+    def proportions(self) -> NDArray[np.float64]:
+        """Share of the cells of each facies in each realization, shape (n, n_facies)."""
+        n_facies = self.training_image.n_facies
+        counts = [np.bincount(r.ravel(), minlength=n_facies) for r in self.indices]
+        return np.array(counts).reshape(-1, n_facies) / (self.grid.ny * self.grid.nx)
+
+    def probability(self, code: int) -> NDArray[np.float64]:
+        """Return the E-type of a facies: the share of realizations that have it, shape (ny, nx).
+
+        Raises
+        ------
+        CCWSIMError
+            Where the training image has no such facies.
+        """
+        return np.mean(self.indices == self.training_image.index_of(code), axis=0)
+
+    @cached_property
+    def digest(self) -> str:
+        """A short name of the content: equal for equal realizations."""
+        return digest(self.training_image.codes.tolist(), self.indices)
+
+    def __repr__(self) -> str:
+        return f"Ensemble({self.n} realizations of {self.grid.nx} × {self.grid.ny})"

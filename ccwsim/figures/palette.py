@@ -1,0 +1,96 @@
+"""Colours: the same facies has the same colour in every map, sheet and chart."""
+
+from __future__ import annotations
+
+import colorsys
+import re
+from collections.abc import Mapping, Sequence
+
+import plotly.colors
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.training_image import TrainingImage
+
+FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
+"""Deep blue, amber, green, brick, violet, grey: distinct for the three common colour-blindnesses
+and, but for green and violet, in grey-scale print."""
+
+GOLDEN_ANGLE = 0.381966
+HEX = re.compile(r"#[0-9a-fA-F]{6}")
+
+
+def facies_colours(
+    training_image: TrainingImage, chosen: Mapping[int, str] | None = None
+) -> list[str]:
+    """Return one colour a facies, in the order of the codes.
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    chosen : mapping of int to str, optional
+        Colours that the user gave to facies codes, as "#rrggbb".
+
+    Raises
+    ------
+    CCWSIMError
+        For a colour that is not written as "#rrggbb".
+
+    Examples
+    --------
+    >>> facies_colours(TrainingImage([[0, 7]]), {7: "#ff0000"})
+    ['#173F6B', '#ff0000']
+    """
+    chosen = chosen or {}
+    colours = [chosen.get(int(code), usual(k)) for k, code in enumerate(training_image.codes)]
+    for colour in colours:
+        if not HEX.fullmatch(colour):
+            raise CCWSIMError(f'colour "{colour}" must be written as #rrggbb, like #173F6B')
+    return colours
+
+
+def usual(place: int) -> str:
+    """Return the colour of the facies at a place in the sorted codes; past six, hues go round."""
+    if place < len(FACIES):
+        return FACIES[place]
+    hue = (place * GOLDEN_ANGLE) % 1.0
+    light = (0.35, 0.65, 0.5)[place % 3]
+    rgb = colorsys.hls_to_rgb(hue, light, 0.55)
+    return "#" + "".join(f"{round(255 * c):02X}" for c in rgb)
+
+
+def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
+    """Return colours "#rrggbb" as (red, green, blue) from 0 to 255.
+
+    Examples
+    --------
+    >>> bytes_of(["#173F6B"])
+    [(23, 63, 107)]
+    """
+    return [(int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16)) for c in colours]
+
+
+CIVIDIS = tuple(plotly.colors.sequential.Cividis)
+"""Steps of the cividis ramp, for probabilities."""
+
+
+ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
+"""Steps of a single-hue ramp, for entropy: pale where all is certain."""
+
+
+def ramp(steps: Sequence[str], n: int) -> list[str]:
+    """Return `n` colours that go evenly through `steps`.
+
+    Examples
+    --------
+    >>> ramp(["#000000", "#FFFFFF"], 3)
+    ['#000000', '#808080', '#FFFFFF']
+    """
+    rgb = bytes_of(steps)
+    colours = []
+    for k in range(n):
+        at = k / max(n - 1, 1) * (len(rgb) - 1)
+        low = min(int(at), len(rgb) - 2)
+        share = at - low
+        mixed = [round(a + share * (b - a)) for a, b in zip(rgb[low], rgb[low + 1], strict=True)]
+        colours.append("#" + "".join(f"{c:02X}" for c in mixed))
+    return colours

@@ -1,0 +1,135 @@
+"""Maps as pictures: small palette PNGs instead of heavy charts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from ccwsim.figures.palette import bytes_of
+
+MAX_SHEET_SIDE = 8192
+
+
+def index_png(indices: NDArray[np.uint8]) -> bytes:
+    """Return a grey PNG whose grey values are the indices themselves, north at the top.
+
+    Parameters
+    ----------
+    indices : ndarray of uint8, shape (ny, nx)
+        Row 0 at the south.
+
+    Examples
+    --------
+    >>> picture = Image.open(BytesIO(index_png(np.array([[0, 1], [2, 3]], np.uint8))))
+    >>> np.asarray(picture).tolist()
+    [[2, 3], [0, 1]]
+    """
+    return _png(Image.fromarray(np.ascontiguousarray(indices[::-1])))
+
+
+def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:
+    """Return a map as a palette PNG with square cells of `scale` pixels, north at the top."""
+    return _png(
+        _coloured(indices, colours).resize(_times(indices.shape, scale), Image.Resampling.NEAREST)
+    )
+
+
+def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
+    """Return width and height in pixels of a map whose longer side has `longest` pixels.
+
+    Examples
+    --------
+    >>> tile_size((100, 200), 96)
+    (96, 48)
+    """
+    ny, nx = shape
+    share = longest / max(ny, nx)
+    return max(1, round(nx * share)), max(1, round(ny * share))
+
+
+def contact_sheet(
+    indices: NDArray[np.uint8], colours: Sequence[str], *, longest: int = 96
+) -> tuple[bytes, int]:
+    """Return all realizations, made small, as one PNG.
+
+    Parameters
+    ----------
+    indices : ndarray of uint8, shape (n, ny, nx)
+    colours : sequence of str
+        One "#rrggbb" a facies.
+    longest : int
+        Pixels of the longer side of a tile.
+
+    Returns
+    -------
+    bytes
+        The PNG; realization r is in row r // columns and column r % columns.
+    int
+        How many columns it has.
+    """
+    width, height = tile_size(indices.shape[1:], longest)
+    columns = min(len(indices), MAX_SHEET_SIDE // width)
+    rows = -(-len(indices) // columns)
+    sheet = Image.new("RGB", (columns * width, rows * height))
+    for r, realization in enumerate(indices):
+        tile = (
+            _coloured(realization, colours)
+            .convert("RGB")
+            .resize((width, height), Image.Resampling.BOX)
+        )
+        sheet.paste(tile, (r % columns * width, r // columns * height))
+    return _png(sheet), columns
+
+
+def data_png(
+    cells: NDArray[np.integer],
+    places: NDArray[np.integer],
+    shape: tuple[int, int],
+    colours: Sequence[str],
+    *,
+    longest: int,
+) -> bytes:
+    """Return hard data as dots on a clear ground, north at the top.
+
+    Parameters
+    ----------
+    cells : ndarray, shape (n, 2)
+        Row and column of each datum.
+    places : ndarray, shape (n,)
+        Its facies as a place in `colours`.
+    shape : pair of int
+        Rows and columns of the grid.
+    colours : sequence of str
+        One "#rrggbb" a facies.
+    longest : int
+        Pixels of the longer side.
+    """
+    width, height = tile_size(shape, longest)
+    picture = Image.new("RGBA", (width, height))
+    pen = ImageDraw.Draw(picture)
+    radius = max(1.0, min(0.02 * longest, 0.2 * (width * height / max(len(cells), 1)) ** 0.5))
+    for (row, column), place in zip(cells.tolist(), places.tolist(), strict=True):
+        x = (column + 0.5) / shape[1] * width
+        y = height - (row + 0.5) / shape[0] * height
+        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[place]))
+    return _png(picture)
+
+
+def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image:
+    picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
+    picture.putpalette([channel for rgb in bytes_of(colours) for channel in rgb])
+    return picture
+
+
+def _times(shape: tuple[int, ...], scale: int) -> tuple[int, int]:
+    return shape[1] * scale, shape[0] * scale
+
+
+def _png(picture: Image.Image) -> bytes:
+    written = BytesIO()
+    picture.save(written, "PNG")
+    return written.getvalue()

@@ -1,0 +1,46 @@
+"""Files in and out: training images, hard data, realizations, parameters."""
+
+from ccwsim.io.classes import class_edges, classify
+from ccwsim.io.colours import DEFAULT_COLOURS
+from ccwsim.io.hard_data import import_hard_data, read_hard_data
+from ccwsim.io.hard_data_files import hard_data_as_bytes, write_hard_data
+from ccwsim.io.inspection import FileSummary, VariableSummary, inspect
+from ccwsim.io.parameters_json import parameters_from_json, parameters_to_json
+from ccwsim.io.placing import PlacedPoints, place_points
+from ccwsim.io.points import ImportedPoints, read_points
+from ccwsim.io.realizations import FORMATS, realizations_as_bytes, write_realizations
+from ccwsim.io.resolving import HardDataImport, resolve_points
+from ccwsim.io.training_images import (
+    read_grid,
+    read_training_image,
+    training_image_as_bytes,
+    write_training_image,
+)
+
+__all__ = [
+    "DEFAULT_COLOURS",
+    "FORMATS",
+    "FileSummary",
+    "HardDataImport",
+    "ImportedPoints",
+    "PlacedPoints",
+    "VariableSummary",
+    "class_edges",
+    "classify",
+    "hard_data_as_bytes",
+    "import_hard_data",
+    "inspect",
+    "parameters_from_json",
+    "parameters_to_json",
+    "place_points",
+    "read_grid",
+    "read_hard_data",
+    "read_points",
+    "read_training_image",
+    "realizations_as_bytes",
+    "resolve_points",
+    "training_image_as_bytes",
+    "write_hard_data",
+    "write_realizations",
+    "write_training_image",
+]

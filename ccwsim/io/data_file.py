@@ -1,0 +1,165 @@
+"""What a file holds before it is read as a training image or as hard data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.io.limits import check_cells
+
+MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
+"""Values that GSLIB, SGeMS and MPSLIB files write where nothing is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class DataFile:
+    """The variables of a file, as they stand in it.
+
+    Attributes
+    ----------
+    kind : str
+        The format, in words.
+    name : str
+        What to call the file in messages.
+    variables : dict of str to ndarray
+        Grids of shape (nz, ny, nx), or columns of shape (n,) of a table.
+    is_table : bool
+        Whether the variables are columns: points, or a grid whose size the file does not say.
+    lines : ndarray of int, shape (n,), optional
+        The line of the file, from 1, that each row of a table or text matrix stands on.
+    south_first : bool
+        Whether the format puts row 0 at the south.
+    asks_up : bool
+        Whether the format leaves that open, so that the user has to look.
+    missing : tuple of float
+        Values that stand for "not known", besides NaN.
+    cell_size, origin : pair of float, optional
+        Where the file says them: along x and y, the origin at the corner of the first cell.
+    """
+
+    kind: str
+    name: str
+    variables: dict[str, NDArray]
+    is_table: bool = False
+    lines: NDArray[np.int64] | None = None
+    south_first: bool = True
+    asks_up: bool = False
+    missing: tuple[float, ...] = ()
+    cell_size: tuple[float, float] | None = None
+    origin: tuple[float, float] | None = None
+
+    def chosen(self, variable: str | None, preferred: tuple[str, ...] = ()) -> str:
+        """Return the name of the variable to read; the only one where none is asked for.
+
+        Raises
+        ------
+        CCWSIMError
+            Where there is no such variable, or several and none was picked; the names are listed.
+        """
+        names = list(self.variables)
+        there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
+        if variable is not None:
+            found = [n for n in names if n == variable]
+            found = found or [n for n in names if n.lower() == str(variable).lower()]
+            if len(found) != 1:
+                raise CCWSIMError(f"{self.name} has no variable {variable!r}; it has {there}")
+            return found[0]
+        liked = [n for n in names if n.lower() in preferred]
+        if len(names) == 1 or len(liked) == 1:
+            return (liked or names)[0]
+        raise CCWSIMError(f"{self.name} has {len(names)} variables: {there}; pick one (variable=)")
+
+    def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
+        """Return a variable as (nz, ny, nx); a table needs the shape, x fastest.
+
+        Raises
+        ------
+        CCWSIMError
+            Where a table comes without a shape, or the shape does not fit.
+        """
+        values = self.variables[variable]
+        if not self.is_table:
+            if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
+                said = " × ".join(map(str, values.shape))
+                raise CCWSIMError(
+                    f"{self.name} says itself that it is {said} (slices × rows × columns), "
+                    f"not {tuple(shape)}; leave shape out"
+                )
+            return values
+        if shape is None:
+            raise CCWSIMError(
+                f"{self.name} does not say how large its grid is; give shape=(rows, columns) for "
+                f"its {len(values)} values"
+            )
+        full = _full_shape(self.name, shape, len(values))
+        return values.reshape(full)
+
+    def known(self, values: NDArray) -> NDArray[np.bool_]:
+        """Return where `values` are known: neither NaN nor a code for "missing"."""
+        known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
+        for code in self.missing:
+            known &= values != code
+        return known
+
+
+def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
+    whole = all(isinstance(s, (int, np.integer)) and not isinstance(s, bool) for s in shape)
+    if len(shape) not in (2, 3) or not whole:
+        raise CCWSIMError(f"{name}: shape = {shape!r} must be (rows, columns)")
+    cells = check_cells(name, tuple(int(s) for s in shape))
+    if n != cells and (len(shape) == 3 or n % cells):
+        said = " × ".join(map(str, shape))
+        raise CCWSIMError(f"{name} has {n} values, which do not fill {said} cells; correct shape")
+    return n // cells if len(shape) == 2 else int(shape[0]), int(shape[-2]), int(shape[-1])
+
+
+def distinct_names(names: list[str]) -> list[str]:
+    """Return the names, numbered where one is empty or occurs twice.
+
+    Examples
+    --------
+    >>> distinct_names(["a", "a", ""])
+    ['a', 'a (2)', 'column 3']
+    """
+    out: list[str] = []
+    seen: set[str] = set()
+    for k, name in enumerate(names, start=1):
+        own = name.strip()[:80] or f"column {k}"
+        out.append(own if own not in seen else f"{own} ({k})")
+        seen.add(out[-1])
+    return out
+
+
+def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:
+    """Return one 2-D layer of a grid of shape (nz, ny, nx).
+
+    A grid that is one cell wide along x or y is a vertical section and is taken as it is.
+
+    Raises
+    ------
+    CCWSIMError
+        Where there are several layers and none was picked, or not such a one.
+
+    Examples
+    --------
+    >>> layer("ti", np.zeros((4, 1, 6)), None).shape
+    (4, 6)
+    """
+    n = len(grid)
+    if n > 1 and slice_index is None and 1 in grid.shape[1:]:
+        return grid.reshape(n, -1)
+    if n == 1 and slice_index is None:
+        return grid[0]
+    if (
+        not isinstance(slice_index, (int, np.integer))
+        or isinstance(slice_index, bool)
+        or not 0 <= slice_index < n
+    ):
+        given = "" if slice_index is None else f", not {slice_index!r}"
+        raise CCWSIMError(
+            f"{name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
+        )
+    return grid[slice_index]

@@ -1,0 +1,211 @@
+"""Training images from files, and to files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.io.atomic import format_of, write_bytes
+from ccwsim.io.classes import Classes, classify
+from ccwsim.io.colours import colours_for, grey_of
+from ccwsim.io.data_file import DataFile, layer
+from ccwsim.io.gslib import grid_as_bytes
+from ccwsim.io.opening import open_file
+from ccwsim.io.pictures import Picture, picture_as_bytes, picture_facies
+from ccwsim.io.source import PathOrFile, stem
+from ccwsim.training_image import TrainingImage
+
+FORMATS = ("npy", "sgems", "gslib", "dat", "png")
+"""Formats of training images, by their endings."""
+
+PREFERRED = ("ti", "training_image")
+"""Variables that are taken unasked where a file has several."""
+
+
+def read_training_image(
+    path_or_file: PathOrFile,
+    *,
+    variable: str | None = None,
+    up: bool | None = None,
+    transpose: bool = False,
+    shape: tuple[int, ...] | None = None,
+    slice_index: int | None = None,
+    threshold: float | None = None,
+    classes: Classes = None,
+    name: str = "",
+) -> TrainingImage:
+    """Return the training image of a file, whatever its format.
+
+    Read are pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
+    ESRI ASCII grids, tables and matrices in text, and NumPy and MATLAB files.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        Known by its content, not by its name.
+    variable : str, optional
+        Which variable or array; not needed where there is one, or one called `ti`.
+    up : bool, optional
+        True where the first row of the file is the south, False where it is the north. By default
+        as the format has it: north first in pictures, ESRI grids and text matrices, else south.
+    transpose : bool
+        Exchange rows and columns.
+    shape : (ny, nx), optional
+        Needed where the file does not say it (classic GSLIB).
+    slice_index : int, optional
+        Which slice of a 3-D grid, from 0.
+    threshold, classes : optional
+        For continuous variables, as in `classify`; for pictures as in `picture_facies`.
+    name : str
+        What to call it; the file's name by default.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be read, or where a choice is needed; the message says which.
+
+    Examples
+    --------
+    >>> read_training_image(BytesIO(b"2 2 1\\n1\\nfacies\\n0\\n0\\n0\\n7\\n")).array
+    array([[0, 0],
+           [0, 7]], dtype=uint8)
+    """
+    file = open_file(path_or_file)
+    if isinstance(file, Picture):
+        codes = picture_facies(file, threshold=threshold, classes=classes)
+        codes = codes if up else codes[::-1]
+    else:
+        key, values = _values(file, variable, up, shape, slice_index)
+        unknown = int(np.count_nonzero(~file.known(values)))
+        if unknown:
+            raise CCWSIMError(
+                f"{file.name}: {unknown} of {values.size} cells of {key} have no value; every cell "
+                "of a training image must be known, so cut out a part without gaps"
+            )
+        codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
+    return TrainingImage(codes.T if transpose else codes, name=name or stem(file.name))
+
+
+def read_grid(
+    path_or_file: PathOrFile,
+    *,
+    variable: str | None = None,
+    up: bool | None = None,
+    shape: tuple[int, ...] | None = None,
+    slice_index: int | None = None,
+) -> NDArray[np.float64]:
+    """Return the values of a grid before they become facies; the grey values of a picture.
+
+    Parameters are those of `read_training_image`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Row 0 at the south, NaN where nothing is known.
+
+    Raises
+    ------
+    CCWSIMError
+        As `read_training_image`.
+
+    Examples
+    --------
+    >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
+    array([[0.25,  nan]])
+    """
+    file = open_file(path_or_file)
+    if isinstance(file, Picture):
+        grey = grey_of(file.rgb)
+        return grey if up else grey[::-1]
+    _, values = _values(file, variable, up, shape, slice_index)
+    return np.where(file.known(values), values, np.nan).astype(np.float64)
+
+
+def write_training_image(
+    path_or_file: PathOrFile,
+    training_image: TrainingImage,
+    *,
+    format: str | None = None,
+    colours: Sequence[str] | None = None,
+) -> None:
+    """Write a training image as `npy`, `sgems` (also `gslib`, `dat`) or `png`.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        A path is replaced at once and whole; a file object needs `format`.
+    training_image : TrainingImage
+        A PNG keeps the codes 0 to 254 as numbers of the palette; others are numbered from 0.
+    format : str, optional
+        By the ending of the path by default.
+    colours : sequence of str, optional
+        One `#rrggbb` a facies.
+
+    Raises
+    ------
+    CCWSIMError
+        For another format, or a place that cannot be written.
+
+    Examples
+    --------
+    >>> file = BytesIO()
+    >>> write_training_image(file, TrainingImage([[0, 1]], name="t"), format="sgems")
+    >>> file.getvalue()
+    b'2 1 1\\n1\\nfacies\\n0\\n1\\n'
+    """
+    kind = format_of(path_or_file, format, FORMATS)
+    write_bytes(path_or_file, training_image_as_bytes(training_image, kind, colours=colours))
+
+
+def training_image_as_bytes(
+    training_image: TrainingImage, format: str, *, colours: Sequence[str] | None = None
+) -> bytes:
+    """Return a training image as the content of a file, for a download.
+
+    Parameters are those of `write_training_image`.
+
+    Raises
+    ------
+    CCWSIMError
+        For another format.
+
+    Examples
+    --------
+    >>> training_image_as_bytes(TrainingImage([[0, 1]]), "png")[1:4]
+    b'PNG'
+    """
+    kind = format_of(None, format, FORMATS)
+    if kind == "png":
+        return _png(training_image, colours)
+    if kind != "npy":
+        return grid_as_bytes([training_image.array], ["facies"])
+    content = BytesIO()
+    np.save(content, training_image.array, allow_pickle=False)
+    return content.getvalue()
+
+
+def _values(
+    file: DataFile,
+    variable: str | None,
+    up: bool | None,
+    shape: tuple[int, ...] | None,
+    slice_index: int | None,
+) -> tuple[str, NDArray]:
+    key = file.chosen(variable, PREFERRED)
+    values = layer(file.name, file.grid_of(key, shape), slice_index)
+    south_first = file.south_first if up is None else up
+    return key, values if south_first else values[::-1]
+
+
+def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:
+    codes = training_image.codes.astype(np.int64)
+    if codes[0] < 0 or codes[-1] > 254:
+        return picture_as_bytes(training_image.indices, len(codes), colours, are_codes=True)
+    own = ["#ffffff"] * (int(codes[-1]) + 1)
+    for code, rgb in zip(codes, colours_for(len(codes), colours), strict=True):
+        own[code] = "#" + rgb.tobytes().hex()
+    return picture_as_bytes(training_image.array, len(own), own, are_codes=True)

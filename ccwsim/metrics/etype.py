@@ -1,0 +1,116 @@
+"""E-type, most likely facies and entropy of an ensemble."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.kernels import kernel
+from ccwsim.metrics.stack import as_indices
+
+
+@dataclass(frozen=True, eq=False)
+class EType:
+    """What an ensemble says about each cell.
+
+    Attributes
+    ----------
+    probability : ndarray, shape (n_facies, ny, nx)
+        Share of the realizations that have each facies.
+    most_likely : ndarray of uint8, shape (ny, nx)
+        Index of the facies with the largest probability; a tie goes to the smaller index.
+    entropy : ndarray, shape (ny, nx)
+        −Σ p log p / log(n_facies), from 0 (certain) to 1 (all facies equally likely).
+    n : int
+        How many realizations.
+    """
+
+    probability: NDArray[np.float64]
+    most_likely: NDArray[np.uint8]
+    entropy: NDArray[np.float64]
+    n: int
+
+
+def etype(images: ArrayLike, n_facies: int) -> EType:
+    """Return probability, most likely facies and entropy of each cell.
+
+    Parameters
+    ----------
+    images : array_like, shape (n, ny, nx)
+        Facies indices of the realizations.
+    n_facies : int
+
+    Examples
+    --------
+    >>> found = etype([[[0, 1]], [[1, 1]]], 2)
+    >>> found.probability[1], found.most_likely, found.entropy
+    (array([[0.5, 1. ]]), array([[0, 1]], dtype=uint8), array([[1., 0.]]))
+    """
+    stack = as_indices(images, n_facies)
+    return etype_of_counts(facies_counts(stack, n_facies))
+
+
+def facies_counts(images: ArrayLike, n_facies: int) -> NDArray[np.int32]:
+    """Return how many realizations have each facies in each cell, shape (n_facies, ny, nx).
+
+    Examples
+    --------
+    >>> facies_counts([[[0, 1]], [[1, 1]]], 2).tolist()
+    [[[1, 0]], [[1, 2]]]
+    """
+    stack = as_indices(images, n_facies)
+    counts = np.zeros((n_facies, *stack.shape[1:]), np.int32)
+    for image in stack:
+        add_counts(image, counts)
+    return counts
+
+
+def etype_of_counts(counts: NDArray[np.integer]) -> EType:
+    """Return the E-type of counts (n_facies, ny, nx), as `facies_counts` makes them.
+
+    Raises
+    ------
+    CCWSIMError
+        Where nothing was counted yet.
+
+    Examples
+    --------
+    >>> etype_of_counts(np.array([[[1]], [[3]]])).probability.ravel()
+    array([0.25, 0.75])
+    """
+    n = int(counts[:, 0, 0].sum())
+    if not n:
+        raise CCWSIMError("no realization was counted yet; an E-type needs at least one")
+    probability = counts / n
+    most_likely = counts.argmax(axis=0).astype(np.uint8)
+    return EType(probability, most_likely, entropy(probability), n)
+
+
+def entropy(probability: ArrayLike) -> NDArray[np.float64]:
+    """Return −Σ p log p / log(n_facies) over the first axis; 0 for a single facies.
+
+    Parameters
+    ----------
+    probability : array_like, shape (n_facies, ...)
+
+    Examples
+    --------
+    >>> entropy([[0.5, 1.0], [0.5, 0.0]])
+    array([1., 0.])
+    """
+    p = np.asarray(probability, dtype=float)
+    if len(p) < 2:
+        return np.zeros(p.shape[1:])
+    terms = p * np.log(np.where(p > 0, p, 1.0))
+    return -terms.sum(axis=0) / np.log(len(p)) + 0.0
+
+
+@kernel
+def add_counts(image, counts):
+    """Add one realization (ny, nx) to counts (n_facies, ny, nx) in place."""
+    for i in range(image.shape[0]):
+        for j in range(image.shape[1]):
+            counts[image[i, j], i, j] += 1

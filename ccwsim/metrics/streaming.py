@@ -1,0 +1,141 @@
+"""Statistics of an ensemble that are updated realization by realization."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.metrics.bands import Band
+from ccwsim.metrics.connectivity import connectivity
+from ccwsim.metrics.etype import EType, add_counts, etype_of_counts
+from ccwsim.metrics.proportions import proportions
+from ccwsim.metrics.running_curves import RunningCurves
+from ccwsim.metrics.stack import as_indices
+from ccwsim.metrics.variograms import variogram
+
+
+@dataclass(frozen=True, eq=False)
+class RunningSummary:
+    """What is known after n realizations.
+
+    Attributes
+    ----------
+    n : int
+        Realizations so far.
+    etype : EType
+        Probability, most likely facies and entropy of each cell.
+    proportions : Band
+        Of the share of each facies, shape (n_facies,).
+    lags : ndarray of int, shape (n_lags,)
+    variograms, connectivity : dict
+        Band of γ(h) and of τ(h), shape (n_lags,), by (facies index, direction).
+    """
+
+    n: int
+    etype: EType
+    proportions: Band
+    lags: NDArray[np.int64]
+    variograms: dict[tuple[int, str], Band]
+    connectivity: dict[tuple[int, str], Band]
+
+
+class RunningStatistics:
+    """Takes realizations one by one and forgets them; memory does not grow with their number.
+
+    E-type, entropy, means and extremes are exact; quantiles of the curves are right to 1/2048 (γ)
+    or 1/1024 (proportions, τ). One thread at a time may add.
+
+    Parameters
+    ----------
+    shape : pair of int
+        Rows and columns of the realizations.
+    n_facies : int
+    facies : sequence of int, optional
+        Indices of the facies whose curves are followed; all of them, or the second one of two,
+        where left out.
+    directions : sequence of str
+        Of the curves.
+    max_lag : int
+        Of the curves; made to fit the grid.
+    neighbours : int
+        4 or 8, for the probability of connection.
+
+    Examples
+    --------
+    >>> running = RunningStatistics((3, 4), 2, max_lag=2)
+    >>> for image in (np.zeros((3, 4), int), np.ones((3, 4), int)):
+    ...     running.add(image)
+    >>> summary = running.summary()
+    >>> summary.n, float(summary.etype.entropy.min()), summary.proportions.mean
+    (2, 1.0, array([0.5, 0.5]))
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        n_facies: int,
+        facies: Sequence[int] | None = None,
+        directions: Sequence[str] = ("E-W", "N-S"),
+        max_lag: int = 100,
+        neighbours: int = 8,
+    ) -> None:
+        followed = (range(n_facies) if n_facies != 2 else (1,)) if facies is None else facies
+        wrong = [k for k in followed if not 0 <= k < n_facies]
+        if wrong:
+            raise CCWSIMError(f"facies index {wrong[0]} must be from 0 to {n_facies - 1}")
+        self.shape, self.n_facies, self.n = tuple(shape), n_facies, 0
+        self._neighbours = neighbours
+        self._lags = np.arange(min(max_lag, min(shape) - 1) + 1)
+        self._counts = np.zeros((n_facies, *shape), np.int32)
+        self._shares = RunningCurves(n_facies, 0.0, 1.0)
+        keys = [(k, direction) for k in followed for direction in directions]
+        self._gamma = {key: RunningCurves(len(self._lags), 0.0, 0.5) for key in keys}
+        self._tau = {key: RunningCurves(len(self._lags), 0.0, 1.0) for key in keys}
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes, the same for any number of realizations."""
+        curves = [self._shares, *self._gamma.values(), *self._tau.values()]
+        return self._counts.nbytes + sum(c.nbytes for c in curves)
+
+    def add(self, realization: ArrayLike) -> None:
+        """Add one realization of facies indices, shape (ny, nx).
+
+        Raises
+        ------
+        CCWSIMError
+            For another shape or a facies that is not there.
+        """
+        if np.shape(realization) != self.shape:
+            raise CCWSIMError(
+                f"a realization of shape {self.shape} is needed, not {np.shape(realization)}"
+            )
+        image = as_indices(realization, self.n_facies)[0]
+        add_counts(image, self._counts)
+        self._shares.add(proportions(image, self.n_facies)[0])
+        for (facies, direction), gamma in self._gamma.items():
+            gamma.add(variogram(image, facies, direction, self._lags).gamma[0])
+            joined = connectivity(image, facies, direction, self._lags, self._neighbours)
+            self._tau[facies, direction].add(joined.tau[0])
+        self.n += 1
+
+    def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:
+        """Return what is known so far, with bands from the `low` to the `high` quantile.
+
+        Raises
+        ------
+        CCWSIMError
+            Where no realization was added yet.
+        """
+        return RunningSummary(
+            n=self.n,
+            etype=etype_of_counts(self._counts),
+            proportions=self._shares.band(low, high),
+            lags=self._lags.copy(),
+            variograms={key: c.band(low, high) for key, c in self._gamma.items()},
+            connectivity={key: c.band(low, high) for key, c in self._tau.items()},
+        )

@@ -1,0 +1,190 @@
+"""Hard data in the template and the co-template steer the choice (section 4.4).
+
+Agreement is counted at full resolution, cell by cell, for every place of the training image: the
+approximation of a datum says little about the cell it lies in.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.kernels import kernel
+from ccwsim.stages.cut import UNKNOWN
+
+MISSED = 40
+"""A datum that the patch would miss counts as this many wrong cells of overlap."""
+MISSED_HELD = 8
+"""The same where the cell is in the overlap and right already: the cut can keep it."""
+MISSED_AHEAD = 4
+"""The same for a datum in the co-template: the next patches can still mend it."""
+
+
+SLACK = 6
+"""A place is drawn only if it is at most so many wrong cells of overlap worse than the best."""
+MOST_DATA = 10
+"""A tile with more data than this a patch is split into smaller patches."""
+RULED_OUT = 1 << 60
+
+
+class PlacedData(NamedTuple):
+    """Hard data in the path frame, as the kernels need them.
+
+    Attributes
+    ----------
+    facies : ndarray of uint8, shape (ny, nx)
+        Facies index of the datum of each cell, UNKNOWN where there is none.
+    columns : ndarray of int64, shape (n,)
+        Column of each datum, by row.
+    first : ndarray of int64, shape (ny + 1,)
+        Where the data of each row begin in `columns`.
+    """
+
+    facies: NDArray[np.uint8]
+    columns: NDArray[np.int64]
+    first: NDArray[np.int64]
+
+
+def data_grid(
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """Return the facies index of the datum of each cell, UNKNOWN where there is none."""
+    data = np.full(shape, UNKNOWN, np.uint8)
+    data[cells[:, 0], cells[:, 1]] = facies
+    return data
+
+
+def place_data(
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, int]
+) -> PlacedData:
+    """Return data on a grid of `shape`; `cells` (row, col) and `facies` (indices) have n rows."""
+    grid = data_grid(cells, facies, shape)
+    order = np.lexsort((cells[:, 1], cells[:, 0]))
+    first = np.searchsorted(cells[order, 0], np.arange(shape[0] + 1))
+    return PlacedData(grid, np.ascontiguousarray(cells[order, 1]), first)
+
+
+def legal_splits(template: int, overlap: int) -> list[int]:
+    """Return into how many parts, along each axis, a tile can be split.
+
+    The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
+    T itself, the overlap is at most half of a part.
+
+    Examples
+    --------
+    >>> legal_splits(32, 8), legal_splits(32, 16)
+    ([1, 2, 3], [1])
+    """
+    step = template - overlap
+    return [n for n in range(1, step + 1) if step % n == 0 and step // n >= overlap]
+
+
+@kernel
+def choose_split(splits, data, y0, x0, template, overlap):
+    """Return the index of the first split whose parts hold at most MOST_DATA data on average."""
+    if len(splits) == 1:
+        return 0
+    n = 0
+    for y in range(y0, y0 + template):
+        for i in range(data.first[y], data.first[y + 1]):
+            n += x0 <= data.columns[i] < x0 + template
+    for k in range(len(splits)):
+        size = (template - overlap) // splits[k] + overlap
+        if n * size * size <= MOST_DATA * template * template:
+            return k
+    return len(splits) - 1
+
+
+@kernel
+def data_ahead(data, y0, x0, size):
+    """Return whether any datum lies in the `size` × `size` cells from (y0, x0) on."""
+    last = min(y0 + size, len(data.first) - 1)
+    for i in range(data.first[y0], data.first[last]):
+        if x0 <= data.columns[i] < x0 + size:
+            return True
+    return False
+
+
+@kernel
+def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, unit_cost, totals):
+    """Add what the missed data cost to the score of every place.
+
+    Parameters
+    ----------
+    phases : ndarray of uint8, shape (2^J, 2^J, my, mx)
+        The training image by offset, from `Pyramid`.
+    grid : ndarray of uint8, shape (ny, nx)
+        What is simulated so far.
+    data : PlacedData
+    y0, x0, template : int
+        First cell and side of the tile.
+    ahead : int
+        Side of the co-template, from the same first cell.
+    proportions : ndarray, shape (n_facies,)
+        Of the training image: what to expect where it ends before the co-template does.
+    unit_cost : int
+        What one wrong cell of overlap adds to a score.
+    totals : ndarray of int64, shape (ny_places, nx_places)
+    """
+    unit = phases.shape[0]
+    for y in range(y0, min(y0 + ahead, len(data.first) - 1)):
+        for i in range(data.first[y], data.first[y + 1]):
+            x = data.columns[i]
+            if x < x0 or x >= x0 + ahead:
+                continue
+            facies = data.facies[y, x]
+            inside = y < y0 + template and x < x0 + template
+            weight = MISSED if inside else MISSED_AHEAD
+            if inside and grid[y, x] == facies:
+                weight = MISSED_HELD
+            phase = phases[(y - y0) % unit, (x - x0) % unit]
+            expected = int(weight * unit_cost * (1.0 - proportions[facies]))
+            _add_datum(
+                phase, (y - y0) // unit, (x - x0) // unit, facies, weight * unit_cost, expected,
+                totals,
+            )  # fmt: skip
+
+
+@kernel
+def _add_datum(phase, dy, dx, facies, cost, expected, totals):
+    my, mx = phase.shape
+    ny, nx = totals.shape
+    seen = min(nx, max(mx - dx, 0))
+    for py in range(ny):
+        if py + dy >= my:
+            for px in range(nx):
+                totals[py, px] += expected
+            continue
+        row = phase[py + dy]
+        for px in range(seen):
+            totals[py, px] += cost * (row[px + dx] != facies)
+        for px in range(seen, nx):
+            totals[py, px] += expected
+
+
+@kernel
+def start_totals(scores, share, totals):
+    """Fill `totals` with the scores, ruling out places not among the best `share` of overlaps.
+
+    The limit is taken from a histogram of 256 classes: sorting all scores would take longer than
+    the search.
+    """
+    low = high = np.int64(scores[0, 0])
+    for score in scores.ravel():
+        low, high = min(low, np.int64(score)), max(high, np.int64(score))
+    width = (high - low) // 256 + 1
+    counts = np.zeros(256, np.int64)
+    for score in scores.ravel():
+        counts[(np.int64(score) - low) // width] += 1
+    limit = 0
+    within = counts[0]
+    while within < share * scores.size:
+        limit += 1
+        within += counts[limit]
+    worst = low + (limit + 1) * width
+    for py in range(scores.shape[0]):
+        for px in range(scores.shape[1]):
+            score = np.int64(scores[py, px])
+            totals[py, px] = score if score < worst else score + RULED_OUT

@@ -1,0 +1,1 @@
+"""The dashboard's parts: state, jobs, controls, maps, charts. Pages put them together."""

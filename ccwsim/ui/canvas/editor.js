@@ -1,0 +1,371 @@
+// The map as an editor of hard data: a tap places one, a drag draws a line or a path of them, arrow
+// keys move a cursor. This follows map.js in one module. Edits wait in a queue until the page says
+// that it has them, so that none is lost or taken twice however fast they come.
+const ERASE = -1, AS_SHOWN = -2;
+const AIMABLE = 3; // pixels of a cell from which it can be aimed at
+const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
+const editors = new WeakMap();
+
+export default function (component) {
+  const root = component.parentElement.querySelector('.map');
+  let editor = editors.get(root);
+  if (!editor) {
+    editor = new DataEditor(root);
+    editors.set(root, editor);
+  }
+  editor.send = (queue) => component.setTriggerValue('edits', queue);
+  editor.show(component.data);
+  return () => { editor.stop(); editors.delete(root); };
+}
+
+class DataEditor extends CellMap {
+  queue = [];
+  last = 0;
+  brush = 1;
+  gesture = matchMedia('(pointer: coarse)').matches ? 'move' : 'line';
+  helpShown = true;
+  stroke = null;
+  press = null;
+
+  show(data) {
+    this.queue = this.queue.filter((edit) => edit.seq > data.ack);
+    this.known = data.points;
+    super.show({ ...data, points: this.merged(data) });
+    this.bars();
+  }
+
+  // The page's data with the edits on top that it does not have yet.
+  merged({ points, nx }) {
+    this.placed = new Map(points.map((point) => [point[0] * nx + point[1], point]));
+    for (const { set } of this.queue) {
+      for (const [row, column, facies] of set || []) {
+        const id = row * nx + column;
+        if (facies === ERASE) this.placed.delete(id);
+        else this.placed.set(id, [row, column, facies, 0, 0]);
+      }
+    }
+    return [...this.placed.values()];
+  }
+
+  push(edit) {
+    this.last = Math.max(Date.now(), this.last + 1, this.data.ack + 1);
+    this.queue.push({ seq: this.last, ...edit });
+    this.data = { ...this.data, points: this.merged({ ...this.data, points: this.known }) };
+    this.legendOf();
+    this.bars();
+    this.draw();
+    this.send(this.queue);
+  }
+
+  place(cells) {
+    const set = this.brush === ERASE ? this.touched(cells)
+      : cells.map(([row, column]) => [row, column, this.faciesAt([row, column])]);
+    const news = set.filter(([row, column, facies]) => {
+      const there = this.datum([row, column]);
+      return facies === ERASE ? there : !there || there[2] !== facies;
+    });
+    if (news.length) this.push({ set: news });
+  }
+
+  faciesAt([row, column]) {
+    return this.brush === AS_SHOWN
+      ? this.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
+  }
+
+  // Data that an eraser meets: those in its cells, or under its tip where cells are tiny.
+  touched(cells) {
+    const { nx } = this.data;
+    const ids = new Set(cells.map(([row, column]) => row * nx + column));
+    const reach = this.size1 < AIMABLE ? this.radius / this.size1 : 0;
+    return [...this.placed].filter(([id, [row, column]]) => ids.has(id) || (reach
+      && cells.some(([r, c]) => Math.hypot(r - row, c - column) <= reach)))
+      .map(([, [row, column]]) => [row, column, ERASE]);
+  }
+
+  get size1() { return this.cell * this.view.zoom; }
+
+  datum([row, column]) { return this.placed.get(row * this.data.nx + column); }
+
+  inside([row, column]) {
+    return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx;
+  }
+
+  // A tap on the disc of a datum means that datum, where cells are too small to aim at.
+  aimed(cell) {
+    if (this.size1 >= AIMABLE || this.datum(cell)) return cell;
+    let best = null, least = this.radius / this.size1;
+    for (const [row, column] of this.placed.values()) {
+      const far = Math.hypot(row - cell[0], column - cell[1]);
+      if (far <= least) { least = far; best = [row, column]; }
+    }
+    return best || cell;
+  }
+
+  at(cell) {
+    const said = super.at(cell);
+    const datum = said && this.datum(cell);
+    if (!datum) return said;
+    const named = `datum ${this.data.brushes[datum[2]].label}`;
+    return this.data.empty ? named : `${said} · ${named}`;
+  }
+
+  point(cell, tell = true) {
+    super.point(cell && tell && !this.stroke ? this.aimed(cell) : cell, tell);
+  }
+
+  draw() {
+    super.draw();
+    const pen = this.canvas.getContext('2d');
+    const s = this.size1;
+    pen.save();
+    pen.beginPath();
+    pen.rect(this.left, this.top, this.wide, this.high);
+    pen.clip();
+    if (this.stroke) {
+      const cells = this.stroke.cells.filter((cell) => this.inside(cell));
+      const facies = (cell) => this.brush === ERASE ? '#ffffff'
+        : (this.data.brushes[this.faciesAt(cell)] || { colour: '#ffffff' }).colour;
+      for (const [more, colour] of [[4, () => '#14181d'], [2, () => '#ffffff'], [0, facies]]) {
+        for (const cell of cells) {
+          const [x, y] = this.toCanvas(cell[1] + 0.5, cell[0] + 0.5);
+          const wide = Math.max(s, 2) + more;
+          pen.fillStyle = colour(cell);
+          pen.fillRect(x - wide / 2, y - wide / 2, wide, wide);
+        }
+      }
+    } else if (this.hover && s >= 5) {
+      const [x, y] = this.toCanvas(this.hover[1], this.hover[0] + 1);
+      for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
+        pen.strokeStyle = colour;
+        pen.lineWidth = wide;
+        pen.strokeRect(x, y, s, s);
+      }
+    }
+    pen.restore();
+  }
+
+  drawCross(pen) {
+    if (!this.stroke && this.size1 < 5) super.drawCross(pen);
+  }
+
+  drawPoints(pen, style) {
+    if (this.helpShown) this.drawRings(pen, style);
+    super.drawPoints(pen, style); // on top, so that rings hide no datum
+  }
+
+  drawRings(pen, style) {
+    const radius = this.radius;
+    pen.strokeStyle = style.getPropertyValue('--helped');
+    pen.lineWidth = Math.max(1.6, radius * 0.45);
+    for (const [row, column, , , help] of this.data.points) {
+      if (!help) continue;
+      const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
+      pen.setLineDash(help < 0 ? [3, 2] : []);
+      pen.beginPath();
+      pen.arc(x, y, radius + 2 * Math.min(1.2, radius * 0.4) + pen.lineWidth, 0, 2 * Math.PI);
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+  }
+
+  legendOf() {
+    super.legendOf();
+    const mended = this.data.points.filter((point) => point[4] > 0).length;
+    const forced = this.data.points.filter((point) => point[4] < 0).length;
+    this.root.querySelector('[data-do="helped"]').hidden = !(mended + forced);
+    if (mended) this.readout.before(key(`${mended} mended`, 'swatch helped', null));
+    if (forced) this.readout.before(key(`${forced} set by force`, 'swatch forced', null));
+    this.readout.textContent = '';
+  }
+
+  bars() {
+    const { brushes, reads, can_undo: undo, can_redo: redo } = this.data;
+    const box = this.root.querySelector('.brushes');
+    const wanted = [...brushes.map((brush, k) => [k, brush.label, brush.colour]),
+      ...(reads ? [[AS_SHOWN, 'as shown', null]] : []), [ERASE, 'erase', null]];
+    if (!wanted.some(([k]) => k === this.brush)) this.brush = 0;
+    if (box.dataset.of !== JSON.stringify(wanted)) {
+      box.dataset.of = JSON.stringify(wanted);
+      box.replaceChildren(...wanted.map(brushButton));
+    }
+    const check = (button, on) => button.setAttribute('aria-checked', on);
+    [...box.children].forEach((button) => check(button, Number(button.dataset.brush) === this.brush));
+    this.root.querySelectorAll('[data-gesture]').forEach((button) => {
+      check(button, button.dataset.gesture === this.gesture);
+    });
+    this.root.querySelector('[data-step="undo"]').disabled = !undo && !this.queue.length;
+    this.root.querySelector('[data-step="redo"]').disabled = !redo;
+    this.canvas.classList.toggle('draws', this.gesture !== 'move');
+  }
+
+  act(what) {
+    if (what !== 'helped') return super.act(what);
+    this.helpShown = !this.helpShown;
+    this.root.querySelector('[data-do="helped"]').setAttribute('aria-pressed', this.helpShown);
+    this.draw();
+  }
+
+  listen() {
+    super.listen();
+    const frame = this.root.querySelector('.frame');
+    const hear = (kind, what) => frame.addEventListener(kind, (event) => {
+      if (event.target === this.canvas && what.call(this, event)) event.stopPropagation();
+    }, { capture: true });
+    hear('pointerdown', this.down);
+    hear('pointermove', this.move);
+    hear('pointerup', this.up);
+    hear('pointercancel', this.abandon);
+    hear('dblclick', () => true);
+    this.canvas.addEventListener('keydown', (event) => this.typed(event));
+    this.root.querySelector('.bar').addEventListener('click', (event) => {
+      const { brush, gesture, step } = event.target.closest('button')?.dataset || {};
+      if (brush) this.brush = Number(brush);
+      if (gesture) this.gesture = gesture;
+      if (step) this.push({ do: step });
+      this.bars();
+    });
+    this.shortcut = (event) => this.undoKey(event);
+    window.addEventListener('keydown', this.shortcut);
+  }
+
+  stop() {
+    window.removeEventListener('keydown', this.shortcut);
+    super.stop();
+  }
+
+  cellOf(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const [x, y] = this.toCells(event.clientX - box.left, event.clientY - box.top);
+    return [Math.floor(y), Math.floor(x)];
+  }
+
+  // The next four say whether they took the event, so that the map does not.
+  down(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const spot = [event.clientX - box.left, event.clientY - box.top];
+    const cell = this.cellOf(event);
+    if (this.stroke || this.press || this.pointers.size) { // a second finger: zoom, do not draw
+      if (this.stroke) this.pointers.set(this.stroke.id, this.stroke.spot);
+      this.abandon();
+      return false;
+    }
+    if (event.button !== 0 || !this.inside(cell)) return false;
+    this.press = { id: event.pointerId, spot, moved: 0 };
+    if (this.gesture === 'move') return false;
+    this.canvas.focus();
+    this.canvas.setPointerCapture(event.pointerId);
+    this.stroke = { id: event.pointerId, spot, from: cell, cells: [cell] };
+    this.draw();
+    return true;
+  }
+
+  move(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const spot = [event.clientX - box.left, event.clientY - box.top];
+    if (this.press?.id === event.pointerId) {
+      const [x, y] = this.press.spot;
+      this.press.moved = Math.max(this.press.moved, Math.hypot(spot[0] - x, spot[1] - y));
+    }
+    if (this.stroke?.id !== event.pointerId) return false;
+    const cell = this.cellOf(event);
+    const { from, cells } = this.stroke;
+    this.stroke.spot = spot;
+    if (this.gesture === 'line') this.stroke.cells = cellsBetween(from, cell);
+    else cells.push(...cellsBetween(cells[cells.length - 1], cell).slice(1));
+    this.point(this.inside(cell) ? cell : null);
+    return true;
+  }
+
+  up(event) {
+    const { press, stroke } = this;
+    if (press?.id !== event.pointerId) return false;
+    this.abandon();
+    const cell = this.cellOf(event);
+    const tapped = press.moved < 4 && this.inside(cell);
+    if (tapped) this.place([this.aimed(cell)]);
+    else if (stroke) this.place(once(stroke.cells.filter((one) => this.inside(one))));
+    this.draw();
+    return Boolean(stroke);
+  }
+
+  abandon() {
+    this.stroke = this.press = null;
+    return false;
+  }
+
+  typed(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (STEPS[event.key]) this.walk(STEPS[event.key], event.shiftKey ? 10 : 1);
+    else if (['Enter', ' '].includes(event.key) && this.hover) this.place([this.hover]);
+    else if (['Delete', 'Backspace'].includes(event.key) && this.hover) {
+      if (this.datum(this.hover)) this.push({ set: [[...this.hover, ERASE]] });
+    } else if (event.key === 'Escape') {
+      this.abandon();
+      this.draw();
+    } else if (this.data.brushes[event.key - 1]) {
+      this.brush = event.key - 1;
+      this.bars();
+    } else return;
+    event.preventDefault();
+  }
+
+  walk([up, right], far) {
+    const { nx, ny } = this.data;
+    const [row, column] = this.hover || [Math.floor(this.view.y), Math.floor(this.view.x)];
+    const clamp = (v, most) => Math.min(Math.max(v, 0), most - 1);
+    const cell = this.hover ? [clamp(row + far * up, ny), clamp(column + far * right, nx)]
+      : [clamp(row, ny), clamp(column, nx)];
+    const halfX = nx / 2 / this.view.zoom, halfY = ny / 2 / this.view.zoom;
+    const near = (v, at, half) => Math.min(Math.max(v, at + 1 - half), at + half);
+    this.look({ ...this.view, x: near(this.view.x, cell[1], halfX),
+      y: near(this.view.y, cell[0], halfY) });
+    this.hover = null;
+    super.point(cell);
+    this.readout.setAttribute('aria-live', 'polite');
+  }
+
+  undoKey(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const what = { z: event.shiftKey ? 'redo' : 'undo', y: 'redo' }[event.key.toLowerCase()];
+    const typing = event.composedPath()[0];
+    if (!what || typing.isContentEditable || ['INPUT', 'TEXTAREA'].includes(typing.tagName)) return;
+    event.preventDefault();
+    if (!this.root.querySelector(`[data-step="${what}"]`).disabled) this.push({ do: what });
+  }
+}
+
+// All cells along a straight line (Bresenham).
+function cellsBetween([row, column], [toRow, toColumn]) {
+  const cells = [[row, column]];
+  const high = Math.abs(toRow - row), wide = Math.abs(toColumn - column);
+  const up = Math.sign(toRow - row), right = Math.sign(toColumn - column);
+  let off = wide - high;
+  while (row !== toRow || column !== toColumn) {
+    const twice = 2 * off;
+    if (twice > -high) { off -= high; column += right; }
+    if (twice < wide) { off += wide; row += up; }
+    cells.push([row, column]);
+  }
+  return cells;
+}
+
+function once(cells) {
+  return [...new Map(cells.map((cell) => [cell.join(), cell])).values()];
+}
+
+function brushButton([value, label, colour], place) {
+  const button = document.createElement('button');
+  button.type = 'button';
+  button.dataset.brush = value;
+  button.setAttribute('role', 'radio');
+  button.title = colour ? `Place ${label} (${place + 1})`
+    : value === ERASE ? 'Take data away (Delete)' : 'Place what the map shows there';
+  if (colour) {
+    const mark = document.createElement('span');
+    mark.className = 'swatch';
+    mark.style.background = colour;
+    button.append(mark);
+  }
+  button.append(label);
+  return button;
+}

@@ -1,0 +1,391 @@
+// A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles.
+// Cells are [row from the south, column]; the picture's grey values are indices into lut and labels.
+const LINK = 'ccwsim-map';
+const maps = new WeakMap();
+// Maps of one scale. Each component has its own copy of this module, so the window keeps them.
+const groups = (window[Symbol.for(LINK)] ??= new Map());
+
+export default function (component) {
+  const root = component.parentElement.querySelector('.map');
+  let map = maps.get(root);
+  if (!map) {
+    map = new CellMap(root);
+    maps.set(root, map);
+  }
+  map.pick = (row, column) => component.setTriggerValue('cell', [row, column]);
+  map.show(component.data);
+  return () => { map.stop(); maps.delete(root); };
+}
+
+class CellMap {
+  constructor(root) {
+    this.root = root;
+    this.canvas = root.querySelector('canvas');
+    this.legend = root.querySelector('.legend');
+    this.dataShown = true;
+    this.pointers = new Map();
+    this.view = null;
+    this.hover = null;
+    this.listen();
+  }
+
+  show(data) {
+    const sameGrid = this.data && this.data.nx === data.nx && this.data.ny === data.ny;
+    const samePicture = this.data && this.data.png === data.png
+      && this.data.lut.join() === data.lut.join();
+    this.leave();
+    this.data = data;
+    if (data.scale) groups.set(data.scale, (groups.get(data.scale) || new Set()).add(this));
+    if (!sameGrid || !this.view) this.view = { x: data.nx / 2, y: data.ny / 2, zoom: 1 };
+    this.canvas.setAttribute('aria-label', data.alt);
+    this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
+    this.legendOf();
+    if (samePicture && this.picture) return this.layout();
+    const image = new Image();
+    image.onload = () => {
+      if (this.data !== data) return;
+      this.read(image);
+      this.layout();
+    };
+    image.src = 'data:image/png;base64,' + data.png;
+    this.layout();
+  }
+
+  read(image) {
+    const { nx, ny, lut } = this.data;
+    const picture = new OffscreenCanvas(nx, ny);
+    const pen = picture.getContext('2d', { willReadFrequently: true });
+    pen.drawImage(image, 0, 0);
+    const pixels = pen.getImageData(0, 0, nx, ny);
+    const colours = lut.map((c) => [1, 3, 5].map((k) => parseInt(c.slice(k, k + 2), 16)));
+    this.indices = new Uint8Array(nx * ny);
+    for (let k = 0; k < nx * ny; k++) {
+      const index = pixels.data[4 * k];
+      this.indices[k] = index;
+      const [r, g, b] = colours[index] || [255, 0, 255];
+      pixels.data[4 * k] = r; pixels.data[4 * k + 1] = g; pixels.data[4 * k + 2] = b;
+    }
+    pen.putImageData(pixels, 0, 0);
+    this.picture = picture;
+  }
+
+  layout() {
+    const { nx, ny, axes, max_height: most } = this.data;
+    const wide = this.root.clientWidth;
+    if (!wide) return;
+    this.left = axes ? 40 : 1; this.bottom = axes ? 20 : 1; this.top = 1; this.right = 1;
+    this.room = Math.min((wide - this.left - this.right) / nx, most / ny);
+    const others = [...(groups.get(this.data.scale) || [])].filter((map) => map !== this);
+    this.size(Math.min(this.room, ...others.filter((m) => m.leads).map((m) => m.room)));
+    if (this.leads) others.forEach((map) => map.fit(others.concat(this)));
+  }
+
+  get leads() { return this.room && this.data.leads; }
+
+  fit(group) {
+    const cell = Math.min(this.room, ...group.filter((map) => map.leads).map((map) => map.room));
+    if (this.room && Math.abs(cell - this.cell) > 1e-6) this.size(cell);
+  }
+
+  leave() {
+    if (this.data && this.data.scale) groups.get(this.data.scale).delete(this);
+  }
+
+  size(cell) {
+    const { nx, ny } = this.data;
+    this.cell = cell;
+    this.wide = this.cell * nx; this.high = this.cell * ny;
+    const high = this.high + this.top + this.bottom;
+    const dots = window.devicePixelRatio || 1;
+    this.canvas.width = Math.round((this.wide + this.left + this.right) * dots);
+    this.canvas.height = Math.round(high * dots);
+    this.canvas.style.width = this.wide + this.left + this.right + 'px';
+    this.canvas.style.height = high + 'px';
+    this.dots = dots;
+    this.draw();
+  }
+
+  // Where a place in cells (x from the west, y from the south) is on the canvas, and back.
+  toCanvas(x, y) {
+    const s = this.cell * this.view.zoom;
+    return [this.left + this.wide / 2 + (x - this.view.x) * s,
+      this.top + this.high / 2 - (y - this.view.y) * s];
+  }
+
+  toCells(px, py) {
+    const s = this.cell * this.view.zoom;
+    return [this.view.x + (px - this.left - this.wide / 2) / s,
+      this.view.y - (py - this.top - this.high / 2) / s];
+  }
+
+  draw() {
+    const pen = this.canvas.getContext('2d');
+    const style = getComputedStyle(this.root);
+    pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.save();
+    pen.beginPath();
+    pen.rect(this.left, this.top, this.wide, this.high);
+    pen.clip();
+    if (this.picture) {
+      const s = this.cell * this.view.zoom;
+      const [x, y] = this.toCanvas(0, this.data.ny);
+      pen.imageSmoothingEnabled = s * this.dots < 1;
+      pen.imageSmoothingQuality = 'high';
+      pen.drawImage(this.picture, x, y, this.data.nx * s, this.data.ny * s);
+    }
+    if (this.dataShown) this.drawPoints(pen, style);
+    this.drawCross(pen);
+    pen.restore();
+    pen.strokeStyle = style.getPropertyValue('--st-text-color');
+    pen.globalAlpha = 0.45;
+    pen.lineWidth = 1;
+    pen.strokeRect(this.left - 0.5, this.top - 0.5, this.wide + 1, this.high + 1);
+    pen.globalAlpha = 1;
+    if (this.data.axes) this.drawAxes(pen, style);
+  }
+
+  get radius() {
+    const room = Math.sqrt((this.wide * this.high) / Math.max(this.data.points.length, 1));
+    return Math.max(1.2, Math.min(4, room * 0.13)) * Math.min(Math.sqrt(this.view.zoom), 2.5);
+  }
+
+  drawPoints(pen, style) {
+    const { points, lut, point_lut: own, nx, ny } = this.data;
+    if (!points.length) return;
+    const radius = this.radius;
+    const ring = Math.min(1.2, radius * 0.4);
+    const wrongColour = style.getPropertyValue('--st-red-color');
+    for (const [row, column, index, wrong] of points) {
+      if (row >= ny || column >= nx) continue;
+      const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
+      if (x < -9 || y < -9 || x > this.wide + this.left + 9 || y > this.high + 9) continue;
+      disc(pen, x, y, radius + 2 * ring, wrong ? wrongColour : '#14181d');
+      disc(pen, x, y, radius + ring, '#ffffff');
+      disc(pen, x, y, radius, (own || lut)[index]);
+    }
+  }
+
+  drawCross(pen) {
+    if (!this.hover) return;
+    const [x, y] = this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5);
+    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = wide;
+      pen.beginPath();
+      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+        pen.moveTo(x + 4 * dx, y + 4 * dy);
+        pen.lineTo(x + 11 * dx, y + 11 * dy);
+      }
+      pen.stroke();
+    }
+  }
+
+  drawAxes(pen, style) {
+    const { cell_size: size, origin } = this.data;
+    pen.fillStyle = style.getPropertyValue('--st-text-color');
+    pen.strokeStyle = pen.fillStyle;
+    pen.font = '12px ' + style.getPropertyValue('--st-font');
+    pen.globalAlpha = 0.7;
+    const [west, south] = this.toCells(this.left, this.top + this.high);
+    const [east, north] = this.toCells(this.left + this.wide, this.top);
+    const base = this.top + this.high;
+    pen.textBaseline = 'top';
+    for (const v of ticks(origin[0] + west * size[0], origin[0] + east * size[0], this.wide / 70)) {
+      const [x] = this.toCanvas((v - origin[0]) / size[0], 0);
+      const half = pen.measureText(number(v)).width / 2;
+      pen.fillRect(x, base, 1, 4);
+      pen.textAlign = 'center';
+      pen.fillText(number(v), Math.min(Math.max(x, half), this.left + this.wide - half), base + 6);
+    }
+    pen.textAlign = 'right';
+    for (const v of ticks(origin[1] + south * size[1], origin[1] + north * size[1], this.high / 60)) {
+      const [, y] = this.toCanvas(0, (v - origin[1]) / size[1]);
+      pen.fillRect(this.left - 4, y, 4, 1);
+      pen.textBaseline = y < this.top + 8 ? 'top' : y > base - 8 ? 'bottom' : 'middle';
+      pen.fillText(number(v), this.left - 7, y);
+    }
+    pen.globalAlpha = 1;
+  }
+
+  legendOf() {
+    const { keys, strip, points, wrong_label: wrong } = this.data;
+    this.legend.replaceChildren();
+    for (const [label, colour] of keys) this.legend.append(key(label, 'swatch', colour));
+    if (strip) {
+      const box = key('', 'strip', null);
+      box.firstChild.style.background = `linear-gradient(90deg, ${strip.colours.join(',')})`;
+      box.prepend(strip.low);
+      box.append(strip.high);
+      this.legend.append(box);
+    }
+    if (points.length) this.legend.append(key(`${points.length} data`, 'swatch round', null));
+    if (wrong) this.legend.append(key(wrong, 'swatch round wrong', null));
+    this.readout = document.createElement('span');
+    this.readout.className = 'readout';
+    this.legend.append(this.readout);
+  }
+
+  at(cell) {
+    const { nx, ny, labels } = this.data;
+    if (!cell || !this.indices) return '';
+    const [row, column] = cell;
+    if (row < 0 || column < 0 || row >= ny || column >= nx) return '';
+    return labels[this.indices[(ny - 1 - row) * nx + column]];
+  }
+
+  point(cell, tell = true) {
+    this.hover = cell;
+    const said = this.at(cell);
+    this.readout.textContent = said ? `(${cell[1]}, ${cell[0]}) ${said}` : '';
+    this.draw();
+    if (tell) this.tell();
+  }
+
+  look(view, tell = true) {
+    const zoom = Math.min(Math.max(view.zoom, 1), Math.max(1, 48 / this.cell));
+    const halfX = this.data.nx / 2 / zoom, halfY = this.data.ny / 2 / zoom;
+    this.view = {
+      zoom,
+      x: Math.min(Math.max(view.x, halfX), this.data.nx - halfX),
+      y: Math.min(Math.max(view.y, halfY), this.data.ny - halfY),
+    };
+    this.canvas.classList.toggle('near', zoom > 1);
+    this.draw();
+    if (tell) this.tell();
+  }
+
+  tell() {
+    if (!this.data.link) return;
+    const detail = { from: this, link: this.data.link, view: this.view, hover: this.hover };
+    window.dispatchEvent(new CustomEvent(LINK, { detail }));
+  }
+
+  zoomBy(factor, px = this.left + this.wide / 2, py = this.top + this.high / 2) {
+    const [x, y] = this.toCells(px, py);
+    const zoom = this.view.zoom * factor;
+    const kept = Math.max(zoom, 1) / this.view.zoom;
+    this.look({ zoom, x: x + (this.view.x - x) / kept, y: y + (this.view.y - y) / kept });
+  }
+
+  save() {
+    const link = document.createElement('a');
+    link.download = (this.data.name || 'map') + '.png';
+    link.href = this.canvas.toDataURL('image/png');
+    link.click();
+  }
+
+  act(what) {
+    if (what === 'in') this.zoomBy(1.6);
+    if (what === 'out') this.zoomBy(1 / 1.6);
+    if (what === 'fit') this.look({ zoom: 1, x: 0, y: 0 });
+    if (what === 'save') this.save();
+    if (what !== 'data') return;
+    this.dataShown = !this.dataShown;
+    this.root.querySelector('[data-do="data"]').setAttribute('aria-pressed', this.dataShown);
+    this.draw();
+  }
+
+  listen() {
+    const canvas = this.canvas;
+    const place = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return [event.clientX - box.left, event.clientY - box.top];
+    };
+    const cellAt = (event) => {
+      const [x, y] = this.toCells(...place(event));
+      const cell = [Math.floor(y), Math.floor(x)];
+      return this.at(cell) ? cell : null;
+    };
+    canvas.addEventListener('wheel', (event) => {
+      if (!event.ctrlKey && this.view.zoom === 1 && document.activeElement === document.body) return;
+      const focused = this.root.getRootNode().activeElement === canvas;
+      if (!event.ctrlKey && !focused) return;
+      event.preventDefault();
+      this.zoomBy(Math.exp(-event.deltaY / 300), ...place(event));
+    }, { passive: false });
+    canvas.addEventListener('pointerdown', (event) => {
+      canvas.focus();
+      this.pointers.set(event.pointerId, place(event));
+      this.moved = 0;
+      if (this.view.zoom > 1) canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener('pointermove', (event) => this.drag(event, place(event), cellAt(event)));
+    const up = (event) => {
+      const cell = cellAt(event);
+      if (event.type === 'pointerup' && this.data.picks && this.moved < 4 && cell) this.pick(...cell);
+      this.pointers.delete(event.pointerId);
+    };
+    canvas.addEventListener('pointerup', up);
+    canvas.addEventListener('pointercancel', up);
+    canvas.addEventListener('pointerleave', () => this.point(null));
+    canvas.addEventListener('dblclick', (event) => this.zoomBy(2, ...place(event)));
+    canvas.addEventListener('keydown', (event) => {
+      const what = { '+': 'in', '=': 'in', '-': 'out', 0: 'fit' }[event.key];
+      if (what) this.act(what);
+    });
+    this.root.querySelector('.tools').addEventListener('click', (event) => {
+      if (event.target.dataset.do) this.act(event.target.dataset.do);
+    });
+    this.hear = ({ detail }) => {
+      if (detail.from === this || !this.data || detail.link !== this.data.link) return;
+      this.point(detail.hover, false);
+      this.look(detail.view, false);
+    };
+    window.addEventListener(LINK, this.hear);
+    this.watch = new ResizeObserver(() => this.data && this.layout());
+    this.watch.observe(this.root);
+  }
+
+  drag(event, now, cell) {
+    const before = this.pointers.get(event.pointerId);
+    if (!before) return this.point(cell);
+    this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
+    const s = this.cell * this.view.zoom;
+    if (this.pointers.size === 2) {
+      const [other] = [...this.pointers].filter(([id]) => id !== event.pointerId).map(([, p]) => p);
+      const spread = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
+      this.zoomBy(spread(now) / Math.max(spread(before), 1), ...other);
+    } else if (this.view.zoom > 1) {
+      this.look({ ...this.view,
+        x: this.view.x - (now[0] - before[0]) / s, y: this.view.y + (now[1] - before[1]) / s });
+    }
+    this.pointers.set(event.pointerId, now);
+  }
+
+  stop() {
+    this.leave();
+    window.removeEventListener(LINK, this.hear);
+    this.watch.disconnect();
+  }
+}
+
+function disc(pen, x, y, radius, colour) {
+  pen.fillStyle = colour;
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.fill();
+}
+
+function key(label, kind, colour) {
+  const entry = document.createElement('span');
+  entry.className = 'key';
+  const mark = document.createElement('span');
+  mark.className = kind;
+  if (colour) mark.style.background = colour;
+  entry.append(mark, label);
+  return entry;
+}
+
+function ticks(low, high, wanted) {
+  const rough = (high - low) / Math.max(wanted, 1);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough);
+  const out = [];
+  for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + step * 1e-6; v += step) out.push(v);
+  return out;
+}
+
+function number(v) {
+  return String(Number(v.toPrecision(8)));
+}

@@ -1,0 +1,93 @@
+"""Long work on a thread, with progress and cancel; it knows nothing of the page."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from threading import Event, Thread
+from typing import Any, Generic, TypeVar
+
+Result = TypeVar("Result")
+Progress = Callable[[float, int], None]
+Cancel = Callable[[], bool]
+
+
+class Job(Generic[Result]):
+    """A piece of work that runs on its own thread from the moment it is made.
+
+    Parameters
+    ----------
+    work : callable
+        Called as work(progress, cancel); what it returns is `result`, what it raises is `error`.
+    about : object
+        Whatever the caller wants to find on the job again.
+
+    Attributes
+    ----------
+    fraction : float
+        Share of the work that is done, 0 to 1.
+    n_done : int
+        How many pieces are finished.
+    result, error
+        What came out; None until then.
+
+    Examples
+    --------
+    >>> job = Job(lambda progress, cancel: 6 * 7)
+    >>> job.wait(5.0), job.result
+    (True, 42)
+    """
+
+    def __init__(self, work: Callable[[Progress, Cancel], Result], about: Any = None) -> None:
+        self.about = about
+        self.fraction = 0.0
+        self.n_done = 0
+        self.result: Result | None = None
+        self.error: Exception | None = None
+        self.collected = False
+        self._started = time.monotonic()
+        self._cancelled = Event()
+        self._finished = Event()
+        self._work = work
+        Thread(target=self._run, daemon=True).start()
+
+    def _run(self) -> None:
+        try:
+            self.result = self._work(self._report, self._cancelled.is_set)
+        except Exception as error:
+            self.error = error
+        finally:
+            self._finished.set()
+
+    def _report(self, fraction: float, n_done: int) -> None:
+        self.fraction, self.n_done = fraction, n_done
+
+    def cancel(self) -> None:
+        """Ask the work to stop; it does so when it next looks."""
+        self._cancelled.set()
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether it was asked to stop."""
+        return self._cancelled.is_set()
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has come to an end, good or bad."""
+        return self._finished.is_set()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait at most `seconds` and return whether it has finished."""
+        return self._finished.wait(seconds)
+
+    @property
+    def seconds(self) -> float:
+        """Time since the start."""
+        return time.monotonic() - self._started
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Estimate of the time left, None where too little is done to tell."""
+        if self.fraction < 0.02:
+            return None
+        return self.seconds * (1 - self.fraction) / self.fraction

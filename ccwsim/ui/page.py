@@ -1,0 +1,94 @@
+"""What every page starts with: title, style, menu, and the state of the session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import streamlit as st
+from streamlit.errors import StreamlitAPIException
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.figures import Theme, theme_named
+from ccwsim.ui.state import State, session_state
+
+ROOT = Path(__file__).parents[2]
+ASSETS = ROOT / "assets"
+STYLE = Path(__file__).with_name("style.css")
+STUDY_WIDTH = 336
+"""Pixels of the study column."""
+
+PAGES = (
+    ("Simulate", "pages/simulate.py"),
+    ("Hard data", "pages/data.py"),
+    ("Validate", "pages/validate.py"),
+)
+"""The menu: what a page is called, and its file."""
+
+
+def show_page(title: str, body: Callable[[State], None]) -> None:
+    """Draw a page: configuration, menu and `body`, which gets the state of the session.
+
+    An error never takes the state away: it is said in words and the page can be used on.
+
+    Parameters
+    ----------
+    title : str
+    body : callable
+        Called as body(state).
+    """
+    st.set_page_config(
+        page_title=f"{title} · CCWSIM",
+        page_icon=str(ASSETS / "logo-mark.svg"),
+        layout="wide",
+        initial_sidebar_state=STUDY_WIDTH,
+    )
+    theme = chart_theme()
+    own = f":root {{ --ink: {theme.ink}; --paper: {theme.paper}; --hairline: {theme.hairline} }}"
+    st.html(f"<style>{own}\n{STYLE.read_text('utf-8')}</style>")
+    st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
+    _menu(title)
+    with guarded():
+        body(session_state())
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Say errors in words and keep the state; for the body of a page and of each fragment."""
+    try:
+        yield
+    except CCWSIMError as error:
+        st.error(str(error))
+    except Exception as error:
+        if _is_control_flow(error):
+            raise
+        st.error(
+            "This part could not be drawn. Your study and its results are kept: change a setting "
+            f"or reload. The reason, for a report: {type(error).__name__}: {error}"
+        )
+
+
+def theme_name() -> str:
+    """Return "dark" or "light", whichever the reader's browser shows."""
+    return "dark" if st.context.theme.type == "dark" else "light"
+
+
+def chart_theme() -> Theme:
+    """Return the colours of charts in the theme that the browser shows."""
+    return theme_named(theme_name())
+
+
+def _menu(title: str) -> None:
+    with st.container(horizontal=True, key="menu", gap="medium"):
+        for label, path in PAGES:
+            try:
+                st.page_link(path, label=label)
+            except (StreamlitAPIException, KeyError):
+                if label == title:
+                    st.markdown(f"**{label}**")
+
+
+def _is_control_flow(error: Exception) -> bool:
+    """Reruns and stops travel as exceptions of Streamlit's own runner."""
+    return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

@@ -1,0 +1,132 @@
+"""From what was chosen to what `simulate` takes; cached by content, never by large arrays."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import numpy as np
+import streamlit as st
+
+from ccwsim import datasets
+from ccwsim.grid import Grid
+from ccwsim.hard_data import HardData
+from ccwsim.io import (
+    HardDataImport,
+    ImportedPoints,
+    import_hard_data,
+    place_points,
+    read_training_image,
+    resolve_points,
+)
+from ccwsim.parameters import Parameters
+from ccwsim.sampling import sample_random
+from ccwsim.simulation import simulate
+from ccwsim.training_image import TrainingImage
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
+
+SETTLED = ("on_outside", "on_unknown")
+"""Answers that any hard data may need, when the grid or the training image has changed."""
+
+
+def image_of(choice: ImageChoice) -> TrainingImage:
+    """Return the training image of a choice, turned and named as the user wants it.
+
+    Raises
+    ------
+    CCWSIMError
+        Where the file cannot be read, or a question of the reader is open.
+    """
+    return _image(choice.digest, choice)
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _image(digest: str, _choice: ImageChoice) -> TrainingImage:
+    read = _read_image(_choice)
+    array = read.array
+    if _choice.transpose:
+        array = array.T
+    if _choice.flip_ew:
+        array = array[:, ::-1]
+    if _choice.flip_ns:
+        array = array[::-1]
+    names = _choice.names if len(_choice.names) == read.n_facies else read.facies_names
+    return TrainingImage(array, name=read.name, facies_names=names)
+
+
+def _read_image(choice: ImageChoice) -> TrainingImage:
+    if choice.upload is None:
+        return datasets.load(choice.bundled)
+    return read_training_image(opened(choice.upload), **dict(choice.answers))
+
+
+def opened(upload: Upload) -> BytesIO:
+    """Return an upload as a file object that carries its name."""
+    file = BytesIO(upload.content)
+    file.name = upload.name
+    return file
+
+
+def data_of(choices: Choices) -> HardData:
+    """Return the hard data of a study on its grid.
+
+    Raises
+    ------
+    CCWSIMError
+        Where the file cannot be read, or data do not fit the grid or the training image.
+    """
+    return imported_data(choices).hard_data
+
+
+def imported_data(choices: Choices) -> HardDataImport:
+    """Return the hard data of a study with a report of what happened on the way.
+
+    Raises
+    ------
+    CCWSIMError
+        As `data_of`.
+    """
+    choice, image, grid = choices.data, image_of(choices.image), choices.grid
+    if choice.source == "file" and choice.upload is not None:
+        key = (choice.upload.digest, choice.answers, repr(grid), image.digest)
+        return _of_file(key, choice.upload, choice, grid, image)
+    if choice.source == "bundled":
+        data = datasets.load_hard_data(choice.bundled)
+    elif choice.source == "sampled":
+        data = sampled_data(image, grid, choices.parameters, choice)
+    else:
+        data = choice.placed if choice.source == "placed" and choice.placed else HardData()
+    return _settled(data, choice, grid, image)
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _of_file(
+    key: tuple, _upload: Upload, _choice: DataChoice, _grid: Grid, _image: TrainingImage
+) -> HardDataImport:
+    return import_hard_data(opened(_upload), _grid, _image, **dict(_choice.answers))
+
+
+def _settled(
+    data: HardData, choice: DataChoice, grid: Grid, image: TrainingImage
+) -> HardDataImport:
+    points = ImportedPoints(
+        places=data.cells.astype(float), values=data.facies.astype(float),
+        lines=np.arange(1, data.n + 1), world=False, counted="datum",
+        name="hard data", variable="facies",
+    )  # fmt: skip
+    answers = {name: how for name, how in choice.answers if name in SETTLED}
+    return resolve_points(place_points(points, grid, image, classes="codes"), **answers)
+
+
+def sampled_data(
+    image: TrainingImage, grid: Grid, parameters: Parameters, choice: DataChoice
+) -> HardData:
+    """Return data read off a fresh unconditional realization, as section 5.2 of the paper does."""
+    key = (image.digest, grid.shape, parameters.digest, choice.n_sampled, choice.seed_sampled)
+    return _sampled(key, image, grid, parameters)
+
+
+@st.cache_resource(max_entries=32, show_spinner="Drawing a reference to sample …")
+def _sampled(key: tuple, _image: TrainingImage, _grid: Grid, _parameters: Parameters) -> HardData:
+    n, seed = key[-2:]
+    truth = simulate(_image, _grid, _parameters, n_realizations=1, seed=seed).realizations[0]
+    return sample_random(truth, n, seed)

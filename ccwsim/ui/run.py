@@ -1,0 +1,111 @@
+"""Start a simulation, follow it, and take in what it gives."""
+
+from __future__ import annotations
+
+import streamlit as st
+
+from ccwsim.ensemble import Ensemble
+from ccwsim.errors import Cancelled, CCWSIMError
+from ccwsim.simulation import simulate
+from ccwsim.ui.choices import Choices
+from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.resolve import data_of, image_of
+from ccwsim.ui.state import State
+
+PATIENCE = 0.3
+"""Seconds to wait for a quick run before progress is shown instead."""
+POLL_EVERY = 0.25
+SLOW_START = 0.8
+"""Seconds without progress after which the kernels must be compiling."""
+
+
+def start_run(state: State) -> None:
+    """Simulate the study as it is set up; a run that is still going is stopped."""
+    try:
+        work = simulation_of(state.choices)
+    except CCWSIMError as error:
+        state.message = str(error)
+        return
+    if state.job is not None:
+        state.job.cancel()
+    state.message = ""
+    state.job = Job(work, about=state.choices)
+
+
+def simulation_of(choices: Choices):
+    """Return the work of a study, as work(progress, cancel) → Ensemble."""
+    image, data = image_of(choices.image), data_of(choices)
+
+    def work(progress: Progress, cancel: Cancel) -> Ensemble:
+        return simulate(
+            image,
+            grid_shape=choices.grid,
+            parameters=choices.parameters,
+            hard_data=data,
+            n_realizations=choices.n_realizations,
+            seed=choices.seed,
+            progress=progress,
+            cancel=cancel,
+        )
+
+    return work
+
+
+def collect(state: State) -> None:
+    """Take what a finished job gives into the state; earlier results stay where it gave none."""
+    job = state.job
+    if job is None or not job.finished:
+        return
+    state.job = None
+    ensemble = job.result
+    if isinstance(job.error, Cancelled):
+        ensemble = job.error.ensemble
+        state.message = stopped(job.error, state.ensemble is not None)
+    elif job.error is not None:
+        state.message = failed(job.error)
+    if ensemble is not None:
+        state.ensemble, state.ran = ensemble, job.about
+        state.shown = min(state.shown, ensemble.n - 1)
+
+
+def stopped(error: Cancelled, has_older: bool) -> str:
+    """Say what a cancelled run left."""
+    if error.ensemble is not None:
+        return f"{str(error).capitalize()}; these are shown."
+    return "Stopped before the first realization was finished." + (
+        " The earlier results are still shown." if has_older else ""
+    )
+
+
+def failed(error: Exception) -> str:
+    """Say why a run gave nothing."""
+    if isinstance(error, CCWSIMError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "The results do not fit into memory: ask for fewer realizations or a smaller grid."
+    return f"The run failed; your study is kept. The reason: {type(error).__name__}: {error}"
+
+
+@st.fragment(run_every=POLL_EVERY)
+def follow_run(state: State) -> None:
+    """Show progress where the results will be, with a way to stop; redraw the page at the end."""
+    job = state.job
+    if job is None or job.finished:
+        collect(state)
+        st.rerun()
+    with st.container(horizontal=True, vertical_alignment="center", key="progress"):
+        st.progress(min(job.fraction, 1.0), text=progress_text(job))
+        st.button("Cancel", key="cancel", on_click=job.cancel, disabled=job.cancelled)
+
+
+def progress_text(job: Job[Ensemble]) -> str:
+    """Say how far a run is."""
+    if job.cancelled:
+        return "Stopping …"
+    if job.fraction == 0 and job.seconds > SLOW_START:
+        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    text = f"{job.n_done} of {job.about.n_realizations} realizations"
+    left = job.seconds_left
+    if job.seconds > 2 and left is not None:
+        text += f" · {left:.0f} s left"
+    return text

@@ -1,0 +1,81 @@
+"""Everything a session remembers, in one typed object that survives page changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import streamlit as st
+
+from ccwsim.ensemble import Ensemble
+from ccwsim.training_image import TrainingImage
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.editor_state import Editor
+from ccwsim.ui.jobs import Job
+from ccwsim.ui.validate_state import Validation
+
+KEY = "ccwsim"
+
+EMap = Literal["probability", "most likely", "entropy"]
+
+
+@dataclass
+class State:
+    """What a session remembers.
+
+    Attributes
+    ----------
+    choices : Choices
+        The study as it is set up; always one that can be read.
+    image_draft, data_draft : optional
+        A choice that cannot be used yet, because a file is broken or a question is open.
+    live : bool
+        Whether every change starts a run.
+    job : Job or None
+        The simulation that runs now.
+    ensemble : Ensemble or None
+        The latest results, and the `ran` choices they came from.
+    message : str
+        What went wrong or was stopped, to be said above the results.
+    shown : int
+        Which realization is large.
+    facies : int
+        The place of the facies whose curves and probability are shown.
+    e_type : str
+        What the uncertainty map shows: "probability", "most likely" or "entropy".
+    chart_format : str
+        How a chart saves itself: "svg" or "png".
+    reference : TrainingImage or None
+        The hidden truth that the hard data were sampled from, to score realizations against.
+    editor : Editor
+        What the page of hard data remembers.
+    validation : Validation
+        What the page of validation remembers.
+    """
+
+    choices: Choices = field(default_factory=Choices)
+    image_draft: ImageChoice | None = None
+    data_draft: DataChoice | None = None
+    live: bool = False
+    job: Job[Ensemble] | None = None
+    ensemble: Ensemble | None = None
+    ran: Choices | None = None
+    message: str = ""
+    shown: int = 0
+    facies: int = 1
+    e_type: EMap = "probability"
+    chart_format: str = "svg"
+    reference: TrainingImage | None = None
+    editor: Editor = field(default_factory=Editor)
+    validation: Validation = field(default_factory=Validation)
+
+    def change(self, **changes: Any) -> None:
+        """Replace some of the choices."""
+        self.choices = replace(self.choices, **changes)
+
+
+def session_state() -> State:
+    """Return the state of this session; a new session gets the default study."""
+    if KEY not in st.session_state:
+        st.session_state[KEY] = State()
+    return st.session_state[KEY]

@@ -1,0 +1,79 @@
+"""Run numbered tasks on threads, with progress, and stop them when asked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from threading import Event
+
+from ccwsim.errors import Cancelled
+
+LOOK_EVERY = 0.05
+"""Seconds between two looks at progress and cancel."""
+
+Progress = Callable[[float, int], None]
+"""Called as progress(fraction, n_done): share of all work, and how many tasks are finished."""
+
+
+def n_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Watch:
+    """What a running task and its caller tell each other."""
+
+    def __init__(self, stop: Event) -> None:
+        self.share = 0.0
+        self._stop = stop
+
+    def report(self, share: float) -> None:
+        """Say how much of the task is done, 0 … 1.
+
+        Raises
+        ------
+        Cancelled
+            Where the task was asked to stop.
+        """
+        self.share = share
+        self.check()
+
+    def check(self) -> None:
+        """Raise `Cancelled` in a task that was asked to stop."""
+        if self._stop.is_set():
+            raise Cancelled("the simulation was stopped")
+
+
+def run_all(
+    task: Callable[[int, Watch], None],
+    n: int,
+    n_workers: int,
+    progress: Progress | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> list[int]:
+    """Run task(number, watch) for 0 … n − 1 and return the numbers that were finished.
+
+    Fewer than n are finished only where `cancel` returned True. The first error of a task stops
+    the others and is raised. `progress` and `cancel` are called in the caller's own thread.
+    """
+    stop = Event()
+    watches = [Watch(stop) for _ in range(n)]
+    with ThreadPoolExecutor(min(n, n_workers)) as pool:
+        futures = [pool.submit(task, number, watches[number]) for number in range(n)]
+        pending = set(futures)
+        try:
+            while pending:
+                finished, pending = wait(pending, LOOK_EVERY)
+                for future in finished:
+                    future.result()
+                if progress:
+                    progress(sum(w.share for w in watches) / n, n - len(pending))
+                if pending and cancel and cancel():
+                    break
+        finally:
+            stop.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+    return [k for k, f in enumerate(futures) if not f.cancelled() and f.exception() is None]

@@ -1,0 +1,32 @@
+"""Hard data placed by hand, with realizations that answer every edit at once."""
+
+from __future__ import annotations
+
+import streamlit as st
+
+from ccwsim.ui.data_editor import draw_editor
+from ccwsim.ui.editor_actions import needs_run
+from ccwsim.ui.page import show_page
+from ccwsim.ui.run import PATIENCE, collect, follow_run, start_run
+from ccwsim.ui.state import State
+
+
+def data_page(state: State) -> None:
+    """Draw the editor over the realizations of the study; simulate some where there are none."""
+    if needs_run(state):
+        start_run(state)
+    if state.job is not None and state.job.wait(PATIENCE):
+        collect(state)
+    with st.container(key="news"):  # always there, so that what is below never moves or blanks
+        if state.job is not None:
+            follow_run(state)
+            if state.ensemble is not None:
+                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
+        if state.message:
+            st.warning(state.message)
+    with st.container(key="results"):
+        draw_editor(state)
+
+
+if __name__ == "__main__":
+    show_page("Hard data", data_page)

@@ -1,0 +1,51 @@
+"""Take pictures of every page: python -m tests.screenshots OUT
+
+At 1440 and 390 pixels, light and dark: empty (as the page first shows itself), the first screen
+with results, and the whole page.
+"""
+
+from __future__ import annotations
+
+import sys
+from itertools import product
+from pathlib import Path
+
+from tests.served import browser, served
+
+SIZES = {1440: 900, 390: 844}
+SLOW = 180_000
+SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
+
+
+def take_all(out: Path) -> None:
+    """Write one PNG a page, width and theme into a folder."""
+    from ccwsim.ui.page import PAGES
+
+    out.mkdir(parents=True, exist_ok=True)
+    with served() as address, browser() as chromium:
+        for (title, path), width, theme in product(PAGES, SIZES, ("light", "dark")):
+            context = chromium.new_context(
+                viewport={"width": width, "height": SIZES[width]}, color_scheme=theme,
+                device_scale_factor=1 if width > 640 else 2,
+            )  # fmt: skip
+            page = context.new_page()
+            page.goto(f"{address}/{Path(path).stem}")
+            name = f"{Path(path).stem}-{width}-{theme}"
+            page.wait_for_selector(".st-key-menu", timeout=60_000)
+            page.screenshot(path=out / f"{name}-empty.png")
+            page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
+            page.wait_for_function(SETTLED, timeout=SLOW)
+            page.wait_for_timeout(1500)
+            page.screenshot(path=out / f"{name}-first.png")
+            tall = page.evaluate("document.querySelector('[data-testid=stMain]').scrollHeight")
+            page.set_viewport_size({"width": width, "height": max(tall, SIZES[width])})
+            page.wait_for_timeout(800)
+            page.screenshot(path=out / f"{name}.png")
+            print(f"{title}: {name}")
+            context.close()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m tests.screenshots OUT")
+    take_all(Path(sys.argv[1]))

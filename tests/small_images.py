@@ -1,0 +1,29 @@
+"""Small training images, by seed, for tests of the core."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+
+def noise(shape: tuple[int, int], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
+    """Return independent cells with every facies: no two large patches of it are alike."""
+    rng = np.random.default_rng(seed)
+    image = rng.integers(0, n_facies, shape).astype(np.uint8)
+    image.flat[: min(n_facies, image.size)] = np.arange(min(n_facies, image.size))
+    return image
+
+
+def blobs(shape: tuple[int, int], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
+    """Return smooth bodies of every facies in about equal shares."""
+    rng = np.random.default_rng(seed)
+    field = ndimage.gaussian_filter(rng.normal(size=shape), 2.5, mode="wrap")
+    limits = np.quantile(field, np.arange(1, n_facies) / n_facies)
+    return np.digitize(field, limits).astype(np.uint8)
+
+
+def places_of(patch: NDArray, image: NDArray) -> NDArray[np.int64]:
+    """Return row and column, shape (n, 2), of every place where `image` has exactly `patch`."""
+    windows = np.lib.stride_tricks.sliding_window_view(image, patch.shape)
+    return np.argwhere((windows == patch).all(axis=(2, 3)))

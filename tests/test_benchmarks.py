@@ -1,0 +1,135 @@
+"""The reference of the benchmarks does what the compiled kernels do, cell by cell."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks import reference
+from benchmarks.__main__ import main
+from benchmarks.cases import CASES, Case, Row, measure
+from benchmarks.table import load, save, table, warnings
+from ccwsim import Parameters, TrainingImage, datasets, simulate
+from ccwsim.metrics import pattern_distance
+from ccwsim.stages.conditioning import UNKNOWN
+from ccwsim.stages.cut import keep_old
+from ccwsim.stages.pyramid import build_pyramid
+from ccwsim.stages.refinement import refine_place
+from ccwsim.stages.similarity import overlap_energies, overlap_terms, score_places, score_type
+
+SHAPES = st.sampled_from([(True, False), (False, True), (True, True)])
+"""Overlap on the left, at the top, or both."""
+
+
+def bits(left: bool, top: bool) -> int:
+    return (1 if left else 0) | (2 if top else 0)
+
+
+def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
+    sums = build_pyramid(image, level, n_facies if n_facies > 2 else 1).sums
+    kind = score_type(level, template, overlap)
+    energy = overlap_energies(sums, template >> level, overlap >> level, kind)[shape]
+    terms = np.empty((4, 2 * len(sums) * template * overlap), np.int64)
+    n = overlap_terms(tile, 0, 0, template, overlap, 2**level, shape, len(sums), terms)
+    scores = np.empty_like(energy)
+    score_places(sums, terms, n, energy, scores)
+    return scores
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 2**32), level=st.integers(0, 3), n_facies=st.integers(2, 4),
+    sizes=st.sampled_from([(16, 8), (24, 8), (32, 8), (32, 16)]), sides=SHAPES,
+    extra=st.tuples(st.integers(0, 21), st.integers(0, 21)),
+)  # fmt: skip
+def test_score_maps_are_those_of_the_kernels(seed, level, n_facies, sizes, sides, extra):
+    (template, overlap), (left, top) = sizes, sides
+    rng = np.random.default_rng(seed)
+    image = rng.integers(0, n_facies, (template + extra[0], template + extra[1]), np.uint8)
+    tile = rng.integers(0, n_facies, (template, template), np.uint8)
+    unit = 2**level
+    mask = reference.overlap_mask(template, overlap, left, top)
+    ours = reference.score_map(
+        reference.block_sums(image, level, n_facies),
+        reference.block_sums(tile, level, n_facies),
+        mask[::unit, ::unit],
+    )
+    theirs = kernel_scores(image, tile, level, template, overlap, bits(left, top), n_facies)
+    np.testing.assert_array_equal(ours, theirs)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32), overlap=st.integers(1, 8), sides=SHAPES)
+def test_cuts_are_those_of_the_kernels(seed, overlap, sides):
+    rng = np.random.default_rng(seed)
+    old, new = rng.integers(0, 2, (2, 16, 16), np.uint8)
+    kept = np.empty(old.shape, bool)
+    no_data = np.full(old.shape, UNKNOWN, np.uint8)
+    keep_old(old, no_data, new, 0, 0, overlap, bits(*sides), kept)
+    np.testing.assert_array_equal(reference.kept_cells(old, new, overlap, *sides), kept)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32), level=st.integers(1, 3), sides=SHAPES)
+def test_refined_places_are_those_of_the_kernel(seed, level, sides):
+    rng = np.random.default_rng(seed)
+    image = rng.integers(0, 2, (40, 43), np.uint8)
+    tile = rng.integers(0, 2, (16, 16), np.uint8)
+    place = int(rng.integers(25)), int(rng.integers(28))
+    mask = reference.overlap_mask(16, 8, *sides)
+    no_data = np.full(tile.shape, UNKNOWN, np.uint8)
+    theirs = refine_place(
+        image, tile, no_data, False, 0, 0, 16, 8, bits(*sides), 2**level, *place
+    )  # fmt: skip
+    assert reference.refined(image, tile, mask, place, 2**level) == theirs
+
+
+def test_the_reference_makes_realizations_as_good_as_the_kernels():
+    ti, p, shape = datasets.load("channels"), Parameters(wavelet_level=2), (256, 200)
+    theirs = simulate(ti, shape, p, n_realizations=6)
+    own = np.stack([reference.simulate_reference(ti, shape, p, seed)[0] for seed in range(6)])
+    distances = [pattern_distance(r, ti.indices, ti.n_facies).mean(axis=0) for r in (
+        own, theirs.indices
+    )]  # fmt: skip
+    np.testing.assert_allclose(distances[0], distances[1], rtol=0.5)
+
+
+def test_a_constant_image_gives_a_constant_reference():
+    for value in (0, 3):
+        ti = TrainingImage(np.full((40, 40), value))
+        image, seconds = reference.simulate_reference(ti, (50, 70), Parameters(), 1)
+        assert image.shape == (50, 70)
+        assert (image == 0).all()
+        assert seconds > 0
+
+
+@pytest.mark.parametrize("conditional", [False, True])
+def test_a_case_is_measured(conditional):
+    row = measure(Case(3, conditional), n_realizations=1, n_reference=1)
+    assert row.ms > 0
+    assert (row.data > 0) == conditional
+    assert (row.reference_ms is None) == conditional
+
+
+def test_measurements_survive_the_file_and_are_compared_row_by_row(tmp_path):
+    rows = [Row(0, c.level, 10.0, 500.0, None) for c in CASES if not c.conditional]
+    rows += [Row(400, 1, 40.0, None, 250.0)]
+    save(tmp_path / "b.json", "an image", rows)
+    assert load(tmp_path / "b.json") == ("an image", rows)
+    slower = [Row(r.data, r.level, 2 * r.ms, r.reference_ms, r.memory_mb) for r in rows]
+    last = table(slower, rows).splitlines()[-1].split("|")
+    assert [float(cell) for cell in last[-3:-1]] == [40.0, 0.5]
+    assert warnings("an image", rows, "an image", rows) == []
+    assert "another" in "".join(warnings("one", rows, "another", rows))
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"rows": []}', '{"rows": [{"a": 1}]}'])
+def test_a_file_that_holds_no_measurements_is_refused(tmp_path, capsys, content):
+    file = tmp_path / "b.json"
+    file.write_text(content)
+    with pytest.raises(SystemExit) as stopped:
+        main(["--against", str(file)])
+    assert stopped.value.code == 2
+    assert "no measurements" in capsys.readouterr().err

@@ -1,0 +1,110 @@
+"""The promise: every hard datum is honoured at full resolution, whatever is asked."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from ccwsim import Grid, HardData, Parameters, TrainingImage, revise, simulate
+
+CASES = int(os.environ.get("CCWSIM_CASES", "40"))
+
+
+@st.composite
+def studies(draw):
+    """Random training images, codes, grids, parameters and data, dense and contradictory too."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    n_facies = draw(st.integers(1, 4))
+    codes = rng.choice(np.arange(-50, 300), n_facies, replace=False)
+    my, mx = draw(st.integers(16, 70)), draw(st.integers(16, 70))
+    smooth = draw(st.integers(1, 8))
+    coarse = rng.integers(0, n_facies, (my // smooth + 1, mx // smooth + 1))
+    image = np.kron(coarse, np.ones((smooth, smooth), int))[:my, :mx]
+    ti = TrainingImage(codes[image])
+    level = draw(st.integers(0, 3))
+    unit = 2**level
+    overlap = unit * draw(st.integers(1, max(1, 8 // unit)))
+    low = max(2 * overlap, 4)
+    template = draw(
+        st.sampled_from(
+            [t for t in range(0, 33, unit) if t >= low and t <= min(my, mx)]
+            or [min(my, mx) // unit * unit]
+        )
+    )
+    if overlap > template // 2:
+        overlap, template, level = 1, 8, 0
+    p = Parameters(
+        template_size=template,
+        overlap_size=overlap,
+        wavelet_level=level,
+        n_candidates=draw(st.integers(1, 30)),
+        similarity=draw(st.sampled_from(["ssd", "correlation"])),
+        search_fraction=draw(st.sampled_from([0.05, 0.1, 1.0])),
+        co_template=draw(st.integers(1, 3)),
+        random_path=draw(st.booleans()),
+        template_variation=draw(st.sampled_from([0.0, 0.3])),
+        match_proportions=draw(st.booleans()),
+        refine=draw(st.booleans()),
+    )
+    ny, nx = draw(st.integers(1, 90)), draw(st.integers(1, 90))
+    share = draw(st.sampled_from([0.0, 0.002, 0.02, 0.2, 1.0]))
+    where = np.argwhere(rng.random((ny, nx)) < share)
+    if draw(st.booleans()):
+        where = np.vstack([where, [[0, 0], [ny - 1, nx - 1]]])
+        where = np.unique(where, axis=0)
+    facies = ti.codes[rng.integers(0, ti.n_facies, len(where))].astype(int)
+    return ti, (ny, nx), p, HardData(where, facies), draw(st.integers(0, 2**40))
+
+
+@settings(max_examples=CASES, deadline=None, suppress_health_check=list(HealthCheck))
+@given(studies())
+def test_every_datum_is_honoured_whatever_is_asked(study):
+    ti, shape, p, data, seed = study
+    ensemble = simulate(ti, shape, p, data, n_realizations=2, seed=seed)
+    rows, columns = data.cells.T
+    assert (ensemble.realizations[:, rows, columns] == data.facies).all()
+    assert ensemble.n_mismatched.sum() == 0
+    assert (ensemble.n_met_by_raster + ensemble.n_mended + ensemble.n_forced == data.n).all()
+
+
+def test_a_revision_honours_the_edited_data_and_changes_only_windows_around_them(channels):
+    p = Parameters()
+    before = simulate(channels, (200, 160), p, n_realizations=4, seed=3)
+    rng = np.random.default_rng(0)
+    cells = np.column_stack([rng.integers(0, 200, 12), rng.integers(0, 160, 12)])
+    data = HardData(cells, rng.integers(0, 2, 12))
+    after = revise(before, data)
+    assert after.n_mismatched.sum() == 0
+    assert after.revised
+    assert not before.revised
+    changed = np.argwhere(after.indices != before.indices)[:, 1:]
+    gap = np.abs(changed[:, None, :] - cells[None]).max(axis=2).min(axis=1)
+    assert gap.max() <= p.template_size
+
+
+def test_a_datum_that_is_honoured_already_changes_nothing(channels):
+    before = simulate(channels, (100, 100), n_realizations=3, seed=1)
+    same = np.argwhere((before.indices == before.indices[0]).all(axis=0))[:5]
+    data = HardData(same, before.realizations[0][same[:, 0], same[:, 1]])
+    after = revise(before, data)
+    assert np.array_equal(after.indices, before.indices)
+    assert (after.met_by == 0).all()
+
+
+@pytest.fixture(scope="module")
+def channels():
+    from ccwsim import datasets
+
+    return datasets.load("channels")
+
+
+def test_data_of_a_grid_in_world_coordinates_are_met(channels):
+    grid = Grid(64, 96, cell_size=(25.0, 50.0), origin=(1000.0, -300.0))
+    cells = grid.cells_of([1010.0, 3399.0], [-300.0, 2899.0])
+    ensemble = simulate(channels, grid, hard_data=HardData(cells, [1, 0]), n_realizations=2)
+    assert ensemble.realizations[:, 0, 0].tolist() == [1, 1]
+    assert ensemble.realizations[:, 63, 95].tolist() == [0, 0]
