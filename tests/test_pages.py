@@ -25,6 +25,7 @@ from ccwsim.ui.resolve import data_of, image_of, imported_data
 from ccwsim.ui.run import collect, simulation_of, start_run
 from ccwsim.ui.state import KEY, State
 from ccwsim.ui.tables import curves_csv, realizations_csv
+from tests.widgets import named
 
 ROOT = Path(__file__).parents[1]
 SMALL = Choices(
@@ -115,13 +116,13 @@ def test_live_runs_after_each_change():
 
 def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
     app = launched()
-    app.selectbox(key="wavelet_level").set_value(3).run()
+    named(app.selectbox, "wavelet_level").set_value(3).run()
     p = app.session_state[KEY].choices.parameters
     assert (p.template_size, p.overlap_size, p.wavelet_level) == (16, 8, 3)
-    assert app.selectbox(key="template_size").options == [
+    assert named(app.selectbox, "template_size").options == [
         str(size) for size in template_sizes(3, (256, 256))
     ]
-    assert app.selectbox(key="overlap_size").options == ["8"]
+    assert named(app.selectbox, "overlap_size").options == ["8"]
 
 
 def test_the_help_comes_from_the_table_of_parameters():
@@ -136,7 +137,7 @@ def test_without_a_wavelet_the_level_is_zero():
     app = launched()
     app.selectbox(key="p_method").set_value("ccsim").run()
     assert app.session_state[KEY].choices.parameters.level == 0
-    assert app.selectbox(key="wavelet_level").disabled
+    assert named(app.selectbox, "wavelet_level").disabled
 
 
 @pytest.mark.parametrize("name", datasets.names())
@@ -177,11 +178,21 @@ def test_an_upload_can_be_taken_turned_and_named():
     app.file_uploader(key="image_file").upload("own.dat", a_file(), "text/plain").run()
     assert texts(app) == "" or "larger than" in texts(app)
     app.checkbox(key="image_flip_ew").check().run()
-    app.text_input(key="image_name_1").set_value("sand").run()
+    named(app.text_input, "image_name_1").set_value("sand").run()
     choice = app.session_state[KEY].choices.image
     image = image_of(choice)
     assert image.array.tolist() == [[1, 1, 0], [1, 0, 0]]
     assert image.facies_names[1] == "sand"
+
+
+def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
+    app = launched()
+    stale = app._tree.get_widget_states()
+    app.file_uploader(key="image_file").upload("own.dat", a_file(), "text/plain").run()
+    taken = app.session_state[KEY].choices
+    assert taken.image.upload is not None
+    app._run(stale)  # sent before the browser has drawn the answer
+    assert app.session_state[KEY].choices == taken
 
 
 def test_an_image_says_on_demand_which_parameters_suit_it_and_they_can_be_taken():

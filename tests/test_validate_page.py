@@ -34,6 +34,7 @@ from ccwsim.ui.validate_statistics import (
 from ccwsim.ui.validate_summary import findings, of_connection, of_data, of_proportions
 from ccwsim.ui.validate_truth import problem_of, wrong_map
 from ccwsim.ui.workbench import Shelf, Workbench
+from tests.widgets import named
 
 ROOT = Path(__file__).parents[1]
 PAGE = str(ROOT / "pages" / "validate.py")
@@ -146,7 +147,7 @@ def test_another_facies_is_followed_everywhere():
     settled(app.selectbox(key="judged").set_value(0).run())
     assert app.session_state[KEY].facies == 0
     assert "mud is connected over" in html(app)
-    assert app.selectbox(key="e_type").value == 0
+    assert named(app.selectbox, "e_type").value == 0
 
 
 def test_the_arrows_go_round():
@@ -421,5 +422,5 @@ def test_a_redraw_leaves_alone_what_is_being_typed():
     assert not any(box.proto.set_value for box in [*boxes, app.slider(key="azimuth")])
     app.session_state[KEY].change(n_realizations=7)
     app.run()
-    assert app.number_input(key="n_realizations").proto.set_value
-    assert app.number_input(key="n_realizations").value == 7
+    assert named(app.number_input, "n_realizations").value == 7
+    assert not named(app.number_input, "n_realizations").proto.set_value

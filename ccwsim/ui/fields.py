@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.parameters import parameter_table
 
+MOST_VERSIONS = 16
 PARAMETERS = {row["name"]: row for row in parameter_table()}
 
 
@@ -35,34 +36,51 @@ def field(
     options
         Passed on to the widget.
     """
-    if key in st.session_state and st.session_state[key] != value:
-        st.session_state[key] = value
-    else:
-        # A value that is only set through the session would be lost in a menu that is still
-        # closed, and setting it in every run would undo what the user types meanwhile.
-        options |= starting_at(widget, value, options)
+    version = _version(key, value)
+    name = key + " " * version
 
     def changed() -> None:
-        new = st.session_state[key]
-        if new is not None:
+        new = st.session_state[name]
+        replaced = _versions()[key][0] != version
+        if not replaced and new is not None and new in options.get("options", [new]):
             write(new)
 
-    return widget(label, key=key, on_change=changed, **options)
+    return widget(label, key=name, on_change=changed, **starting_at(widget, value, options))
+
+
+def _version(key: str, value: Any) -> int:
+    """Return how often, of late, the state went its own way under a widget.
+
+    A widget that is given another value goes on sending the old one until the browser has drawn
+    the new: the program cannot tell this from a change by the user, who would lose what replaced
+    it. So the widget is replaced by a new one, and what the old one still says falls on deaf ears.
+    Spaces at the end of a key make it another key, and the same name in the page's style.
+    """
+    version, start = _versions().get(key, (0, value))
+    if st.session_state.get(key + " " * version, start) != value:
+        version, start = (version + 1) % MOST_VERSIONS, value
+    _versions()[key] = version, start
+    return version
+
+
+def _versions() -> dict[str, tuple[int, Any]]:
+    """Return the version of each widget, and the value that it started with."""
+    return st.session_state.setdefault("field_versions", {})
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return the argument that makes a widget start with a value: its name differs by widget.
+    """Return options with the one that makes a widget start with a value: its name differs.
 
     Examples
     --------
     >>> starting_at(st.selectbox, "b", {"options": ["a", "b"]})
-    {'index': 1}
+    {'options': ['a', 'b'], 'index': 1}
     """
     kind = getattr(widget, "__name__", "")
     if kind in ("selectbox", "radio"):
         choices = list(options["options"])
-        return {"index": choices.index(value) if value in choices else None}
-    return {"default" if kind in ("segmented_control", "pills") else "value": value}
+        return options | {"index": choices.index(value) if value in choices else None}
+    return options | {"default" if kind in ("segmented_control", "pills") else "value": value}
 
 
 def help_of(name: str) -> str:

@@ -9,9 +9,9 @@ import streamlit as st
 
 from ccwsim.figures import Bundle, lag_map_chart, transiogram_chart
 from ccwsim.ui.facts import three_digits
+from ccwsim.ui.fields import field
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.state import State
-from ccwsim.ui.steady_field import steady_field
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.titled_chart import titled_chart
 from ccwsim.ui.validate_overview import draw_bundle
@@ -42,7 +42,7 @@ def draw_directions(state: State, colours: Sequence[str]) -> None:
 
 
 def _ask_azimuth(state: State) -> None:
-    steady_field(
+    field(
         st.slider, "Direction, degrees from north to east", key="azimuth", min_value=0,
         max_value=175, step=5, value=state.validation.azimuth, width=420,
         help="0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. The dotted line on the maps.",
@@ -81,14 +81,14 @@ def draw_transitions(state: State, colours: Sequence[str]) -> None:
     n = len(names)
     tails = list(range(n))
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
-        steady_field(
+        field(
             st.segmented_control, "Along", key="transitions_along", options=["E-W", "N-S"],
             value=state.validation.along, format_func=lambda way: way.replace("-", "–"),
             write=lambda way: setattr(state.validation, "along", way),
         )  # fmt: skip
         if n > FEW_FACIES:
             state.validation.tail = min(state.validation.tail, n - 1)
-            steady_field(
+            field(
                 st.selectbox, "From", key="transitions_tail", options=tails, width=220,
                 value=state.validation.tail, format_func=lambda k: names[k],
                 write=lambda k: setattr(state.validation, "tail", k),

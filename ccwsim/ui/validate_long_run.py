@@ -12,10 +12,10 @@ from ccwsim.ensemble import Ensemble
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.metrics import RunningSummary, connectivity, variogram
 from ccwsim.ui.facts import seconds, three_digits
+from ccwsim.ui.fields import field
 from ccwsim.ui.long_run import LongRun
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.state import State
-from ccwsim.ui.steady_field import steady_field
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.titled_chart import titled_chart
 from ccwsim.ui.validate_uncertainty import draw_three
@@ -34,7 +34,7 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
     )
     going = run is not None and run.job is not None and not run.job.finished
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
-        steady_field(
+        field(
             st.number_input, "Realizations", key="n_long", value=state.validation.n_long,
             min_value=10, max_value=MOST, step=100, width=180,
             help="More make the probabilities more exact: the error halves with four times as "

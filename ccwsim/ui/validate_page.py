@@ -8,12 +8,12 @@ import streamlit as st
 
 from ccwsim.ensemble import Ensemble
 from ccwsim.ui.e_type import choose
+from ccwsim.ui.fields import field
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results import colours_of_ran
 from ccwsim.ui.run import start_run
 from ccwsim.ui.run_step import MOST_REALIZATIONS, problem_of
 from ccwsim.ui.state import State
-from ccwsim.ui.steady_field import steady_field
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.validate_overview import draw_curves_row, draw_look, shown_elsewhere
 from ccwsim.ui.validate_panel import begin
@@ -57,12 +57,12 @@ def draw_controls(state: State, ensemble: Ensemble) -> None:
     with st.container(
         horizontal=True, vertical_alignment="bottom", gap="small", key="judge_what", width=420
     ):
-        steady_field(
+        field(
             st.selectbox, "Facies", key="judged", options=list(range(len(names))), width=140,
             value=state.facies, format_func=lambda k: names[k],
             write=lambda k: choose(state, k), help="Whose curves and probability are shown.",
         )  # fmt: skip
-        steady_field(
+        field(
             st.number_input, "Realizations", key="n_realizations", width=140,
             value=state.choices.n_realizations, min_value=1, max_value=MOST_REALIZATIONS,
             write=lambda n: state.change(n_realizations=int(n)),
