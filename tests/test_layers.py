@@ -22,7 +22,7 @@ LAYERS = (
     {"prepared_image"},
     {"raster"},
     {"revision", "simulation"},
-    {"metrics", "io", "datasets"},
+    {"metrics", "io", "datasets", "published"},
     {"figures"},
     {"cli", "ui"},
 )

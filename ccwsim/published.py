@@ -1,0 +1,204 @@
+"""Times that the paper and the published codes report, each with its source.
+
+Seconds of another machine and another language cannot be compared with seconds measured here; the
+ratios within one source can: of two levels, two methods, two numbers of data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where times come from.
+
+    Attributes
+    ----------
+    name : str
+        Short, for a legend or the head of a table.
+    reference : str
+        Where they can be looked up, or how they were measured.
+    machine : str
+        Language and machine, as far as they are known.
+    """
+
+    name: str
+    reference: str
+    machine: str
+
+
+PAPER = Source(
+    "Bavandsavadkoohi et al. (2024)",
+    "Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024), CCWSIM",
+    "MATLAB, the authors' machine",
+)
+AUTHORS_PAGE = Source(
+    "the authors' page",
+    "README of https://github.com/MBS1984/CCWSIM, captions of the figures",
+    "MATLAB, the authors' machine",
+)
+OCTAVE = Source(
+    "published codes in Octave",
+    "The authors' CCWSIM and MS-CCSIM run unchanged but without their windows: T 32, OR 8, 20 "
+    "candidates, prop 0.1, CT [2 2], 8 paths",
+    "GNU Octave, one thread, on another machine than the paper's; 2.5 to 5.8 times the paper's "
+    "MATLAB times where both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
+    "unconditional run, so these times say little about levels",
+)
+OTHER_ENGINES = Source(
+    "other engines",
+    "DeeSse (geone 1.3.4, n 24), SNESIM and QuickSampling of G2S, SNESIM (tree) of MPSLIB",
+    "compiled, one thread, on the same machine as the Octave times",
+)
+
+
+@dataclass(frozen=True)
+class PublishedTime:
+    """CPU time of one realization as a source reports it.
+
+    Attributes
+    ----------
+    source : Source
+    where : str
+        The table or figure.
+    image : str
+        Training image: "channel", "stone wall", "three facies", …
+    n_cells : int or None
+        Cells of the grid; None where the source at hand does not say.
+    n_data : int or None
+        Hard data, 0 for an unconditional run; None where the source does not say.
+    method : str
+        "ccwsim" or "ms-ccsim", as `Parameters.method` has it, or the name of another engine.
+    level : int or None
+        Wavelet level, or scale of MS-CCSIM; None where the source does not say or has none.
+    cpu_seconds : float or None
+        None where no run came to an end.
+    wrong_share : float or None
+        Share of the hard data not honoured at full resolution, 0 … 1; None where not reported.
+    note : str
+    """
+
+    source: Source
+    where: str
+    image: str
+    n_cells: int | None
+    n_data: int | None
+    method: str
+    level: int | None
+    cpu_seconds: float | None
+    wrong_share: float | None = None
+    note: str = ""
+
+
+def _table_2(method: str, level: int, *seconds: float) -> list[PublishedTime]:
+    return [
+        PublishedTime(PAPER, "Table 2", "channel", 512 * 512, n_data, method, level, s)
+        for n_data, s in zip((1000, 2000), seconds, strict=True)
+    ]
+
+
+TABLE_2 = (
+    *_table_2("ms-ccsim", 1, 26.78, 41.18),
+    *_table_2("ms-ccsim", 3, 2.35, 3.42),
+    *_table_2("ccwsim", 1, 10.45, 23.09),
+    *_table_2("ccwsim", 3, 2.49, 2.82),
+)
+"""CPU time against the number of hard data, by method and level."""
+
+FIGURE_13 = tuple(
+    PublishedTime(PAPER, "Fig. 13", "channel", 25_000_000, None, "ccwsim", level, s)
+    for level, s in ((1, 56.0), (2, 32.0), (3, 31.0))
+)
+"""CPU time of the largest of five grids, by level; the values of the other four are not at hand."""
+
+SINGLE_TIMES = (
+    PublishedTime(PAPER, "Fig. 6", "channel", None, 0, "ccwsim", None, 6.52),
+    PublishedTime(PAPER, "Fig. 7", "channel", None, None, "ccwsim", None, 2.42,
+                  note="mean of 100 realizations"),
+    PublishedTime(PAPER, "three facies", "three facies", 1_000_000, None, "ccwsim", None, 3.50),
+    PublishedTime(AUTHORS_PAGE, "Ganges delta", "Ganges delta", None, None, "ccwsim", None, 7.7),
+    PublishedTime(AUTHORS_PAGE, "4000 data", "channel", None, 4000, "ccwsim", None, 1.06,
+                  note="about 4000 data"),
+)  # fmt: skip
+"""Times that stand alone; None is what their source does not say."""
+
+
+def _octave(image: str, side: int, n_data: int, *rows: tuple) -> list[PublishedTime]:
+    """Rows of (method, level, seconds, percent of the data wrong, note)."""
+    times = []
+    for method, level, cpu_seconds, percent, *note in rows:
+        wrong = None if percent is None else percent / 100
+        times.append(
+            PublishedTime(OCTAVE, "", image, side**2, n_data, method, level, cpu_seconds, wrong,
+                          *note)
+        )  # fmt: skip
+    return times
+
+
+OCTAVE_TIMES = (
+    *_octave("channel", 512, 0,
+        ("ccwsim", 1, 6.0, None), ("ccwsim", 2, 5.7, None), ("ccwsim", 3, 5.8, None),
+        ("ms-ccsim", 1, 7.1, None), ("ms-ccsim", 2, 7.3, None), ("ms-ccsim", 3, 7.6, None)),
+    *_octave("channel", 512, 397,
+        ("ccwsim", 1, 8.7, 5.6), ("ccwsim", 2, 7.2, 6.5), ("ccwsim", 3, 6.4, 13.3),
+        ("ms-ccsim", 1, 20.2, 0.0), ("ms-ccsim", 2, 11.5, 0.0),
+        ("ms-ccsim", 3, 9.2, 0.2, "one of five runs crashes")),
+    *_octave("channel", 512, 1000,
+        ("ccwsim", 1, 26.4, 5.1), ("ccwsim", 3, 7.8, 13.2),
+        ("ms-ccsim", 1, 77.5, 0.4), ("ms-ccsim", 3, 13.8, 0.5)),
+    *_octave("channel", 512, 2000,
+        ("ccwsim", 1, 49.1, 4.8), ("ccwsim", 3, 8.6, 16.4),
+        ("ms-ccsim", 1, 126.0, 0.7), ("ms-ccsim", 3, 15.8, 1.9, "two of three runs crash")),
+    *_octave("channel", 256, 3883,
+        ("ccwsim", 2, 5.0, 9.4), ("ms-ccsim", 1, 42.0, 2.1),
+        ("ms-ccsim", 2, None, None, "crashes always; patched 11.5 s, 3.2 % of the data wrong"),
+        ("ms-ccsim", 3, None, None, "crashes")),
+    *_octave("stone wall", 512, 298,
+        ("ccwsim", 1, 6.6, 5.3), ("ccwsim", 3, 6.1, 18.1),
+        ("ms-ccsim", 1, 9.2, 0.0), ("ms-ccsim", 3, 8.2, 0.0)),
+    *_octave("stone wall", 512, 1000, ("ccwsim", 1, 18.5, 4.8), ("ccwsim", 3, 7.2, 20.6)),
+    *_octave("stone wall", 512, 2000, ("ccwsim", 1, 33.9, 5.5), ("ccwsim", 3, 7.7, 23.0)),
+    *_octave("three facies", 1000, 400, ("ccwsim", 2, 25.0, 8.9), ("ms-ccsim", 2, 37.0, 0.0)),
+)  # fmt: skip
+"""Times and shares of wrong data measured on the published codes in GNU Octave."""
+
+
+def _engine(name: str, free: float, conditional: float | None) -> list[PublishedTime]:
+    side = 512 * 512
+    times = [PublishedTime(OTHER_ENGINES, "", "channel", side, 0, name, None, free)]
+    if conditional is not None:
+        times.append(
+            PublishedTime(OTHER_ENGINES, "", "channel", side, 397, name, None, conditional, 0.0)
+        )
+    return times
+
+
+ENGINE_TIMES = (
+    *_engine("DeeSse", 8.1, 7.5),
+    *_engine("G2S SNESIM", 13.6, 17.1),
+    *_engine("MPSLIB SNESIM", 24.6, 22.1),
+    *_engine("G2S QuickSampling", 173.0, None),
+)
+"""Times of pixel-based engines, which honour every datum."""
+
+ALL_TIMES = (*TABLE_2, *FIGURE_13, *SINGLE_TIMES, *OCTAVE_TIMES, *ENGINE_TIMES)
+
+
+def published_time(
+    source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
+) -> PublishedTime | None:
+    """Return what a source reports for one case, None where it reports nothing.
+
+    Examples
+    --------
+    >>> published_time(PAPER, "ccwsim", 1, 512 * 512, 2000).cpu_seconds
+    23.09
+    >>> published_time(OCTAVE, "ccwsim", 1, 512 * 512, 2000).wrong_share
+    0.048
+    """
+    wanted = source, method, level, n_cells, n_data, image
+    for t in ALL_TIMES:
+        if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:
+            return t
+    return None
