@@ -14,6 +14,7 @@ from ccwsim.metrics.etype import EType, entropy, etype, etype_of_counts, facies_
 from ccwsim.metrics.granulometry import Granulometry, granulometry
 from ccwsim.metrics.patterns import PatternHistogram, pattern_histogram, pyramid_histograms
 from ccwsim.metrics.proportions import proportion_quantiles, proportions
+from ccwsim.metrics.quality import Quality, judge
 from ccwsim.metrics.reuse import Reuse, reuse
 from ccwsim.metrics.running_curves import RunningCurves
 from ccwsim.metrics.scaling import Scaling, classical_scaling
@@ -39,6 +40,7 @@ __all__ = [
     "EType",
     "Granulometry",
     "PatternHistogram",
+    "Quality",
     "Reuse",
     "RunningCurves",
     "RunningStatistics",
@@ -68,6 +70,7 @@ __all__ = [
     "feature_spacing",
     "granulometry",
     "js_divergence",
+    "judge",
     "pattern_distance",
     "pattern_histogram",
     "proportion_quantiles",

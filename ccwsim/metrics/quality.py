@@ -1,0 +1,152 @@
+"""How good an ensemble is, in a few numbers that settings and methods can be compared by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.ensemble import Ensemble
+from ccwsim.errors import CCWSIMError
+from ccwsim.metrics.connectivity import connectivity
+from ccwsim.metrics.directions import Direction
+from ccwsim.metrics.divergence import pattern_distance
+from ccwsim.metrics.etype import facies_counts
+
+LARGEST_LAG = 100
+"""Cells; less where the grid or the training image is smaller than twice that."""
+WAYS: tuple[Direction, Direction] = ("E-W", "N-S")
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How close an ensemble comes to its training image, its data, and at what cost.
+
+    Attributes
+    ----------
+    n : int
+        How many realizations were judged.
+    pattern_distances : tuple of 3 float
+        Jensen–Shannon divergence in bits between the 4 × 4 patterns of realizations and training
+        image at full, half and third resolution, mean over realizations.
+    pattern_spread : float
+        Standard deviation between realizations of their mean over the three; NaN for one.
+    tau_errors : tuple of 2 float
+        |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
+        both are known, E–W and N–S; NaN where there is no such lag.
+    facies : int
+        Place of the facies that τ is of.
+    differing : float
+        Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
+    n_mended, n_forced, n_mismatched : float
+        Hard data met by mending windows, set by force, and not honoured; means over realizations.
+    cpu_seconds : float
+        CPU time of a realization, median.
+    """
+
+    n: int
+    pattern_distances: tuple[float, float, float]
+    pattern_spread: float
+    tau_errors: tuple[float, float]
+    facies: int
+    differing: float
+    n_mended: float
+    n_forced: float
+    n_mismatched: float
+    cpu_seconds: float
+
+    @property
+    def pattern_distance(self) -> float:
+        """Mean of the distances at full, half and third resolution, in bits."""
+        return float(np.mean(self.pattern_distances))
+
+    @property
+    def tau_error(self) -> float:
+        """Mean of the errors along both axes."""
+        known = [error for error in self.tau_errors if not np.isnan(error)]
+        return float(np.mean(known)) if known else float("nan")
+
+
+def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
+    """Judge an ensemble by patterns, connection, variety, hard data and CPU time.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    facies : int, optional
+        Place in the training image's codes of the facies whose connection counts; the last one
+        where not given.
+
+    Raises
+    ------
+    CCWSIMError
+        For a facies that is not there, and for a grid too small for patterns.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, TrainingImage, simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> found = judge(simulate(stripes, (40, 50), p, n_realizations=2))
+    >>> found.tau_errors, found.n_mismatched
+    ((0.0, 0.0), 0.0)
+    """
+    image = ensemble.training_image
+    place = image.n_facies - 1 if facies is None else facies
+    if not 0 <= place < image.n_facies:
+        raise CCWSIMError(f"facies = {facies} must be a place from 0 to {image.n_facies - 1}")
+    each = pattern_distance(ensemble.indices, image.indices, image.n_facies)
+    spread = float(each.mean(axis=1).std(ddof=1)) if ensemble.n > 1 else float("nan")
+    lags = lags_of(ensemble)
+    return Quality(
+        n=ensemble.n,
+        pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
+        pattern_spread=spread,
+        tau_errors=(
+            _tau_error(ensemble, place, WAYS[0], lags),
+            _tau_error(ensemble, place, WAYS[1], lags),
+        ),
+        facies=place,
+        differing=differing_share(ensemble.indices, image.n_facies),
+        n_mended=float(ensemble.n_mended.mean()),
+        n_forced=float(ensemble.n_forced.mean()),
+        n_mismatched=float(ensemble.n_mismatched.mean()),
+        cpu_seconds=float(np.median(ensemble.cpu_seconds)),
+    )
+
+
+def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
+    """Return the share of cells in which two realizations differ, mean over all pairs.
+
+    Counted by cell: of n realizations, Σ c (c − 1) / 2 pairs agree where c have each facies.
+
+    Examples
+    --------
+    >>> differing_share(np.array([[[0, 1]], [[1, 1]]], np.uint8), 2)
+    0.5
+    """
+    n = len(indices)
+    if n < 2:
+        return float("nan")
+    counts = facies_counts(indices, n_facies).astype(np.int64)
+    agree = (counts * (counts - 1)).sum(axis=0) / (n * (n - 1))
+    return float(1 - agree.mean())
+
+
+def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
+    """Return the lags at which connection is compared, 1 up to half of the smallest side."""
+    smallest = min(*ensemble.grid.shape, *ensemble.training_image.shape)
+    return np.arange(1, max(min(LARGEST_LAG, smallest // 2), 1) + 1)
+
+
+def _tau_error(ensemble: Ensemble, place: int, way: Direction, lags: NDArray[np.int64]) -> float:
+    wanted = connectivity(ensemble.training_image.indices, place, way, lags).tau[0]
+    found = connectivity(ensemble.indices, place, way, lags).tau
+    there = ~np.isnan(found)
+    known = there.any(axis=0) & ~np.isnan(wanted)
+    if not known.any():
+        return float("nan")
+    mean = np.where(there, found, 0.0).sum(axis=0)[known] / there.sum(axis=0)[known]
+    return float(np.abs(mean - wanted[known]).mean())
