@@ -23,6 +23,7 @@ LAYERS = (
     {"raster"},
     {"revision", "simulation"},
     {"metrics", "io", "datasets", "published"},
+    {"comparison"},
     {"figures"},
     {"cli", "ui"},
 )
