@@ -1,0 +1,36 @@
+"""Reports as one HTML file that works offline: text, tables, pictures, charts, judgements."""
+
+from ccwsim.report.document import (
+    Block,
+    Chart,
+    Document,
+    Facts,
+    Judgement,
+    Judgements,
+    Picture,
+    Row,
+    Section,
+    Table,
+    Text,
+    Tone,
+)
+from ccwsim.report.html import report_html, write_report
+from ccwsim.report.surroundings import surroundings
+
+__all__ = [
+    "Block",
+    "Chart",
+    "Document",
+    "Facts",
+    "Judgement",
+    "Judgements",
+    "Picture",
+    "Row",
+    "Section",
+    "Table",
+    "Text",
+    "Tone",
+    "report_html",
+    "surroundings",
+    "write_report",
+]
