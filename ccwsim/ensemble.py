@@ -16,6 +16,8 @@ from ccwsim.training_image import TrainingImage
 
 FORCED = -1
 """In `Ensemble.met_by`: no window could mend the datum, so its cell was set."""
+WRONG = -2
+"""In `Ensemble.met_by`: the datum is not honoured, as `exact_data` is off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,7 @@ class Ensemble:
         Time from the call to the answer in seconds.
     met_by : ndarray of int16, shape (n, n_data)
         How each realization came to honour each datum: 0 by the raster, a window's side in cells
-        by mending, FORCED by setting the cell.
+        by mending, FORCED by setting the cell; WRONG where it does not, with `exact_data` off.
     numbers : ndarray of int64, shape (n,)
         Which realization of the study each one is.
     sources : ndarray of int32, shape (n, ny, nx), optional
@@ -91,6 +93,11 @@ class Ensemble:
     def n_forced(self) -> NDArray[np.int64]:
         """Cells set by force because no window fitted, by realization, shape (n,)."""
         return np.count_nonzero(self.met_by == FORCED, axis=1)
+
+    @property
+    def n_wrong(self) -> NDArray[np.int64]:
+        """Hard data left wrong because `exact_data` is off, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by == WRONG, axis=1)
 
     @property
     def proportions(self) -> NDArray[np.float64]:

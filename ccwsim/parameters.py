@@ -10,7 +10,7 @@ import numpy as np
 from ccwsim.arrays import digest
 from ccwsim.errors import CCWSIMError
 
-METHODS = ("ccwsim", "ccsim")
+METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
 MAX_LEVEL = 6
 MAX_TEMPLATE = 1024
@@ -36,7 +36,8 @@ class Parameters:
     wavelet_level: int = _parameter(
         2, "J", "level", "0 … 6",
         "How often the overlap is halved by the Haar wavelet before it is compared. Higher is "
-        "faster and coarser; 0 compares single cells.",
+        "faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
+        "coarsened.",
     )  # fmt: skip
     n_candidates: int = _parameter(
         20, "K", "cand", "1 or more",
@@ -44,8 +45,9 @@ class Parameters:
         "faithful realizations.",
     )  # fmt: skip
     method: str = _parameter(
-        "ccwsim", "", "", "ccwsim, ccsim",
-        "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0).",
+        "ccwsim", "", "", "ccwsim, ccsim, ms-ccsim",
+        "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); ms-ccsim "
+        "searches a coarsened image, then refines the places scale by scale.",
     )  # fmt: skip
     similarity: str = _parameter(
         "ssd", "CCW", "", "ssd, correlation",
@@ -82,6 +84,11 @@ class Parameters:
         "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
         "resolution. Mends the breaks that a coarse level leaves.",
     )  # fmt: skip
+    exact_data: bool = _parameter(
+        True, "", "", "yes, no",
+        "Honour every datum at full resolution. Off, as in the published CCWSIM code: data steer "
+        "the search on the coarse grid only, and what is then wrong stays wrong.",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         _whole(self, "template_size", 4, MAX_TEMPLATE)
@@ -93,14 +100,19 @@ class Parameters:
         _number(self, "template_variation", 0.0, 0.5)
         _one_of(self, "method", METHODS)
         _one_of(self, "similarity", SIMILARITIES)
-        for name in ("random_path", "match_proportions", "refine"):
+        for name in ("random_path", "match_proportions", "refine", "exact_data"):
             _yes_or_no(self, name)
         _check_sizes(self)
 
     @property
     def level(self) -> int:
-        """The level that the search uses: 0 for the method "ccsim", which has no wavelet."""
+        """How often lengths are halved for the search: 0 for "ccsim", which compares cells."""
         return 0 if self.method == "ccsim" else self.wavelet_level
+
+    @property
+    def scale(self) -> int:
+        """How often the images are up-gridded: the level for the method "ms-ccsim", else 0."""
+        return self.level if self.method == "ms-ccsim" else 0
 
     @property
     def step(self) -> int:

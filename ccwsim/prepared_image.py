@@ -14,8 +14,8 @@ from ccwsim.stages.mending import rare_counts
 from ccwsim.stages.path import to_path_frame
 from ccwsim.stages.pyramid import Pyramid, build_pyramid
 from ccwsim.stages.similarity import overlap_energies, score_type
+from ccwsim.stages.upgrid import upgrid
 from ccwsim.study import Study
-from ccwsim.training_image import TrainingImage
 
 
 class TurnedImage(NamedTuple):
@@ -36,54 +36,69 @@ class TurnedImage(NamedTuple):
 
 
 def turn_image(
-    training_image: TrainingImage,
+    image: NDArray[np.uint8],
+    n_facies: int,
     parameters: Parameters,
-    orientation: int,
     template_size: int,
     may_split: bool,
 ) -> TurnedImage:
-    """Return the training image as the search needs it in one orientation of the path."""
-    level = parameters.level
-    one_plane = parameters.similarity == "ssd" and training_image.n_facies <= 2
-    pyramid = build_pyramid(
-        to_path_frame(training_image.indices, orientation),
-        level,
-        1 if one_plane else training_image.n_facies,
-    )
-    template = template_size >> level
-    overlap = parameters.overlap_size >> level
-    kind = score_type(level, template_size, parameters.overlap_size)
-    splits = legal_splits(template_size, parameters.overlap_size) if may_split else [1]
-    places = tuple(length - template + 1 for length in pyramid.sums.shape[1:])
+    """Return an image, in the path frame and at the scale of the search, as the search needs it."""
+    p, scale = parameters, parameters.scale
+    level = p.level - scale
+    one_plane = p.similarity == "ssd" and n_facies <= 2
+    pyramid = build_pyramid(image, level, 1 if one_plane else n_facies)
+    if level and not p.exact_data:
+        blocks = np.broadcast_to(upgrid(pyramid.image, 2**level), pyramid.phases.shape)
+        pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
+    template, overlap = template_size >> scale, p.overlap_size >> scale
+    kind = score_type(level, template, overlap)
+    splits = legal_splits(template, overlap) if may_split else [1]
+    places = tuple(length - (template >> level) + 1 for length in pyramid.sums.shape[1:])
     energies = np.empty((len(splits), 4, *places), kind)
     for k, parts in enumerate(splits):
-        size = (template_size - parameters.overlap_size) // parts + parameters.overlap_size
-        own = overlap_energies(pyramid.sums, size >> level, overlap, kind)
+        size = (template - overlap) // parts + overlap
+        own = overlap_energies(pyramid.sums, size >> level, overlap >> level, kind)
         energies[k] = own[:, : places[0], : places[1]]
-    if parameters.similarity == "correlation":
+    if p.similarity == "correlation":
         energies[:] = 0
     return TurnedImage(pyramid, np.array(splits), energies)
 
 
 class PreparedImage:
-    """The training image as all realizations of a study share it; parts are made when needed."""
+    """The training image as all realizations of a study share it; parts are made when needed.
+
+    Two threads may both make the same part.
+    """
 
     def __init__(self, study: Study) -> None:
         self._study = study
         self._turned: dict[tuple[int, int], TurnedImage] = {}
+        self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
 
     def turned(self, orientation: int, template_size: int) -> TurnedImage:
-        """Return the image turned for one orientation; two threads may both make the same."""
+        """Return the image turned for one orientation, at the scale that is searched."""
         key = orientation, template_size
         if key not in self._turned:
+            p, data = self._study.parameters, self._study.hard_data
             self._turned[key] = turn_image(
-                self._study.training_image,
-                self._study.parameters,
-                orientation,
+                self.scaled(orientation, p.scale),
+                self._study.training_image.n_facies,
+                p,
                 template_size,
-                may_split=self._study.hard_data.n > MOST_DATA,
+                may_split=p.exact_data and data.n > MOST_DATA,
             )
         return self._turned[key]
+
+    def scaled(self, orientation: int, scale: int) -> NDArray[np.uint8]:
+        """Return the image turned for one orientation and up-gridded `scale` times."""
+        key = orientation, scale
+        if key not in self._scaled:
+            if scale == 0:
+                turned = to_path_frame(self._study.training_image.indices, orientation)
+                self._scaled[key] = np.array(turned, order="C")  # writable: kernels know one type
+            else:
+                self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), 2)
+        return self._scaled[key]
 
     @cached_property
     def rare_counts(self) -> NDArray[np.float64]:

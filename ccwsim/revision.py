@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.arrays import frozen_view
-from ccwsim.ensemble import Ensemble
+from ccwsim.ensemble import WRONG, Ensemble
 from ccwsim.hard_data import HardData
 from ccwsim.stages.conditioning import data_grid
 from ccwsim.stages.mending import mend, rare_counts
@@ -19,6 +19,8 @@ from ccwsim.workers import Watch, n_cores, run_all
 
 def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None) -> Ensemble:
     """Return an ensemble that honours edited data, simulated anew only around what they miss.
+
+    With `Parameters.exact_data` off nothing is mended: what is wrong is marked and stays so.
 
     Realizations change in windows of at most the template size around each datum that is not
     honoured yet; a datum that was taken away leaves the cells as they are. `simulate` gives the
@@ -71,6 +73,9 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
         rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=key))
         rows, columns = hard_data.cells.T
         wrong = indices[number, rows, columns] != study.facies_of_data
+        if not study.parameters.exact_data:
+            met_by[number, wrong] = WRONG
+            return
         met_by[number, wrong] = mend(
             study.training_image.indices,
             data,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.arrays import frozen_view
-from ccwsim.ensemble import Ensemble
+from ccwsim.ensemble import WRONG, Ensemble
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
@@ -55,6 +55,10 @@ def simulate_realization(
     template = draw_template(study.parameters, study.training_image.shape, rng)
     indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
     cells = study.hard_data.cells
+    if not study.parameters.exact_data:
+        watch.report(1.0)
+        missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data
+        return Realization(indices, sources, np.where(missed, WRONG, 0).astype(np.int16))
     data = data_grid(cells, study.facies_of_data, indices.shape)
     rare = image.rare_counts if study.hard_data.n else None
     ti = study.training_image.indices
@@ -160,7 +164,7 @@ def simulate(
     return ensemble
 
 
-_compiled: set[tuple[np.dtype, np.dtype, bool]] = set()
+_compiled: set[tuple[object, ...]] = set()
 
 
 def _compile(study: Study, image: PreparedImage, progress: Progress | None) -> None:
@@ -168,7 +172,8 @@ def _compile(study: Study, image: PreparedImage, progress: Progress | None) -> N
     template, p = study.parameters.template_size, study.parameters
     turned = image.turned(0, template)
     with_data = study.hard_data.n > 0
-    types = turned.pyramid.sums.dtype, turned.energies.dtype, with_data
+    ways = with_data, p.exact_data, p.scale > 0
+    types = turned.pyramid.sums.dtype, turned.energies.dtype, *ways
     if types in _compiled:
         return
     cells = np.argwhere(np.ones((8, 8))) if with_data else np.empty((0, 2), int)

@@ -20,12 +20,15 @@ LAYERS = (
     {"ensemble", "sampling", "machine", "study", "workers"},
     {"stages"},
     {"prepared_image"},
+    {"multiscale", "tiles"},
     {"raster"},
     {"revision", "simulation"},
     {"metrics", "io", "datasets", "published", "timing", "timing_case", "timing_growth"},
     {"comparison"},
     {"sweep"},
     {"figures"},
+    {"report"},
+    {"paper"},
     {"cli", "ui"},
 )
 """From the lowest to the highest. Modules of one layer may know each other."""
@@ -108,7 +111,8 @@ def test_only_the_screen_knows_streamlit_and_only_figures_know_plotly(path):
 
 @pytest.mark.parametrize("path", sorted((PACKAGE / "stages").glob("*.py")), ids=name_of)
 def test_a_stage_knows_no_conductor(path):
-    assert parts_of(path).isdisjoint({"simulation", "prepared_image", "raster", "study", "workers"})
+    conductors = {"simulation", "prepared_image", "raster", "tiles", "multiscale"}
+    assert parts_of(path).isdisjoint(conductors | {"study", "workers"})
 
 
 def test_figures_compute_nothing_from_metrics():

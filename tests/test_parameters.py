@@ -24,7 +24,7 @@ absurd = st.one_of(
     st.floats(-0.1, 1.1),
     st.complex_numbers(),
     st.text(max_size=6),
-    st.sampled_from(["ccwsim", "CCWSIM", "ccsim", "ssd", "correlation", b"ssd"]),
+    st.sampled_from(["ccwsim", "CCWSIM", "ccsim", "ms-ccsim", "ssd", "correlation", b"ssd"]),
     st.lists(st.integers(), max_size=2),
     st.dictionaries(st.text(max_size=1), st.integers(), max_size=1),
     st.sampled_from([np.int8(4), np.uint64(2**63), np.float32(0.25), np.bool_(True)]),
@@ -38,7 +38,7 @@ def is_valid(p: Parameters) -> bool:
     types = {
         int: "template_size overlap_size wavelet_level n_candidates co_template",
         float: "search_fraction template_variation",
-        bool: "random_path match_proportions refine",
+        bool: "random_path match_proportions refine exact_data",
         str: "method similarity",
     }
     return (
@@ -156,7 +156,7 @@ def test_every_parameter_is_part_of_the_digest():
         "template_size": 32, "overlap_size": 8, "wavelet_level": 1, "n_candidates": 3,
         "method": "ccsim", "similarity": "correlation", "search_fraction": 0.5, "co_template": 3,
         "random_path": False, "template_variation": 0.1, "match_proportions": True,
-        "refine": False,
+        "refine": False, "exact_data": False,
     }  # fmt: skip
     assert set(others) == set(NAMES)
     digests = {replace(base, **{name: value}).digest for name, value in others.items()}

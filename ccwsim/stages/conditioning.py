@@ -40,11 +40,15 @@ class PlacedData(NamedTuple):
         Column of each datum, by row.
     first : ndarray of int64, shape (ny + 1,)
         Where the data of each row begin in `columns`.
+    kept : ndarray of uint8, shape (ny, nx)
+        The data that refinement and cut must keep: `facies`, or none where the data only steer the
+        choice of the place.
     """
 
     facies: NDArray[np.uint8]
     columns: NDArray[np.int64]
     first: NDArray[np.int64]
+    kept: NDArray[np.uint8]
 
 
 def data_grid(
@@ -57,13 +61,17 @@ def data_grid(
 
 
 def place_data(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, int]
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, int], keep: bool = True
 ) -> PlacedData:
-    """Return data on a grid of `shape`; `cells` (row, col) and `facies` (indices) have n rows."""
+    """Return data on a grid of `shape`; `cells` (row, col) and `facies` (indices) have n rows.
+
+    Without `keep` they only steer the choice of places.
+    """
     grid = data_grid(cells, facies, shape)
     order = np.lexsort((cells[:, 1], cells[:, 0]))
     first = np.searchsorted(cells[order, 0], np.arange(shape[0] + 1))
-    return PlacedData(grid, np.ascontiguousarray(cells[order, 1]), first)
+    kept = grid if keep else np.full(shape, UNKNOWN, np.uint8)
+    return PlacedData(grid, np.ascontiguousarray(cells[order, 1]), first, kept)
 
 
 def legal_splits(template: int, overlap: int) -> list[int]:
@@ -108,7 +116,7 @@ def data_ahead(data, y0, x0, size):
 
 
 @kernel
-def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, unit_cost, totals):
+def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, datum_cost, totals):
     """Add what the missed data cost to the score of every place.
 
     Parameters
@@ -124,8 +132,8 @@ def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, unit_co
         Side of the co-template, from the same first cell.
     proportions : ndarray, shape (n_facies,)
         Of the training image: what to expect where it ends before the co-template does.
-    unit_cost : int
-        What one wrong cell of overlap adds to a score.
+    datum_cost : float
+        What one wrong cell of overlap adds to a score: the weights above are multiples of it.
     totals : ndarray of int64, shape (ny_places, nx_places)
     """
     unit = phases.shape[0]
@@ -137,13 +145,13 @@ def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, unit_co
             facies = data.facies[y, x]
             inside = y < y0 + template and x < x0 + template
             weight = MISSED if inside else MISSED_AHEAD
-            if inside and grid[y, x] == facies:
+            if inside and grid[y, x] == facies and data.kept[y, x] == facies:
                 weight = MISSED_HELD
             phase = phases[(y - y0) % unit, (x - x0) % unit]
-            expected = int(weight * unit_cost * (1.0 - proportions[facies]))
+            cost = int(weight * datum_cost)
+            expected = int(weight * datum_cost * (1.0 - proportions[facies]))
             _add_datum(
-                phase, (y - y0) // unit, (x - x0) // unit, facies, weight * unit_cost, expected,
-                totals,
+                phase, (y - y0) // unit, (x - x0) // unit, facies, cost, expected, totals
             )  # fmt: skip
 
 

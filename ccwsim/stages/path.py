@@ -7,6 +7,8 @@ always on the left and at the top. The images are turned instead of the algorith
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,3 +59,43 @@ def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
     """
     step = template_size - overlap_size
     return max(1, -(-(length - overlap_size) // step))
+
+
+class RasterPath(NamedTuple):
+    """A raster path over a grid.
+
+    Attributes
+    ----------
+    orientation : int
+        0 … 7.
+    shape : pair of int
+        Rows and columns of the grid in the path frame.
+    n_rows, n_columns : int
+        How many tiles cover it.
+    full : pair of int
+        Rows and columns that whole tiles cover, at least `shape`.
+    """
+
+    orientation: int
+    shape: tuple[int, int]
+    n_rows: int
+    n_columns: int
+    full: tuple[int, int]
+
+
+def lay_path(
+    grid_shape: tuple[int, int], orientation: int, template_size: int, overlap_size: int
+) -> RasterPath:
+    """Return the path over a grid of (ny, nx) cells.
+
+    Examples
+    --------
+    >>> lay_path((60, 100), 4, 32, 8)
+    RasterPath(orientation=4, shape=(100, 60), n_rows=4, n_columns=3, full=(104, 80))
+    """
+    ny, nx = grid_shape
+    shape = (nx, ny) if orientation & 4 else (ny, nx)
+    n_rows, n_columns = (n_tiles(length, template_size, overlap_size) for length in shape)
+    step = template_size - overlap_size
+    full = n_rows * step + overlap_size, n_columns * step + overlap_size
+    return RasterPath(orientation, shape, n_rows, n_columns, full)
