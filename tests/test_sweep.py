@@ -226,7 +226,7 @@ def traces_of(chart) -> dict[str, Any]:
 @pytest.mark.parametrize("high", [4.0, 400.0])
 def test_the_chart_shows_settings_front_and_marks(theme, high):
     x, y = np.array([1.0, high, 2.0]), np.array([3.0, 1.0, 4.0])
-    chart = sweep_chart(
+    chart: Any = sweep_chart(
         x, y, ["a", "b", "c"], theme, front=pareto_front(x, y), selected=2, recommended=0,
         y_title="error",
     )  # fmt: skip
@@ -244,7 +244,7 @@ def test_the_chart_shows_settings_front_and_marks(theme, high):
 
 def test_the_chart_of_one_setting_or_of_unknown_errors_is_drawn():
     for y in (0.0, np.nan):
-        chart = sweep_chart(
+        chart: Any = sweep_chart(
             np.array([2.0]), np.array([y]), ["only"], LIGHT, front=[], selected=0,
             recommended=None, y_title="error",
         )  # fmt: skip

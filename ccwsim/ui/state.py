@@ -12,6 +12,7 @@ from ccwsim.training_image import TrainingImage
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.editor_state import Editor
 from ccwsim.ui.jobs import Job
+from ccwsim.ui.sweep_state import SweepState
 from ccwsim.ui.validate_state import Validation
 
 KEY = "ccwsim"
@@ -51,6 +52,8 @@ class State:
         What the page of hard data remembers.
     validation : Validation
         What the page of validation remembers.
+    sweep : SweepState
+        What the page of sweeps remembers.
     """
 
     choices: Choices = field(default_factory=Choices)
@@ -68,6 +71,7 @@ class State:
     reference: TrainingImage | None = None
     editor: Editor = field(default_factory=Editor)
     validation: Validation = field(default_factory=Validation)
+    sweep: SweepState = field(default_factory=SweepState)
 
     def change(self, **changes: Any) -> None:
         """Replace some of the choices."""

@@ -1,0 +1,76 @@
+"""A sweep on a thread, whose settings can be looked at as they come."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ccwsim.grid import Grid
+from ccwsim.hard_data import HardData
+from ccwsim.parameters import Parameters
+from ccwsim.sweep import Row, Sweep, sweep
+from ccwsim.training_image import TrainingImage
+from ccwsim.ui.jobs import Cancel, Job, Progress
+
+CELLS_KEPT = 64_000_000
+"""Cells of realizations that a sweep keeps, one byte each."""
+MOST_KEPT = 4
+
+
+@dataclass
+class SweepRun:
+    """A sweep that is going on, or has come to an end.
+
+    Attributes
+    ----------
+    training_image, grid, hard_data, seed, settings, n_realizations
+        What is simulated.
+    facies : int
+        Place of the facies whose connection is judged.
+    colours : list of str
+        Of the facies, "#rrggbb".
+    rows : list of Row
+        The settings that are finished.
+    job : Job or None
+    n_drawn : int
+        How many of them the page shows.
+    tiles : list of bytes
+        A small picture of each.
+    """
+
+    training_image: TrainingImage
+    grid: Grid
+    hard_data: HardData
+    seed: int
+    settings: tuple[Parameters, ...]
+    n_realizations: int
+    facies: int
+    colours: list[str]
+    rows: list[Row] = field(default_factory=list)
+    job: Job[Sweep] | None = None
+    n_drawn: int = 0
+    tiles: list[bytes] = field(default_factory=list)
+
+    def start(self) -> SweepRun:
+        """Begin, on a thread."""
+        self.job = Job(self._work, about=len(self.settings))
+        return self
+
+    def _work(self, progress: Progress, cancel: Cancel) -> Sweep:
+        room = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))
+        return sweep(
+            self.training_image, self.grid, self.settings, self.hard_data,
+            n_realizations=self.n_realizations, seed=self.seed, progress=progress, cancel=cancel,
+            found=self.rows.append, n_kept=min(max(room, 1), MOST_KEPT), facies=self.facies,
+        )  # fmt: skip
+
+    @property
+    def going(self) -> bool:
+        """Whether it is still at work."""
+        return self.job is not None and not self.job.finished
+
+    @property
+    def found(self) -> Sweep:
+        """What is known so far."""
+        if self.job is not None and self.job.result is not None:
+            return self.job.result
+        return Sweep(tuple(self.rows), (), len(self.settings), self.training_image.shape)
