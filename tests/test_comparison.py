@@ -89,6 +89,7 @@ def test_the_table_of_ratios_by_brute_force(image, found):
         w = weights @ (within[row.name] / within[row.other])
         assert (row.between, row.within, row.ratio) == pytest.approx((b, w, b / w))
     assert found.distance == pytest.approx([weights @ within[name] for name in found.names])
+    assert found.distance == pytest.approx([each.mean() for each in found.distances])
     assert found.variety == pytest.approx([weights @ between[name] for name in found.names])
 
 

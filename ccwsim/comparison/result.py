@@ -72,6 +72,14 @@ class Comparison:
         """Facies proportions of the realizations of each setting, shape (n, n_facies)."""
         return tuple(e.proportions for e in self.ensembles)
 
+    @cached_property
+    def distances(self) -> tuple[NDArray[np.float64], ...]:
+        """Divergence of each realization from the training image in bits, over resolutions."""
+        if self.anodi is None:
+            return ()
+        mixed = self.anodi.weights @ self.anodi.divergence[:, 0]
+        return tuple(mixed[self.anodi.owner == k] for k in range(len(self.names)))
+
     @property
     def distance(self) -> NDArray[np.float64]:
         """Mean divergence from the training image by setting, in bits, over resolutions."""

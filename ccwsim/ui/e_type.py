@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import streamlit as st
 
@@ -20,19 +20,23 @@ OTHERS = ("most likely", "entropy")
 def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the map and the choice of what it shows."""
     names = ensemble.training_image.facies_names
-    options = [*range(len(names)), *OTHERS]
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
-        field(
-            st.selectbox, "What the uncertainty map shows", key="e_type", options=options,
-            value=state.facies if state.e_type == "probability" else state.e_type,
-            format_func=lambda k: said(k, names), write=lambda k: choose(state, k),
-            label_visibility="collapsed", width=220,
-        )  # fmt: skip
+        e_type_field(state, names, lambda option: choose(state, option))
     shown = uncertainty_map(state, ensemble, colours)
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
     draw_map(shown, "map_e_type", link="grid", scale="maps", name=name)
+
+
+def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
+    """Draw the choice of what the uncertainty map shows."""
+    field(
+        st.selectbox, "What the uncertainty map shows", key="e_type",
+        options=[*range(len(names)), *OTHERS],
+        value=state.facies if state.e_type == "probability" else state.e_type,
+        format_func=lambda k: said(k, names), write=write, label_visibility="collapsed", width=220,
+    )  # fmt: skip
 
 
 def said(option: int | str, names: Sequence[str]) -> str:

@@ -64,11 +64,11 @@ def set_parameters(state: State, **changes: object) -> None:
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 
-def parameter_field(p: Parameters, name: str, write) -> None:
-    """Draw the control of one parameter, by the kind of its value."""
+def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None:
+    """Draw the control of one parameter, by the kind of its value; its key starts with `prefix`."""
     value = getattr(p, name)
     label = name.replace("_", " ").capitalize()
-    options = {"key": f"p_{name}", "value": value, "write": write, "help": help_of(name)}
+    options = {"key": f"{prefix}{name}", "value": value, "write": write, "help": help_of(name)}
     if isinstance(value, bool):
         field(st.checkbox, label, **options)
     elif isinstance(value, str):

@@ -23,6 +23,7 @@ PAGES = (
     ("Simulate", "pages/simulate.py"),
     ("Hard data", "pages/data.py"),
     ("Validate", "pages/validate.py"),
+    ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
 )
 """The menu: what a page is called, and its file."""

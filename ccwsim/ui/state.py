@@ -10,6 +10,7 @@ import streamlit as st
 from ccwsim.ensemble import Ensemble
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.compare_state import Comparing
 from ccwsim.ui.editor_state import Editor
 from ccwsim.ui.jobs import Job
 from ccwsim.ui.sweep_state import SweepState
@@ -54,6 +55,8 @@ class State:
         What the page of validation remembers.
     sweep : SweepState
         What the page of sweeps remembers.
+    comparing : Comparing
+        What the page that compares settings remembers.
     """
 
     choices: Choices = field(default_factory=Choices)
@@ -72,6 +75,7 @@ class State:
     editor: Editor = field(default_factory=Editor)
     validation: Validation = field(default_factory=Validation)
     sweep: SweepState = field(default_factory=SweepState)
+    comparing: Comparing = field(default_factory=Comparing)
 
     def change(self, **changes: Any) -> None:
         """Replace some of the choices."""

@@ -24,7 +24,7 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
             curves = (bundle.reference, bundle.low, bundle.median, bundle.high, *bundle.each)
             lines.append([statistic, direction, int(lag), *(f"{curve[k]:.6g}" for curve in curves)])
     head = ["statistic", "direction", "lag_cells", "training_image", "q05", "median", "q95"]
-    return _csv([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
+    return as_csv([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
 
 
 def realizations_csv(ensemble: Ensemble) -> bytes:
@@ -36,10 +36,17 @@ def realizations_csv(ensemble: Ensemble) -> bytes:
          *(f"{share:.6g}" for share in ensemble.proportions[r])]
         for r in range(ensemble.n)
     ]  # fmt: skip
-    return _csv([*head, *(f"proportion_{code}" for code in codes)], lines)
+    return as_csv([*head, *(f"proportion_{code}" for code in codes)], lines)
 
 
-def _csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
+def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
+    """Return a table as CSV.
+
+    Examples
+    --------
+    >>> as_csv(["a", "b"], [[1, 2]])
+    b'a,b\\n1,2\\n'
+    """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(list(head))

@@ -1,0 +1,40 @@
+"""A setting's letter in its colour, on the page as in the charts."""
+
+from __future__ import annotations
+
+from html import escape
+
+import streamlit as st
+
+from ccwsim.figures import DASHES, setting_colours
+from ccwsim.ui.compare_state import LETTERS
+from ccwsim.ui.page import chart_theme
+
+LINES = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
+"""How CSS says a dash; it has no dash-dot."""
+
+
+def colour_of(letter: str) -> str:
+    """Return the colour of a setting in the theme that the browser shows."""
+    return setting_colours(chart_theme())[LETTERS.index(letter)]
+
+
+def draw_name(letter: str, note: str) -> None:
+    """Write the letter of a setting in its colour, and what it is."""
+    st.html(
+        f'<div class="setting" style="--own: {colour_of(letter)}"><b>{letter}</b>'
+        f'<span title="{escape(note)}">{escape(note)}</span></div>'
+    )
+
+
+def draw_curve_key(letters: tuple[str, ...]) -> None:
+    """Write what the lines of the charts are."""
+    entries = [(f"2px solid {chart_theme().reference}", "training image")]
+    entries += [
+        (f"2px {LINES[dash]} {colour_of(letter)}", f"{letter}, median and 5–95 %")
+        for letter, dash in zip(letters, DASHES, strict=False)
+    ]
+    lines = "".join(
+        f'<span><i style="border-top: {line}"></i>{text}</span>' for line, text in entries
+    )
+    st.html(f'<div class="curve-key">{lines}</div>')

@@ -1,0 +1,33 @@
+"""Two to four settings side by side on the same training image, data and seeds."""
+
+from __future__ import annotations
+
+import streamlit as st
+
+from ccwsim.ui.compare_page import draw_comparison, draw_style, draw_top
+from ccwsim.ui.compare_run import collect_comparison, follow_comparison, start_comparison
+from ccwsim.ui.page import show_page
+from ccwsim.ui.run import PATIENCE
+from ccwsim.ui.state import State
+
+
+def compare_page(state: State) -> None:
+    """Draw the settings and what the latest comparison gave; run one where there is none."""
+    draw_style()
+    here = state.comparing
+    if here.found is None and here.job is None and not here.message:
+        start_comparison(state)
+    if here.job is not None and here.job.wait(PATIENCE):
+        collect_comparison(state)
+    draw_top(state)
+    with st.container(key="news"):  # always there, so that what is below never moves
+        if here.job is not None:
+            follow_comparison(state, here.job.about.n_parts)
+        if here.message:
+            st.warning(here.message)
+    with st.container(key="results"):
+        draw_comparison(state)
+
+
+if __name__ == "__main__":
+    show_page("Compare", compare_page)
