@@ -42,6 +42,7 @@ def studies(draw):
         overlap_size=overlap,
         wavelet_level=level,
         n_candidates=draw(st.integers(1, 30)),
+        method=draw(st.sampled_from(["ccwsim", "ms-ccsim"])),
         similarity=draw(st.sampled_from(["ssd", "correlation"])),
         search_fraction=draw(st.sampled_from([0.05, 0.1, 1.0])),
         co_template=draw(st.integers(1, 3)),

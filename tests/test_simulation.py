@@ -46,7 +46,7 @@ def same(one: Ensemble, other: Ensemble) -> bool:
     st.fixed_dictionaries(
         {
             "n_candidates": st.sampled_from([1, 20, 10**6]),
-            "method": st.sampled_from(["ccwsim", "ccsim"]),
+            "method": st.sampled_from(["ccwsim", "ccsim", "ms-ccsim"]),
             "similarity": st.sampled_from(["ssd", "correlation"]),
             "search_fraction": st.floats(1e-6, 1),
             "co_template": st.integers(1, 4),

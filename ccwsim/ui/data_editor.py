@@ -108,7 +108,9 @@ def said_answer(state: State, ensemble: Ensemble) -> str:
         return "Click the map to place a datum; drag to place a line of them."
     met = said_help(ensemble.met_by[state.shown])
     text = f"Realization {state.shown + 1}: {met}."
-    if is_revised(state):
+    if is_revised(state) and not ensemble.parameters.exact_data:
+        text += " Edits change nothing while exact data is off; Run again lets them steer."
+    elif is_revised(state):
         text += " Mended around your edits; Run again draws it with all data from the beginning."
     return text
 

@@ -11,7 +11,7 @@ import streamlit as st
 from numpy.typing import NDArray
 from streamlit.components import v2
 
-from ccwsim.ensemble import Ensemble
+from ccwsim.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
 from ccwsim.training_image import TrainingImage
@@ -43,7 +43,10 @@ def draw_canvas(
     helped = helped_by(data, ensemble, state.shown if ground == "realization" else None)
     shown = replace(
         shown, point_colours=colours, alt="Hard data; arrow keys move, Enter places, Delete erases",
-        points=[[*point, help] for point, help in zip(points_of(data, image), helped, strict=True)],
+        points=[
+            [*point[:3], int(help == WRONG), 0 if help == WRONG else help]
+            for point, help in zip(points_of(data, image), helped, strict=True)
+        ],
     )  # fmt: skip
     content = map_content(shown, grid, "grid", "maps", True, "hard_data", MAX_HEIGHT)
     history = state.editor.history
@@ -94,9 +97,12 @@ def said_help(met_by: NDArray[np.integer]) -> str:
     '2 met by the raster, 2 mended in windows of 8 to 16 cells, 1 set by force'
     >>> said_help(np.array([0, 0]))
     'all 2 met by the raster'
+    >>> said_help(np.array([0, -2]))
+    '1 met by the raster, 1 wrong, as exact data is off'
     """
     sizes = met_by[met_by > 0]
-    n_raster, n_forced = np.count_nonzero(met_by == 0), np.count_nonzero(met_by < 0)
+    n_raster, n_forced = np.count_nonzero(met_by == 0), np.count_nonzero(met_by == FORCED)
+    n_wrong = np.count_nonzero(met_by == WRONG)
     if n_raster == len(met_by):
         return f"all {n_raster} met by the raster" if n_raster > 1 else "met by the raster"
     parts = [f"{n_raster} met by the raster"] if n_raster else []
@@ -108,6 +114,8 @@ def said_help(met_by: NDArray[np.integer]) -> str:
         )
     if n_forced:
         parts.append(f"{n_forced} set by force")
+    if n_wrong:
+        parts.append(f"{n_wrong} wrong, as exact data is off")
     return ", ".join(parts)
 
 

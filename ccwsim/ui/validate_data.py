@@ -9,7 +9,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim.ensemble import FORCED, Ensemble
+from ccwsim.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.figures import ENTROPY, met_by_chart, ramp
 from ccwsim.metrics import data_match
 from ccwsim.ui.facts import three_digits
@@ -41,16 +41,21 @@ def draw_data(state: State, colours: Sequence[str]) -> None:
             "Raster: a patch with the right facies was found on the way. Mended: a window of that "
             "size around the datum was simulated again. Forced: no window fitted, so the cell "
             "alone was set, which may leave a speck."
+            if ensemble.parameters.exact_data
+            else "Exact data is off: data steered the search on the coarse grid only. Raster: a "
+            "patch with the right facies was found. Wrong: the cell has another facies."
         )
     with right:
         _where(ensemble, colours)
 
 
 def ways_of(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the ways of honouring a datum and their shares, shape (n_realizations, n_ways)."""
+    """Return the ways a datum came out and their shares, shape (n_realizations, n_ways)."""
     sizes = sorted({int(size) for size in np.unique(ensemble.met_by) if size > 0})
     codes = [0, *sizes, FORCED]
     names = ["raster", *(f"mended, {size} × {size} cells" for size in sizes), "forced"]
+    if not ensemble.parameters.exact_data:
+        codes, names = [0, WRONG], ["raster", "wrong"]
     shares = np.stack([(ensemble.met_by == code).mean(axis=1) for code in codes], axis=1)
     return names, shares
 
@@ -80,7 +85,8 @@ def mending_map(ensemble: Ensemble, ground: str) -> CellMap:
 
     A datum is drawn as a square that can be seen; index 0 is where there is none.
     """
-    shares = np.rint(100 * (ensemble.met_by != 0).mean(axis=0)).astype(np.uint8)
+    mended = (ensemble.met_by != 0) & (ensemble.met_by != WRONG)
+    shares = np.rint(100 * mended.mean(axis=0)).astype(np.uint8)
     ny, nx = ensemble.grid.shape
     indices = np.zeros((ny, nx), np.uint8)
     side = max(ny, nx) // 100
