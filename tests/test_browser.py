@@ -12,12 +12,11 @@ from ccwsim import Parameters, datasets, read_hard_data, read_training_image, si
 from ccwsim.grid import Grid
 from ccwsim.io import write_training_image
 from ccwsim.metrics import connectivity, etype, variogram
+from tests.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu, upload
 from tests.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
-
-SOON, SLOW = 30_000, 180_000
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -54,26 +53,6 @@ def opened(page, address, path="/simulate"):
     return page
 
 
-def menu(page, key):
-    """Open one of the menus of the study column."""
-    page.locator(f".st-key-{key}").get_by_role("button", name="Change").click()
-
-
-def close_menu(page):
-    page.keyboard.press("Escape")
-
-
-def choose(page, key, option):
-    page.locator(f".st-key-{key} input").click()
-    page.get_by_role("option", name=option, exact=True).click()
-
-
-def fill(page, key, value):
-    box = page.locator(f".st-key-{key} input")
-    box.fill(str(value))
-    box.press("Enter")
-
-
 def facts(page, pattern, timeout=SLOW):
     from playwright.sync_api import expect
 
@@ -102,7 +81,7 @@ def image_file(request, tmp_path) -> Path:
         folder = tmp_path / "nowhere"
     file = folder / "formats" / "ti_strebelle_250_250_1.dat"
     if not file.exists():
-        file = tmp_path / "ti.dat"
+        file = tmp_path / "from_a_file.dat"
         write_training_image(file, datasets.load("channels"), format="sgems")
     return file
 
@@ -120,19 +99,11 @@ def data_file(tmp_path) -> Path:
 
 def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
     opened(page, address)
-    menu(page, "image_row")
-    page.locator(".st-key-image_file input[type=file]").set_input_files(image_file)
-    sees(page.locator(".st-key-image_row .note", has_text=image_file.stem))
-    close_menu(page)
-    menu(page, "data_row")
-    choose(page, "data_source", "a file of yours")
-    page.locator(".st-key-data_file input[type=file]").set_input_files(data_file)
-    sees(page.locator(".st-key-data_row .note", has_text="60 data"))
-    close_menu(page)
+    upload(page, "image", image_file, note=image_file.stem)
+    upload(page, "data", data_file, note="60 data")
     fill(page, "n_realizations", 10)
     fill(page, "seed", 42)
     choose(page, "wavelet_level", "0")
-    page.wait_for_timeout(500)
     page.evaluate(
         """() => {
           window.seen = [];
@@ -178,7 +149,6 @@ def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
     opened(page, address)
     before = page.locator(".facts").inner_text()
     fill(page, "n_realizations", 1000)
-    page.wait_for_timeout(500)
     run(page)
     sees(page.locator(".st-key-progress", has_text="of 1000 realizations"))
     opacity = "() => getComputedStyle(document.querySelector('.st-key-results')).opacity"
@@ -228,9 +198,12 @@ def test_quick_changes_are_all_kept(page, address):
     opened(page, address)
     edits = {"grid_nx": 300, "grid_ny": 200, "n_candidates": 5, "n_realizations": 2, "seed": 99}
     for key, value in edits.items():
-        fill(page, key, value)
+        box = page.locator(f".st-key-{key} input")
+        box.fill(str(value))
+        box.press("Enter")
         page.wait_for_timeout(250)  # as fast as hands are
     page.wait_for_timeout(3000)
+    at_rest(page)
     for key, value in edits.items():
         assert page.locator(f".st-key-{key} input").input_value() == str(value)
 
@@ -252,7 +225,6 @@ def test_hover_says_cell_and_facies(page, address):
 def test_live_runs_after_a_change(page, address):
     opened(page, address)
     page.locator(".st-key-live label").click()
-    page.wait_for_timeout(500)
     fill(page, "n_realizations", 3)
     facts(page, "3 realizations in")
 

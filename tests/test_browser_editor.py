@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from ccwsim import Grid, read_hard_data
+from tests.hands import SLOW, at_rest, choose, close_menu, fill, menu
 from tests.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
-SLOW = 240_000
 LEFT, TOP, BOTTOM = 40, 1, 20
 """Pixels around the cells of a map with axes."""
 MUD, SAND = 0, 1
@@ -113,19 +113,9 @@ class Editor:
         return dict(zip(cells, data.facies.tolist(), strict=True))
 
 
-def fill(page, key, value):
-    box = page.locator(f".st-key-{key} input")
-    box.fill(str(value))
-    box.press("Enter")
-    idle(page)
-    assert box.input_value() == str(value)
-
-
 def idle(page):
     """Wait until the page has been drawn with what was asked last."""
-    page.wait_for_timeout(150)
-    state = "document.querySelector('[data-testid=stApp]').dataset.testScriptState"
-    page.wait_for_function(f"{state} === 'notRunning'", timeout=SLOW)
+    at_rest(page)
     page.wait_for_function(  # what is being replaced has gone
         "document.querySelectorAll('[data-stale=true], .st-key-clear ~ .st-key-clear').length === 0"
     )
@@ -136,11 +126,9 @@ def opened(page, address, nx, ny) -> Editor:
     page.goto(f"{address}/simulate")
     page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     idle(page)
-    page.locator(".st-key-data_row").get_by_role("button", name="Change").click()
-    page.locator(".st-key-data_source input").click()
-    page.get_by_role("option", name="none", exact=True).click()
-    idle(page)
-    page.keyboard.press("Escape")
+    menu(page, "data_row")
+    choose(page, "data_source", "none")
+    close_menu(page)
     fill(page, "n_realizations", 3)
     fill(page, "grid_nx", nx)
     fill(page, "grid_ny", ny)

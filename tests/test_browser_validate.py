@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.hands import SLOW, SOON, fill, upload
 from tests.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
-SOON, SLOW = 20_000, 240_000
 N = 100
 CURVES = ("variogram_E", "variogram_N", "connection_E", "connection_N")
 
@@ -53,16 +53,13 @@ def judged(chromium, address, request):
     if files:
         page.goto(f"{address}/simulate")
         page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
-        upload(page, "image", files[0])
-        upload(page, "data", files[1])
+        upload(page, "image", files[0], note=files[0].stem)
+        upload(page, "data", files[1], note="397 data")
         page.get_by_role("link", name="Validate").click()
     else:
         page.goto(f"{address}/validate")
     page.wait_for_selector(".st-key-chart_mds .js-plotly-plot", timeout=SLOW)
-    number = page.locator(".st-key-n_realizations input")
-    number.fill(str(N))
-    number.press("Enter")
-    page.wait_for_timeout(800)
+    fill(page, "n_realizations", N)
     page.locator(".st-key-run").get_by_role("button", name="Run").click()
     page.get_by_text(re.compile(rf"of {N}$")).first.wait_for(timeout=SLOW)
     for key, each in (("mds", 1), *((key, 101) for key in CURVES)):
@@ -81,17 +78,6 @@ def published(request) -> tuple[Path, Path] | None:
         return None
     files = folder / "ti_channel_256x256.npy", folder / "hd_channel_400_grid512x512.csv"
     return files if all(file.exists() for file in files) else None
-
-
-def upload(page, step: str, file: Path) -> None:
-    page.locator(f".st-key-{step}_row").get_by_role("button", name="Change").click()
-    if step == "data":
-        page.locator(".st-key-data_source input").click()
-        page.get_by_role("option", name="a file of yours", exact=True).click()
-    page.locator(f".st-key-{step}_file input[type=file]").set_input_files(file)
-    note = page.locator(f".st-key-{step}_row .note")
-    note.filter(has_text="397 data" if step == "data" else file.stem).first.wait_for(timeout=SOON)
-    page.keyboard.press("Escape")
 
 
 def drawn(page, key: str, timeout: int = SLOW) -> dict[str, int]:
@@ -212,9 +198,7 @@ def test_a_long_run_settles_on_the_page(judged):
     show(judged, "Long run")
     number = judged.locator(".st-key-n_long input")
     number.wait_for(timeout=SLOW)
-    number.fill("200")
-    number.press("Enter")
-    judged.wait_for_timeout(600)
+    fill(judged, "n_long", 200)
     judged.get_by_role("button", name="Start").click()
     judged.locator(".st-key-long_progress", has_text="of 200 realizations").wait_for(timeout=SOON)
     judged.locator(".note", has_text="After 200 realizations").wait_for(timeout=SLOW)

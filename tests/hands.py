@@ -1,0 +1,98 @@
+"""What a reader's hands do in a browser: open a menu, choose, type, give a file.
+
+A page that is drawn anew under the mouse swallows a click now and then, the more the slower the
+machine is. A reader sees it and does it again; so do these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+SOON, SLOW = 30_000, 180_000
+"""Milliseconds to wait for an answer that is at hand, and for one that is worked out."""
+GLANCE = 8_000
+"""Milliseconds after which a reader does again what had no effect."""
+TRIES = 4
+
+
+def at_rest(page) -> None:
+    """Wait until the page has been drawn with what was asked last."""
+    page.wait_for_timeout(150)  # for the question to be on its way
+    page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
+
+
+def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
+    """Act until the effect is seen; `seen` takes milliseconds and raises where it is not there."""
+    from playwright.sync_api import Error
+
+    for attempt in range(TRIES):
+        try:
+            act()
+            seen(GLANCE if attempt + 1 < TRIES else SOON)
+            return
+        except (AssertionError, Error):
+            if attempt + 1 == TRIES:
+                raise
+
+
+def menu(page, key: str) -> None:
+    """Open one of the menus of the study column."""
+    opened = page.locator(f".st-key-{key.removesuffix('_row')}_menu [aria-expanded=true]")
+    button = page.locator(f".st-key-{key}").get_by_role("button", name="Change")
+    at_rest(page)
+    until(
+        lambda: None if opened.count() else button.click(timeout=SOON),
+        lambda wait: opened.first.wait_for(timeout=wait),
+    )
+
+
+def close_menu(page) -> None:
+    """Close the menu that is open."""
+    at_rest(page)
+    page.keyboard.press("Escape")
+
+
+def choose(page, key: str, option: str) -> None:
+    """Choose from a list."""
+    from playwright.sync_api import expect
+
+    box = page.locator(f".st-key-{key} input").first
+
+    def pick() -> None:
+        if box.input_value() != option:
+            box.click(timeout=GLANCE)
+            page.get_by_role("option", name=option, exact=True).click(timeout=GLANCE)
+
+    at_rest(page)
+    until(pick, lambda wait: expect(box).to_have_value(option, timeout=wait))
+    at_rest(page)
+
+
+def fill(page, key: str, value: object) -> None:
+    """Type into a box, press Enter, and look whether it stays."""
+    from playwright.sync_api import expect
+
+    box = page.locator(f".st-key-{key} input").first
+
+    def write() -> None:
+        at_rest(page)
+        box.fill(str(value))
+        box.press("Enter")
+
+    def stays(wait: int) -> None:
+        at_rest(page)
+        expect(box).to_have_value(str(value), timeout=wait)
+
+    until(write, stays)
+
+
+def upload(page, key: str, file: Path, note: str) -> None:
+    """Give a file to the image or the data of the study, whose note then has other words."""
+    menu(page, f"{key}_row")
+    if key == "data":
+        choose(page, "data_source", "a file of yours")
+    page.locator(f".st-key-{key}_file input[type=file]").set_input_files(file, timeout=SLOW)
+    said = page.locator(f".st-key-{key}_row .note", has_text=note)
+    said.first.wait_for(timeout=SLOW)
+    close_menu(page)
