@@ -42,7 +42,9 @@ def field(
     def changed() -> None:
         new = st.session_state[name]
         replaced = _versions()[key][0] != version
-        if not replaced and new is not None and new in options.get("options", [new]):
+        chosen = new if isinstance(new, list) else [new]
+        offered = options.get("options", chosen)
+        if not replaced and new is not None and all(one in offered for one in chosen):
             write(new)
 
     return widget(label, key=name, on_change=changed, **starting_at(widget, value, options))

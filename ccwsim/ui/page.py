@@ -25,6 +25,7 @@ PAGES = (
     ("Validate", "pages/validate.py"),
     ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
+    ("Benchmark", "pages/benchmark.py"),
 )
 """The menu: what a page is called, and its file."""
 

@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.ensemble import Ensemble
 from ccwsim.training_image import TrainingImage
+from ccwsim.ui.benchmark_state import Benchmark
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare_state import Comparing
 from ccwsim.ui.editor_state import Editor
@@ -55,6 +56,8 @@ class State:
         What the page of validation remembers.
     sweep : SweepState
         What the page of sweeps remembers.
+    benchmark : Benchmark
+        What the page of times remembers.
     comparing : Comparing
         What the page that compares settings remembers.
     """
@@ -75,6 +78,7 @@ class State:
     editor: Editor = field(default_factory=Editor)
     validation: Validation = field(default_factory=Validation)
     sweep: SweepState = field(default_factory=SweepState)
+    benchmark: Benchmark = field(default_factory=Benchmark)
     comparing: Comparing = field(default_factory=Comparing)
 
     def change(self, **changes: Any) -> None:

@@ -1,0 +1,46 @@
+"""Settings that are timed one after another in the background."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ccwsim.timing import Timing, time_cases
+from ccwsim.timing_case import TimingCase
+from ccwsim.training_image import TrainingImage
+from ccwsim.ui.jobs import Cancel, Job, Progress
+
+
+@dataclass
+class TimingRun:
+    """A run that is going on, or has come to an end.
+
+    Attributes
+    ----------
+    training_image, cases, n_realizations, seed
+        What is timed.
+    timings : list of Timing
+        What is finished, in the order of the cases.
+    """
+
+    training_image: TrainingImage
+    cases: list[TimingCase]
+    n_realizations: int
+    seed: int
+    timings: list[Timing] = field(default_factory=list)
+    job: Job | None = None
+
+    def start(self) -> TimingRun:
+        """Begin, on a thread."""
+        self.job = Job(self._work, about=self.cases)
+        return self
+
+    def _work(self, progress: Progress, cancel: Cancel) -> None:
+        for timing in time_cases(
+            self.training_image, self.cases, self.n_realizations, self.seed, progress, cancel
+        ):
+            self.timings.append(timing)
+
+    @property
+    def going(self) -> bool:
+        """Whether it has not come to an end."""
+        return self.job is not None and not self.job.finished
