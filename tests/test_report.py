@@ -28,7 +28,7 @@ from ccwsim.report import (
 )
 
 ODD = "</script><script>alert('\"&1')</script>"
-OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["']?(?!data:|#)|@import|url\((?!data:)""", re.I)
+OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)
 
 
 def chart(name: str = "a") -> Chart:
@@ -84,6 +84,7 @@ def test_contents_lead_to_every_section():
 def test_numbers_are_set_to_the_right_and_words_are_not():
     page = report_html(Document("t", (Section("s", (Table(("a", "b"), (("word", "−1.5 %"),)),)),)))
     assert "<td>word</td><td class=number>−1.5 %</td>" in page
+    assert "<th>a</th><th class=number>b</th>" in page
 
 
 def test_a_report_is_written_whole_or_not_at_all(tmp_path):

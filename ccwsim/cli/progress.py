@@ -15,22 +15,26 @@ class ProgressLine:
     Parameters
     ----------
     n : int
-        How many realizations there will be.
+        How many realizations, or other units, there will be.
     stream : text file
         Nothing is written where it is no terminal.
+    unit : str
+        What is counted.
     """
 
-    def __init__(self, n: int, stream: TextIO) -> None:
+    def __init__(self, n: int, stream: TextIO, unit: str = "realizations") -> None:
         self._n = n
+        self._unit = unit
         self._stream = stream
         self._shown = "" if stream.isatty() else None
         self._first: tuple[float, float] | None = None
 
     def __call__(self, fraction: float, n_done: int) -> None:
-        """Show that `fraction` of all work is done, and `n_done` realizations."""
+        """Show that `fraction` of all work is done, and `n_done` units."""
         if self._shown is None:
             return
-        line = progress_text(fraction, n_done, self._n, self._seconds_left(fraction))
+        left = self._seconds_left(fraction)
+        line = progress_text(fraction, n_done, self._n, left, self._unit)
         if line != self._shown:
             self._stream.write("\r" + line.ljust(len(self._shown)))
             self._stream.flush()
@@ -54,7 +58,9 @@ class ProgressLine:
         return since * (1 - fraction) / done if done > 0 else None
 
 
-def progress_text(fraction: float, n_done: int, n: int, seconds_left: float | None) -> str:
+def progress_text(
+    fraction: float, n_done: int, n: int, seconds_left: float | None, unit: str = "realizations"
+) -> str:
     """Return one line on how far the work is.
 
     Examples
@@ -66,7 +72,7 @@ def progress_text(fraction: float, n_done: int, n: int, seconds_left: float | No
         return "starting; the first run after an installation compiles for a minute …"
     full = int(WIDTH * fraction)
     bar = "█" * full + "·" * (WIDTH - full)
-    line = f"{bar} {100 * fraction:3.0f} %  {n_done} of {n} realizations"
+    line = f"{bar} {100 * fraction:3.0f} %  {n_done} of {n} {unit}"
     return line if seconds_left is None else f"{line}  {duration(seconds_left)} left"
 
 

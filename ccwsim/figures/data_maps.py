@@ -25,14 +25,14 @@ class Dots:
     ----------
     cells : ndarray of int, shape (n, 2)
         Row and column, row 0 at the south.
-    colours : sequence of str
+    colours : list of str
         One a datum, of its facies.
     wrong : ndarray of bool, shape (n,)
         Those that the map does not honour are ringed red.
     """
 
     cells: NDArray[np.integer]
-    colours: Sequence[str]
+    colours: list[str]
     wrong: NDArray[np.bool_]
 
 

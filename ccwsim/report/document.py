@@ -25,7 +25,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; cells that start like a number are set to the right.
+    """A table; columns of numbers are set to the right.
 
     Attributes
     ----------
@@ -118,11 +118,22 @@ Block = Text | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A part of the report with a title, a short line under it, and its blocks."""
+    """A part of the report.
+
+    Attributes
+    ----------
+    title : str
+    blocks : tuple of blocks
+    note : str
+        A short line under the title.
+    gist : str
+        What came out, for the table of contents.
+    """
 
     title: str
     blocks: tuple[Block, ...]
     note: str = ""
+    gist: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Iterable
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -94,13 +95,13 @@ def _heading(document: Document) -> str:
 
 def _contents(document: Document) -> str:
     lines = [
-        f'<li><a href="#section-{k}">{escape(section.title)}</a>'
-        f"<span>{escape(section.note)}</span></li>"
+        f'<tr><td>{k}</td><td><a href="#section-{k}">{escape(section.title)}</a></td>'
+        f"<td>{escape(section.note)}</td><td>{escape(section.gist)}</td></tr>"
         for k, section in enumerate(document.sections, start=1)
     ]
     if len(lines) < 2:
         return ""
-    return f"<nav><h2>Contents</h2><ol>{''.join(lines)}</ol></nav>"
+    return f"<nav><h2>Contents</h2><table><tbody>{''.join(lines)}</tbody></table></nav>"
 
 
 def _section(number: int, section: Section) -> str:
@@ -135,8 +136,12 @@ def _facts(facts: Facts) -> str:
 
 
 def _table(table: Table) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in table.header)
-    rows = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
+    columns = zip(*table.rows, strict=True) if table.rows else [()] * len(table.header)
+    numeric = [bool(column) and all(map(NUMBER.match, column)) for column in columns]
+    head = "".join(map(partial(_cell, "th"), table.header, numeric))
+    rows = "".join(
+        f"<tr>{''.join(map(partial(_cell, 'td'), row, numeric))}</tr>" for row in table.rows
+    )
     caption = f"<caption>{escape(table.caption)}</caption>" if table.caption else ""
     return (
         f'<div class="wide"><table>{caption}<thead><tr>{head}</tr></thead>'
@@ -144,8 +149,8 @@ def _table(table: Table) -> str:
     )
 
 
-def _cell(text: str) -> str:
-    return f"<td{' class=number' if NUMBER.match(text) else ''}>{escape(text)}</td>"
+def _cell(tag: str, text: str, numeric: bool) -> str:
+    return f"<{tag}{' class=number' if numeric else ''}>{escape(text)}</{tag}>"
 
 
 def _judgements(block: Judgements) -> str:

@@ -1,0 +1,32 @@
+"""The experiments of the paper, run again, and their report."""
+
+from ccwsim.paper.document import document_of, summary, verdict_of
+from ccwsim.paper.experiment import Experiment, Outcome, Run
+from ccwsim.paper.extent import FULL, QUICK, Extent
+from ccwsim.paper.inputs import Inputs, inputs_in
+from ccwsim.paper.reproduction import (
+    EXPERIMENTS,
+    Finished,
+    Reproduction,
+    reproduce,
+    with_largest_grid,
+)
+
+__all__ = [
+    "EXPERIMENTS",
+    "FULL",
+    "QUICK",
+    "Experiment",
+    "Extent",
+    "Finished",
+    "Inputs",
+    "Outcome",
+    "Reproduction",
+    "Run",
+    "document_of",
+    "inputs_in",
+    "reproduce",
+    "summary",
+    "verdict_of",
+    "with_largest_grid",
+]

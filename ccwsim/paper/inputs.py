@@ -1,0 +1,181 @@
+"""What the experiments are run on: the authors' files where they are at hand, ours otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim import datasets
+from ccwsim.errors import CCWSIMError
+from ccwsim.grid import Grid
+from ccwsim.hard_data import HardData
+from ccwsim.io import read_hard_data, read_training_image
+from ccwsim.sampling import sample_random
+from ccwsim.training_image import TrainingImage
+
+IMAGES = {
+    "channel": ("ti_channel_256x256", "channels"),
+    "stone wall": ("ti_stonewall_200x200", "stone_wall"),
+    "three facies": ("ti_three_facies_400x400", "barchans"),
+}
+"""The authors' file, and the bundled image that takes its place."""
+FACIES = {"channel": ("mud", "sand"), "stone wall": ("stone", "mortar")}
+DATA = {
+    ("channel", 100): "paper/hd_channel_100_grid512x512",
+    ("channel", 300): "paper/hd_channel_300_grid512x512",
+    ("channel", 400): "paper/hd_channel_400_grid512x512",
+    ("channel", 1000): "reference/hd_channel_1000_grid512x512",
+    ("channel", 2000): "reference/hd_channel_2000_grid512x512",
+    ("channel", 4000): "paper/hd_channel_dense_4000_grid256x256",
+    ("stone wall", 300): "paper/hd_stonewall_300_grid512x512",
+    ("three facies", 400): "paper/hd_three_facies_400_grid1000x1000",
+}
+DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
+TRUTH_SEED = 2024
+"""Bundled data are read off an image of the same kind, drawn with this seed."""
+LARGEST_TRUTH = 1024
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Where training images, hard data and published realizations come from.
+
+    Attributes
+    ----------
+    folder : Path or None
+        With the folders `paper` and `reference`; None for the bundled images alone.
+    """
+
+    folder: Path | None = None
+
+    def image(self, name: str) -> TrainingImage:
+        """Return the training image "channel", "stone wall" or "three facies"."""
+        file, bundled = IMAGES[name]
+        path = self._file(f"paper/{file}.npy")
+        if path is None:
+            return datasets.load(bundled)
+        found = read_training_image(path)
+        names = FACIES.get(name)
+        fits = names is not None and len(names) == found.n_facies
+        return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names if fits
+                             else None)  # fmt: skip
+
+    def said(self, name: str) -> str:
+        """Say in words which image stands for one of the paper's."""
+        file, bundled = IMAGES[name]
+        if self._file(f"paper/{file}.npy") is not None:
+            return f"the authors' {name} training image"
+        return f"our bundled image “{bundled}” in place of the authors' {name} image"
+
+    def is_own(self, name: str) -> bool:
+        """Whether the image is the authors' own."""
+        return self._file(f"paper/{IMAGES[name][0]}.npy") is not None
+
+    def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
+        """Return about `n` hard data for an image on a grid.
+
+        The authors' data where they are at hand and those of them that lie in the grid; else data
+        read off an image of the same kind, as many as the grid's share of the paper's one.
+        """
+        stem = DATA.get((name, n))
+        path = self._file(f"{stem}.csv") if stem is not None and self.is_own(name) else None
+        if stem is None or path is None:
+            return self._sampled(name, n, shape)
+        ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
+        return inside(read_hard_data(path, Grid(ny, nx)), shape)
+
+    def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
+        """Return dense data and the image that they were read from, cut to a grid."""
+        path = self._file(f"{DENSE_REFERENCE}.npy") if self.is_own("channel") else None
+        if path is not None and self._file(f"{DATA['channel', 4000]}.csv") is not None:
+            truth = read_training_image(path).array
+        else:
+            truth = self._truth("channel", shape).array
+        truth = truth[: shape[0], : shape[1]]
+        return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
+
+    def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
+        """Return realizations of a published code as facies indices, None where there are none.
+
+        Raises
+        ------
+        CCWSIMError
+            For a file that holds something else.
+        """
+        path = self._file(f"reference/{name}.npz")
+        if path is None:
+            return None
+        try:
+            with np.load(path, allow_pickle=False) as saved:
+                codes = saved["r"]
+        except (OSError, ValueError, KeyError) as error:
+            raise CCWSIMError(
+                f"{path}: realizations under the name r are needed; remove the file or write it "
+                f"again ({error})"
+            ) from error
+        if codes.ndim != 3 or not np.isin(codes, image.codes).all():
+            raise CCWSIMError(
+                f"{path}: an array (n, ny, nx) with the training image's facies is needed"
+            )
+        return np.searchsorted(image.codes, codes).astype(np.uint8)
+
+    def _file(self, relative: str) -> Path | None:
+        if self.folder is None:
+            return None
+        path = self.folder / relative
+        return path if path.is_file() else None
+
+    def _truth(self, name: str, shape: tuple[int, int]) -> TrainingImage:
+        bundled = IMAGES[name][1]
+        ny, nx = (min(max(side, 64), LARGEST_TRUTH) for side in shape)
+        return datasets.generate(bundled, shape=(ny, nx), seed=TRUTH_SEED)
+
+    def _sampled(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
+        stem = DATA[name, n]
+        ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
+        share = shape[0] * shape[1] / (ny * nx)
+        truth = self._truth(name, shape).array[: shape[0], : shape[1]]
+        return sample_random(truth, max(round(n * share), 1), seed=n)
+
+
+def inputs_in(folder: str | Path | None) -> Inputs:
+    """Return the inputs of a folder, of its parent where the folder is `paper` itself.
+
+    Raises
+    ------
+    CCWSIMError
+        For a folder that is not there or has none of the authors' training images.
+
+    Examples
+    --------
+    >>> inputs_in(None).image("channel").name
+    'channels'
+    """
+    if folder is None:
+        return Inputs()
+    given = Path(folder)
+    if not given.is_dir():
+        raise CCWSIMError(f"{folder}: there is no such folder; leave it out for the bundled images")
+    for place in (given, given.parent):
+        found = Inputs(place.resolve())
+        if any(found.is_own(name) for name in IMAGES):
+            return found
+    raise CCWSIMError(
+        f"{folder}: no file paper/{IMAGES['channel'][0]}.npy; give the folder that holds the "
+        "folders paper and reference, or leave it out for the bundled images"
+    )
+
+
+def inside(data: HardData, shape: tuple[int, int]) -> HardData:
+    """Return the data that lie in a grid.
+
+    Examples
+    --------
+    >>> inside(HardData([[0, 0], [9, 0]], [1, 1]), (5, 5))
+    HardData(n=1)
+    """
+    kept = (data.cells < shape).all(axis=1)
+    return HardData(data.cells[kept], data.facies[kept])

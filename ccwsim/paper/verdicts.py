@@ -1,0 +1,143 @@
+"""Words for how our numbers go with the paper's; every word follows from the numbers."""
+
+from __future__ import annotations
+
+from ccwsim.report import Judgement, Tone
+
+AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
+TONES: dict[str, Tone] = {
+    AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERS: "bad", OPEN: "unknown",
+}  # fmt: skip
+ALIKE = 1.25
+"""Two times or ratios are alike where they differ by less than this factor."""
+
+
+def judged(claim: str, found: str, word: str) -> Judgement:
+    """Return a judgement in one of the words above, or in another one that is neutral.
+
+    Examples
+    --------
+    >>> judged("a", "b", BEHIND).tone
+    'bad'
+    """
+    return Judgement(claim, found, word, TONES.get(word, "plain"))
+
+
+def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
+    """Return how our number compares with theirs.
+
+    Examples
+    --------
+    >>> compared(2.0, 1.0, more_is_better=False), compared(1.1, 1.0, more_is_better=True)
+    ('behind', 'agrees')
+    """
+    if max(ours, theirs) <= alike * min(ours, theirs):
+        return AGREES
+    return BETTER if (ours > theirs) == more_is_better else BEHIND
+
+
+def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
+    """Judge a CPU time of ours against one of the paper, which is of another machine.
+
+    Examples
+    --------
+    >>> of_time("a realization", 0.05, 2.42, "Fig. 7").word
+    'less time'
+    >>> of_time("a realization", 5.0, 2.42, "Fig. 7").tone
+    'bad'
+    """
+    ratio = theirs / ours
+    how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
+    found = (
+        f"{seconds(ours)} of CPU time on this machine, {how}. Machines and languages differ "
+        "(MATLAB there, compiled code here): this is no speed-up of the method."
+    )
+    word = compared(ours, theirs, more_is_better=False)
+    said = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
+    return Judgement(f"{where}: {seconds(theirs)} for {what}.", found, said, TONES[word])
+
+
+def of_order(claim: str, found: str, ours: float, theirs: float) -> Judgement:
+    """Judge whether the ratio of two methods lies on the same side of 1 here as in the paper.
+
+    Parameters
+    ----------
+    claim, found : str
+    ours, theirs : float
+        The ratio here and in the paper. One within `ALIKE` of 1 in the paper says that the two are
+        alike, which is found where it is within the square of that here.
+
+    Examples
+    --------
+    >>> of_order("A takes half as long as B", "0.7 times as long", 0.7, 0.5).word
+    'agrees'
+    >>> of_order("A takes half as long as B", "as long", 1.0, 0.5).word
+    'differs'
+    """
+    if 1 / ALIKE <= theirs <= ALIKE:
+        holds = 1 / ALIKE**2 <= ours <= ALIKE**2
+    else:
+        holds = ours < 1 / ALIKE if theirs < 1 else ours > ALIKE
+    return judged(claim, found, AGREES if holds else DIFFERS)
+
+
+def of_ratio(claim: str, ours: float, theirs: float, *, alike: float = 1.5) -> Judgement:
+    """Judge a ratio within our run against the same ratio within the paper's.
+
+    Examples
+    --------
+    >>> of_ratio("level 1 takes 4.2 times as long as level 3", 4.0, 4.2).word
+    'agrees'
+    """
+    found = f"Here {ours:.2f} times; in the paper {theirs:.2f} times."
+    return judged(claim, found, AGREES if max(ours, theirs) <= alike * min(ours, theirs) else
+                  DIFFERS)  # fmt: skip
+
+
+def of_data(claim: str, wrong: float, n_data: int, theirs: float | None) -> Judgement:
+    """Judge the share of data not honoured against that of the published code, where known.
+
+    Parameters
+    ----------
+    wrong : float
+        Share of our data that are not honoured.
+    theirs : float or None
+        The same for realizations of the published code.
+
+    Examples
+    --------
+    >>> of_data("data are honoured", 0.0, 397, 0.065).word
+    'better'
+    """
+    found = (
+        f"Every one of {n_data} data is honoured at full resolution in every realization."
+        if wrong == 0
+        else f"{percent(wrong)} of {n_data} data are not honoured."
+    )
+    if theirs is None:
+        return judged(claim, found, AGREES if wrong == 0 else DIFFERS)
+    found += f" Realizations of the authors' code miss {percent(theirs)}."
+    word = AGREES if wrong == theirs else BETTER if wrong < theirs else BEHIND
+    return judged(claim, found, word)
+
+
+def seconds(value: float) -> str:
+    """Return a time with its unit.
+
+    Examples
+    --------
+    >>> seconds(0.0123), seconds(56.0)
+    ('12.3 ms', '56 s')
+    """
+    return f"{1000 * value:.3g} ms" if value < 1 else f"{value:.3g} s"
+
+
+def percent(share: float) -> str:
+    """Return a share in percent.
+
+    Examples
+    --------
+    >>> percent(0.0653)
+    '6.5 %'
+    """
+    return f"{100 * share:.1f} %"

@@ -1,0 +1,273 @@
+"""The paper's experiments, run small: every one reports, none stops the others, words follow."""
+
+from __future__ import annotations
+
+import re
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ccwsim import CCWSIMError, HardData, TrainingImage
+from ccwsim.cli.program import main
+from ccwsim.figures import plotly_script
+from ccwsim.paper import (
+    EXPERIMENTS,
+    FULL,
+    QUICK,
+    Experiment,
+    Outcome,
+    document_of,
+    inputs_in,
+    reproduce,
+    summary,
+    verdict_of,
+    with_largest_grid,
+)
+from ccwsim.paper.grid_size import GRID_SIZE
+from ccwsim.paper.inputs import Inputs, inside
+from ccwsim.paper.limits import LIMITS
+from ccwsim.paper.methods import wrong_share
+from ccwsim.paper.unconditional import UNCONDITIONAL
+from ccwsim.paper.verdicts import compared, of_data, of_order, of_ratio, of_time
+from ccwsim.report import Judgement, Text, report_html
+
+TINY = replace(QUICK, n_many=3, n_few=2, n_anodi=2, timed_sides=(64, 96), largest_side=96)
+OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)
+ODD = "</script><b>&\"'"
+
+
+def nothing(run) -> Outcome:
+    run.step()
+    return Outcome((Text("words"),), (Judgement("claim", "found", "agrees", "good"),))
+
+
+def failing(run) -> Outcome:
+    raise ZeroDivisionError(ODD)
+
+
+def refusing(run) -> Outcome:
+    raise CCWSIMError("the grid is too small")
+
+
+def made(name: str, run=nothing) -> Experiment:
+    return Experiment(name, f"{name} {ODD}", "Section 0", f"shows {ODD}", run)
+
+
+@pytest.fixture(scope="module")
+def small():
+    """All experiments, as small as they can be."""
+    return reproduce(extent=TINY, seed=3)
+
+
+def test_a_quick_run_reports_every_experiment(small):
+    assert [f.experiment for f in small.finished] == list(EXPERIMENTS)
+    assert [f.problem for f in small.finished] == [""] * len(EXPERIMENTS)
+    assert all(f.outcome.judgements for f in small.finished)
+    page = report_html(document_of(small))
+    for k, experiment in enumerate(EXPERIMENTS, start=1):
+        assert f'<section id="section-{k}"><h2>{k}. {experiment.title}</h2>' in page
+    for stated in ("26.78", "6.52 s", "2.42 s", "3.50 s", "1.06 s", "Seed", "numba", "quick"):
+        assert stated in page
+    assert not OUTSIDE.findall(page.replace(plotly_script(), ""))
+    assert page.count(plotly_script()) == 1
+
+
+def test_small_grids_are_not_set_against_the_papers_seconds(small):
+    for finished in small.finished:
+        for judgement in finished.outcome.judgements:
+            assert judgement.word not in ("less time", "more time", "like time")
+
+
+def test_the_same_seed_gives_the_same_words():
+    chosen = (UNCONDITIONAL, LIMITS)
+    a, b = (reproduce(extent=TINY, seed=5, experiments=chosen) for _ in range(2))
+    for one, other in zip(a.finished, b.finished, strict=True):
+        first, second = (
+            [j.found for j in f.outcome.judgements if " ms" not in j.found] for f in (one, other)
+        )
+        assert first == second
+
+
+def test_a_failing_experiment_is_told_and_the_others_go_on():
+    chosen = (made("first"), made("broken", failing), made("small", refusing), made("last"))
+    told = []
+    found = reproduce(experiments=chosen, on_finished=told.append)
+    assert [f.outcome is None for f in found.finished] == [False, True, True, False]
+    assert told == list(found.finished)
+    assert verdict_of(found.finished[2]) == "failed: the grid is too small"
+    assert "4 experiments were run, 2 of them failed" in summary(found)
+    page = report_html(document_of(found))
+    assert "ZeroDivisionError: &lt;/script&gt;&lt;b&gt;" in page
+    assert ODD not in page
+
+
+def test_cancel_keeps_what_was_finished():
+    done = []
+    found = reproduce(
+        experiments=[made(str(k)) for k in range(4)],
+        cancel=lambda: len(done) == 2, on_finished=done.append,
+    )  # fmt: skip
+    assert found.stopped
+    assert len(found.finished) == 2
+    assert "The run was stopped" in report_html(document_of(found))
+
+
+def test_cancel_inside_a_simulation_stops_it():
+    asked = []
+    found = reproduce(
+        extent=TINY, experiments=[UNCONDITIONAL], cancel=lambda: asked.append(1) or len(asked) > 3
+    )
+    assert found.stopped
+    assert found.finished == ()
+
+
+def test_progress_never_falls_and_ends_at_one():
+    seen = []
+    reproduce(experiments=[made("a"), made("b", failing), made("c")],
+              progress=lambda share, n: seen.append((share, n)))  # fmt: skip
+    assert seen == sorted(seen)
+    assert seen[-1] == (1.0, 3)
+
+
+def test_words_follow_the_numbers():
+    assert [of_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)] == [
+        "less time", "like time", "more time",
+    ]  # fmt: skip
+    assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").found
+    assert [of_data("x", w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))] == [
+        "better", "agrees", "behind",
+    ]  # fmt: skip
+    assert [of_data("x", w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
+    assert [of_ratio("x", r, 4.0).word for r in (3.0, 1.0)] == ["agrees", "differs"]
+    assert [of_order("x", "", r, 0.4).word for r in (0.5, 0.9, 2.0)] == [
+        "agrees", "differs", "differs",
+    ]  # fmt: skip
+    assert [of_order("x", "", r, 1.06).word for r in (0.9, 1.4, 2.0)] == [
+        "agrees", "agrees", "differs",
+    ]  # fmt: skip
+    assert compared(1.0, 3.0, more_is_better=True) == "behind"
+
+
+def test_the_larger_grid_is_what_was_asked_for():
+    assert with_largest_grid(FULL, None) is FULL
+    assert with_largest_grid(FULL, 5000).timed_sides[-1] == 5000
+    with pytest.raises(CCWSIMError, match="63"):
+        with_largest_grid(FULL, 63)
+    found = reproduce(extent=replace(TINY, timed_sides=(32, 64)), experiments=[GRID_SIZE])
+    assert "64 × 64" in report_html(document_of(found))
+
+
+def test_a_folder_without_the_authors_files_is_refused(tmp_path):
+    for folder in (tmp_path, tmp_path / "none"):
+        with pytest.raises(CCWSIMError, match="bundled"):
+            inputs_in(folder)
+
+
+def test_the_authors_files_are_used_and_the_rest_is_ours(tmp_path):
+    (tmp_path / "paper").mkdir()
+    rng = np.random.default_rng(0)
+    own = rng.integers(0, 2, (80, 70))
+    np.save(tmp_path / "paper" / "ti_channel_256x256.npy", own)
+    (tmp_path / "paper" / "hd_channel_100_grid512x512.csv").write_text(
+        "row,col,facies\n0,1,1\n300,2,0\n"
+    )
+    for folder in (tmp_path, tmp_path / "paper"):
+        found = inputs_in(folder)
+        np.testing.assert_array_equal(found.image("channel").array, own)
+        assert found.said("channel").startswith("the authors'")
+        assert found.image("stone wall").name == "stone_wall"
+        assert found.data("channel", 100, (512, 512)).n == 2
+        assert found.data("channel", 100, (96, 96)).cells.tolist() == [[0, 1]]
+        assert found.data("stone wall", 300, (512, 512)).n == 300
+
+
+def test_published_realizations_are_read_and_broken_ones_named(tmp_path):
+    image = TrainingImage([[0, 7], [7, 0]])
+    (tmp_path / "reference").mkdir()
+    file = tmp_path / "reference" / "x.npz"
+    np.savez(file, r=np.array([[[0, 7]]], np.int8))
+    assert Inputs(tmp_path).published("x", image).tolist() == [[[0, 1]]]
+    assert Inputs(tmp_path).published("y", image) is None
+    np.savez(file, r=np.array([[[0, 3]]], np.int8))
+    with pytest.raises(CCWSIMError, match=r"x\.npz"):
+        Inputs(tmp_path).published("x", image)
+    file.write_bytes(b"nothing")
+    with pytest.raises(CCWSIMError, match=r"x\.npz"):
+        Inputs(tmp_path).published("x", image)
+
+
+def test_wrong_data_are_counted_in_the_images_own_codes():
+    image = TrainingImage([[0, 7]])
+    data = HardData([[0, 0], [0, 1]], [7, 7])
+    assert wrong_share(np.array([[[1, 1]], [[0, 0]]]), image, data) == 0.5
+    assert inside(data, (1, 1)).n == 1
+
+
+def test_the_published_data_are_found(data_dir):
+    found = inputs_in(data_dir / "paper")
+    assert all(found.is_own(name) for name in ("channel", "stone wall", "three facies"))
+    assert found.data("channel", 1000, (512, 512)).n == 1000
+    data, truth = found.dense_reference((256, 256))
+    assert data.n_mismatched(truth.array) == 0
+    image = found.image("channel")
+    assert found.published("CCWSIM_channel512_hd400_L2", image).shape[1:] == (512, 512)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """The command with three experiments that do next to nothing."""
+    import ccwsim.cli.paper as command
+
+    chosen = (made("first"), made("broken", failing), made("last"))
+    monkeypatch.setattr(command, "EXPERIMENTS", chosen)
+    monkeypatch.setattr(
+        command, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen)
+    )
+        command, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen)
+    )
+    return command
+
+
+def test_the_command_writes_a_report(few, tmp_path, capsys):
+    out = tmp_path / "report.html"
+    assert main(["paper", "--quick", "-o", str(out), "--seed", "4"]) == 0
+    said = capsys.readouterr().err
+    assert "3 experiments were run, 1 of them failed" in said
+    assert f"Written: {out}" in said
+    assert "<dt>Seed</dt><dd>4</dd>" in out.read_text("utf-8")
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+    assert main(["paper", "-q", "--quick", "-o", str(out)]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-o", "report.pdf"], "HTML"),
+        (["-o", "none/report.html"], "no folder"),
+        (["-o", "report.html", "--data", "none"], "no such folder"),
+        (["-o", "report.html", "--largest-grid", "5"], "from 64"),
+    ],
+)
+def test_bad_input_is_said_before_anything_runs(arguments, said, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["paper", *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_ctrl_c_keeps_the_experiments_that_were_finished(few, tmp_path, capsys, monkeypatch):
+    def interrupted(run) -> Outcome:
+        signal.raise_signal(signal.SIGINT)
+        run.step()
+        raise AssertionError("it went on")
+
+    chosen = (made("first"), made("second", interrupted), made("third"))
+    monkeypatch.setattr(few, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen))
+    out = tmp_path / "report.html"
+    assert main(["paper", "-o", str(out)]) == 130
+    assert "stopped after 1 of 3 experiments" in capsys.readouterr().err
+    assert "The run was stopped" in out.read_text("utf-8")
