@@ -226,8 +226,6 @@ def few(monkeypatch):
     monkeypatch.setattr(
         command, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen)
     )
-        command, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen)
-    )
     return command
 
 
