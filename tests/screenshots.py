@@ -17,6 +17,26 @@ SLOW = 180_000
 SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
 
 
+def fill_with_maps(page) -> None:
+    """Wait for the maps of a page that fills itself."""
+    page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
+
+
+def fill_with_times(page) -> None:
+    """Take both measurements of the page of times."""
+    for kind, end in (
+        ("grids", ".st-key-download_times"),
+        ("data", ".st-key-part_data .note:has-text('median of')"),
+    ):
+        page.locator(f".st-key-measure_{kind} button:not([disabled])").click(timeout=SLOW)
+        page.wait_for_selector(end, timeout=SLOW)
+    page.wait_for_selector(".st-key-measure_data button:not([disabled])", timeout=SLOW)
+
+
+FILLED = {"benchmark": fill_with_times}
+"""What fills a page that does not fill itself with maps, by the name of its file."""
+
+
 def take_all(out: Path) -> None:
     """Write one PNG a page, width and theme into a folder."""
     from ccwsim.ui.page import PAGES
@@ -33,7 +53,7 @@ def take_all(out: Path) -> None:
             name = f"{Path(path).stem}-{width}-{theme}"
             page.wait_for_selector(".st-key-menu", timeout=60_000)
             page.screenshot(path=out / f"{name}-empty.png")
-            page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
+            FILLED.get(Path(path).stem, fill_with_maps)(page)
             page.wait_for_function(SETTLED, timeout=SLOW)
             page.wait_for_timeout(1500)
             page.screenshot(path=out / f"{name}-first.png")
