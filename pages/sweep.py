@@ -10,7 +10,7 @@ from ccwsim.ui.page import show_page
 from ccwsim.ui.state import State
 from ccwsim.ui.sweep_controls import draw_controls, sweep_button
 from ccwsim.ui.sweep_follow import follow_sweep
-from ccwsim.ui.sweep_results import draw_empty, draw_found, draw_sweep_style
+from ccwsim.ui.sweep_results import draw_empty, draw_found, draw_planned, draw_sweep_style
 
 
 def sweep_page(state: State) -> None:
@@ -29,6 +29,7 @@ def sweep_page(state: State) -> None:
             draw_empty(state)
             with st.container(key="first_row"):
                 sweep_button(state, "sweep_first")
+            draw_planned(state)
     with st.container(key="run_bar"):
         sweep_button(state, "sweep_below")
 

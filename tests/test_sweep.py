@@ -93,7 +93,7 @@ def test_labels_say_what_differs():
     tried = [BASE, replace(BASE, n_candidates=9), replace(BASE, method="ccsim")]
     names = varied(tried)
     assert names == ["method", "wavelet_level", "n_candidates"]
-    assert [label(p, names) for p in tried] == ["ccwsim · J 1 · K 5", "ccwsim · J 1 · K 9",
+    assert [label(p, names) for p in tried] == ["ccwsim · level 1 · K 5", "ccwsim · level 1 · K 9",
                                                "ccsim · K 5"]  # fmt: skip
 
 
@@ -182,7 +182,8 @@ def numbers(distance, seconds, tau=0.01, wrong=0.0) -> dict:
     [
         ([numbers(1.0, 9), numbers(1.05, 3), numbers(2, 1), numbers(1.2, 2)], 1, "as near"),
         ([numbers(1.0, 2), numbers(1.05, 3), numbers(2, 1), numbers(1.2, 2)], 0, "nearest"),
-        ([numbers(1.0, 9), numbers(1.05, 3, tau=0.2), numbers(2, 1), numbers(1.2, 2)], 0, "near"),
+        ([numbers(1.0, 9), numbers(1.05, 3, tau=0.2), numbers(2, 1), numbers(1.2, 2)], 0,
+         "τ is off by 0.01, with faster ones by 0.2 or more"),
         ([numbers(1.0, 9, wrong=2), numbers(1.05, 3, wrong=2), numbers(2, 1), numbers(3, 2)], 2,
          "nearest"),
         ([numbers(1.0, 9, tau=np.nan), numbers(1.05, 3, tau=np.nan), numbers(2, 1),
@@ -199,7 +200,7 @@ def test_a_template_that_hardly_fits_the_image_is_not_recommended(found):
     each = [numbers(2.0, 5), numbers(2.0, 4), numbers(1.0, 3), numbers(1.0, 2)]
     choice = recommended(judged(found, each, image_shape=(64, 72)))  # 8: 72 fit, 16: 16 fit
     assert choice.index == 1
-    assert "2 other settings" in choice.reason
+    assert "2 other settings have templates so large" in choice.reason
     assert recommended(judged(found, each)).index == 3
 
 

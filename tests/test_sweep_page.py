@@ -194,7 +194,7 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
     choose(done, other)
     size = run.rows[other].parameters.template_size
     level = run.rows[other].parameters.wavelet_level
-    assert f'class="setting">ccwsim · J {level} · T {size}' in html(launched(done))
+    assert f'class="setting">ccwsim · T {size} · OR 4 · level {level} ·' in html(launched(done))
     choose(done, 99)
     assert done.sweep.chosen == other
 

@@ -81,7 +81,7 @@ def _dots(
     sides: Sequence[str | None], front: list[int], recommended: int | None, theme: Theme,
 ) -> go.Scatter:  # fmt: skip
     n = len(x)
-    strong = [theme.ink if k in front else theme.quiet for k in range(n)]
+    strong = [theme.ink if k in front or k == recommended else theme.quiet for k in range(n)]
     said = [f"{label} · recommended" if k == recommended else label
             for k, label in enumerate(labels)]  # fmt: skip
     return go.Scatter(

@@ -104,40 +104,42 @@ def recommended(sweep: Sweep) -> Recommendation:
     quality = sweep.rows[best].quality
     doubt = np.nan_to_num(quality.pattern_spread) / quality.n**0.5
     limit = patterns[best] + max(PATTERN_TOLERANCE * patterns[best], doubt)
-    good = among[patterns[among] <= limit]
-    known = good[~np.isnan(tau[good])]
+    good = near = among[patterns[among] <= limit]
+    known = near[~np.isnan(tau[near])]
     if len(known):
         good = known[tau[known] <= tau[known].min() + TAU_TOLERANCE]
     index = int(good[np.argmin(sweep.times[good])])
-    return Recommendation(index, _reason(sweep, index, int(best), too_large))
+    return Recommendation(index, _reason(sweep, index, int(best), near.tolist(), too_large))
 
 
 def _n_templates(sweep: Sweep, k: int) -> int:
     return templates_that_fit(sweep.image_shape, sweep.rows[k].parameters.template_size)
 
 
-def _reason(sweep: Sweep, index: int, best: int, too_large: int) -> str:
-    patterns, times, n = sweep.errors("patterns"), 1000 * sweep.times, len(sweep.rows)
-    own, smallest = patterns[index], patterns[best]
-    if n == 1:
+def _reason(sweep: Sweep, index: int, best: int, near: list[int], too_large: int) -> str:
+    patterns, tau, times = sweep.errors("patterns"), sweep.errors("connection"), 1000 * sweep.times
+    faster = [k for k in near if times[k] < times[index]]
+    against = f"{patterns[index]:.3g} against {patterns[best]:.3g} bits"
+    if len(sweep.rows) == 1:
         said = "The only setting that is finished."
     elif index == best:
-        said = (
-            f"Its patterns are nearest to the training image's ({own:.2g} bits), and no setting "
-            f"that comes as near is faster than its {times[index]:.3g} ms."
-        )
+        said = f"Its patterns are the nearest to the training image's, {patterns[best]:.3g} bits"
+        said += "." if faster else f", and none as near is faster than its {times[index]:.3g} ms."
     else:
-        said = (
-            f"Its patterns are as near to the training image's as the best can be told from it "
-            f"({own:.2g} against {smallest:.2g} bits), in {times[index]:.3g} instead of "
-            f"{times[best]:.3g} ms."
+        said = f"Its patterns are as near to the training image's as the best ({against})"
+        quicker = times[index] < times[best]
+        said += f", in {times[index]:.3g} instead of {times[best]:.3g} ms." if quicker else "."
+    if faster:
+        said += (
+            f" Of those that are as near it is the fastest that is connected right: τ is off by "
+            f"{tau[index]:.2g}, with faster ones by {tau[faster].min():.2g} or more."
         )
     if sweep.rows[index].quality.n_mismatched:
         said += " It does not honour all data; no setting does."
     if too_large:
+        many = "setting has a template" if too_large == 1 else "settings have templates"
         said += (
-            f" Fewer than {MIN_ACROSS**2} templates of {too_large} other "
-            f"{'setting' if too_large == 1 else 'settings'} fit the training image, which they "
-            "would repeat."
+            f" {too_large} other {many} so large that fewer than {MIN_ACROSS**2} fit the training "
+            "image: pieces of it would be seen again and again."
         )
     return said

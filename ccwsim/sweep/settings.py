@@ -12,9 +12,9 @@ from ccwsim.parameters import Parameters
 
 RANGED = {
     "method": "",
-    "wavelet_level": "J",
     "template_size": "T",
     "overlap_size": "OR",
+    "wavelet_level": "level",
     "n_candidates": "K",
     "search_fraction": "search",
 }
@@ -72,7 +72,7 @@ def settings(
     --------
     >>> found = settings(Parameters(), {"wavelet_level": [1, 3], "overlap_size": [8, 12]})
     >>> [(p.wavelet_level, p.overlap_size) for p in found], found.left_out[0][1]
-    ([(1, 8), (1, 12), (3, 8)], 'Overlap 12 must be a multiple of 8 at level 3: try 8 or 16')
+    ([(1, 8), (3, 8), (1, 12)], 'Overlap 12 must be a multiple of 8 at level 3: try 8 or 16')
     """
     for name, values in ranges.items():
         if name not in RANGED:
@@ -114,7 +114,7 @@ def label(parameters: Parameters, names: Iterable[str]) -> str:
     Examples
     --------
     >>> label(Parameters(), ["template_size", "wavelet_level"])
-    'T 32 · J 2'
+    'T 32 · level 2'
     """
     parts = []
     for name in names:

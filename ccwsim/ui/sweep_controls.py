@@ -21,9 +21,9 @@ from ccwsim.ui.sweep_run import SweepRun
 
 MOST_REALIZATIONS = 50
 LABELS = {
-    "template_size": "Template (cells)",
+    "template_size": "Template T (cells)",
     "wavelet_level": "Level",
-    "overlap_size": "Overlap (cells)",
+    "overlap_size": "Overlap OR (cells)",
     "n_candidates": "Candidates K",
     "method": "Method",
     "search_fraction": "Search fraction",
@@ -113,7 +113,7 @@ def problem_of(state: State) -> str:
     except CCWSIMError as error:
         text = str(error)
         for name, label in LABELS.items():
-            text = text.replace(f"{name} has no value", f"{label.split(' (')[0]} has no value")
+            text = text.replace(f"{name} has no value", f"{label.split(' ')[0]} has no value")
         return text
     if not len(plan):
         return f"No combination fits together. {plan.left_out[0][1]}."

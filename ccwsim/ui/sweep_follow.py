@@ -42,7 +42,7 @@ def progress_text(run: SweepRun) -> str:
     if job.fraction == 0 and job.seconds > SLOW_START:
         return "Compiling the kernels for this machine: some seconds, on the first run only …"
     text = f"{job.n_done} of {len(run.settings)} settings"
-    left = job.seconds_left
+    left = run.seconds_left
     if job.seconds > 1 and left is not None:
         text += f" · {seconds(max(round(left), 1))} left"
     return text

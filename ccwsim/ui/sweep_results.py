@@ -10,17 +10,20 @@ import streamlit as st
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.figures.sweep import sweep_chart
+from ccwsim.parameters import Parameters
 from ccwsim.sweep import Recommendation, Sweep, label, pareto_front, recommended, varied
 from ccwsim.ui.fields import field
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title, step_note
+from ccwsim.ui.sweep_controls import problem_of
 from ccwsim.ui.sweep_follow import said_end
+from ccwsim.ui.sweep_ranges import plan_of
 from ccwsim.ui.sweep_run import SweepRun
 from ccwsim.ui.sweep_setting import draw_numbers, draw_realization, use_button
-from ccwsim.ui.sweep_table import draw_table
-from ccwsim.ui.sweep_tiles import draw_tiles
+from ccwsim.ui.sweep_table import csv_button, draw_table
+from ccwsim.ui.sweep_tiles import draw_planned_tiles, draw_tiles
 from ccwsim.ui.titled_chart import chart_menu
 
 STYLE = Path(__file__).with_name("sweep.css")
@@ -52,7 +55,7 @@ def draw_found(state: State) -> None:
             if run.going:
                 draw_waiting(state, run)
             return
-        names = varied(run.settings) or ["template_size", "overlap_size", "wavelet_level"]
+        names = names_of(run.settings)
         choice = recommended(found)
         k = shown_of(state, found, choice)
         if not is_current(run, state):
@@ -66,35 +69,49 @@ def draw_found(state: State) -> None:
             draw_realization(state, run, k)
         with right:
             draw_numbers(state, run, k)
-        panel_title("Settings", "one realization of each; click one to see it large")
+        with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
+            panel_title("Settings", "one realization of each; click one to see it large")
+            csv_button(found, choice.index)
         draw_tiles(run, names, k, choice.index, lambda number: choose(state, number))
         if not run.going:
-            draw_table(found, choice.index)
+            draw_table(found)
 
 
 def draw_waiting(state: State, run: SweepRun) -> None:
     """Show where settings will be until the first one is there."""
     panel_title("Settings", "they appear as they are finished")
-    draw_tiles(run, varied(run.settings), -1, -1, lambda _: None)
+    draw_tiles(run, names_of(run.settings), -1, -1, lambda _: None)
 
 
 def draw_empty(state: State) -> None:
     """Show what will be where, before a sweep."""
-    grid = state.choices.grid
     with st.container(key="maps"):
         left, middle, right = st.columns([1.15, 1, 0.72], gap="medium")
-    for place, title, shape, text in (
-        (left, "Time against error", "1.15", "Each setting as a point: how long a realization "
+    for place, title, text in (
+        (left, "Time against error", "Each setting as a point: how long a realization "
          "takes, and how far it is from the training image. The line joins the settings that no "
          "other beats."),
-        (middle, "One setting", f"{grid.nx / grid.ny:g}", "The setting that you click, large, with "
-         "the hard data on it"),
-        (right, "Its numbers", "0.72", "Patterns, connection, variety, data and CPU time, beside "
+        (middle, "One setting", "The setting that you click, large, with the hard data on it"),
+        (right, "Its numbers", "Patterns, connection, variety, data and CPU time, beside "
          "the best of all settings"),
     ):  # fmt: skip
         with place:
             panel_title(title)
-            st.html(f'<div class="ghost" style="aspect-ratio: {shape}">{escape(text)}</div>')
+            st.html(f'<div class="ghost" style="height: {CHART_HEIGHT}px">{escape(text)}</div>')
+
+
+def draw_planned(state: State) -> None:
+    """Show which settings are going to be tried."""
+    if problem_of(state):
+        return
+    plan = plan_of(state)
+    panel_title("Settings", "what will be tried: one realization of each will be here")
+    draw_planned_tiles(plan.fitting, names_of(plan.fitting), state.choices.grid)
+
+
+def names_of(settings: tuple[Parameters, ...]) -> list[str]:
+    """Return the parameters by which settings are told apart."""
+    return varied(settings) or ["template_size", "overlap_size", "wavelet_level"]
 
 
 def shown_of(state: State, found: Sweep, choice: Recommendation) -> int:
@@ -168,7 +185,7 @@ def _selectable(state: State, chart: Any) -> None:
     st.plotly_chart(
         chart, key="chart_sweep", theme=None, on_select=chosen, selection_mode="points",
         alt="Settings by CPU time and error; a line joins those that no other beats",
-        config={"displaylogo": False, "modeBarButtons": [["toImage"]]},
+        config={"displayModeBar": False},
     )  # fmt: skip
 
 

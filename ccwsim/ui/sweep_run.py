@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 
 from ccwsim.grid import Grid
@@ -35,6 +36,8 @@ class SweepRun:
         How many of them the page shows.
     tiles : list of bytes
         A small picture of each.
+    began : float or None
+        When the first realization began, after kernels were compiled; seconds of a clock.
     """
 
     training_image: TrainingImage
@@ -49,6 +52,7 @@ class SweepRun:
     job: Job[Sweep] | None = None
     n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
+    began: float | None = None
 
     def start(self) -> SweepRun:
         """Begin, on a thread."""
@@ -56,12 +60,25 @@ class SweepRun:
         return self
 
     def _work(self, progress: Progress, cancel: Cancel) -> Sweep:
+        def report(share: float, n_done: int) -> None:
+            if self.began is None and share > 0:
+                self.began = time.monotonic()
+            progress(share, n_done)
+
         room = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))
         return sweep(
             self.training_image, self.grid, self.settings, self.hard_data,
-            n_realizations=self.n_realizations, seed=self.seed, progress=progress, cancel=cancel,
+            n_realizations=self.n_realizations, seed=self.seed, progress=report, cancel=cancel,
             found=self.rows.append, n_kept=min(max(room, 1), MOST_KEPT), facies=self.facies,
         )  # fmt: skip
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Estimate of the time left, None where too little is done to tell."""
+        if self.job is None or self.began is None or self.job.fraction < 0.02:
+            return None
+        share = self.job.fraction
+        return (time.monotonic() - self.began) * (1 - share) / share
 
     @property
     def going(self) -> bool:

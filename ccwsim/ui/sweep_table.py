@@ -18,13 +18,16 @@ HEADS = {
 """What the numbers are called on the page."""
 
 
-def draw_table(found: Sweep, recommended: int) -> None:
-    """Draw all rows, and a button that takes them home."""
-    with st.container(horizontal=True, vertical_alignment="center", key="sweep_table_row"):
-        st.download_button(
-            "Table, CSV", lambda: sweep_csv(found, recommended), file_name="sweep.csv",
-            mime="text/csv", key="sweep_csv", on_click="ignore",
-        )  # fmt: skip
+def csv_button(found: Sweep, recommended: int) -> None:
+    """Draw a button that takes all rows home."""
+    st.download_button(
+        "Table, CSV", lambda: sweep_csv(found, recommended), file_name="sweep.csv",
+        mime="text/csv", key="sweep_csv", on_click="ignore",
+    )  # fmt: skip
+
+
+def draw_table(found: Sweep) -> None:
+    """Draw all rows."""
     with st.expander("All numbers", key="sweep_table"):
         rows = [numbers_of(row) for row in found.rows]
         table = {HEADS.get(name, name): [row[name] for row in rows] for name in rows[0]}

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import streamlit as st
 
 from ccwsim.figures import contact_sheet, tile_size
+from ccwsim.grid import Grid
+from ccwsim.parameters import Parameters
 from ccwsim.sweep import label
 from ccwsim.ui.facts import seconds, three_digits
 from ccwsim.ui.maps import canvas_component
 from ccwsim.ui.sweep_run import SweepRun
 
+KEY = "sweep_tiles"
 LONGEST = 124
 """Pixels of a tile's longer side."""
 
@@ -32,7 +35,6 @@ def draw_tiles(
     choose : callable
         Called with the number of the one that is clicked.
     """
-    key = "sweep_tiles"
     rows = run.found.rows
     while len(run.tiles) < len(rows):
         first = rows[len(run.tiles)].realizations[:1]
@@ -48,13 +50,27 @@ def draw_tiles(
         for k, row in enumerate(rows)
     ]
     if run.going:
-        tiles += [{"label": label(p, names), "note": "to come"} for p in run.settings[len(rows) :]]
-    width, height = tile_size(run.grid.shape, LONGEST)
+        tiles += _to_come(run.settings[len(rows) :], names, "to come")
 
     def chosen() -> None:
-        number = st.session_state[key].chosen
+        number = st.session_state[KEY].chosen
         if number is not None:
             choose(int(number))
 
-    data = {"tiles": tiles, "width": width, "height": height, "shown": shown}
-    canvas_component("settings")(key=key, data=data, on_chosen_change=chosen)
+    data = {"tiles": tiles, "shown": shown, **_size(run.grid)}
+    canvas_component("settings")(key=KEY, data=data, on_chosen_change=chosen)
+
+
+def draw_planned_tiles(settings: Sequence[Parameters], names: list[str], grid: Grid) -> None:
+    """Draw room for the settings that are going to be tried."""
+    data = {"tiles": _to_come(settings, names, ""), "shown": -1, **_size(grid)}
+    canvas_component("settings")(key=KEY, data=data, on_chosen_change=lambda: None)
+
+
+def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, str]]:
+    return [{"label": label(p, names), "note": note} for p in settings]
+
+
+def _size(grid: Grid) -> dict[str, int]:
+    width, height = tile_size(grid.shape, LONGEST)
+    return {"width": width, "height": height}

@@ -1,7 +1,11 @@
 // Small multiples: a labelled picture a setting, each a button; arrow keys go on.
 export default function ({ data, parentElement, setTriggerValue }) {
   const sheet = parentElement.querySelector('.settings');
-  const { tiles, width, height, shown } = data;
+  const { tiles, shown } = data;
+  // on a phone three stand in a row
+  const share = Math.min(1, (sheet.clientWidth || 1e4) / 3 / (data.width + 12));
+  const [width, height] = share < 0.5 ? [data.width, data.height]
+    : [Math.floor(data.width * share), Math.floor(data.height * share)];
   const ready = tiles.filter((tile) => tile.png).length;
   sheet.setAttribute('role', 'group');
   sheet.setAttribute('aria-label', 'Settings; arrow keys choose');
@@ -11,7 +15,7 @@ export default function ({ data, parentElement, setTriggerValue }) {
     const { png, label, note, recommended } = tiles[k];
     const [picture, name, below] = button.children;
     button.disabled = !png;
-    button.style.width = Math.max(width, 112) + 'px';
+    button.style.width = Math.max(width, 96) + 'px';
     picture.style.width = width + 'px';
     picture.style.height = height + 'px';
     picture.style.backgroundImage = png ? `url(data:image/png;base64,${png})` : 'none';
