@@ -21,7 +21,8 @@ KNOWN = (
 )
 WORDS = (
     "“agrees”: what the paper says is found here too. “better”, “behind”: our number against the "
-    "other one. “differs”: the paper's statement is not found. “in part”: one of two measures. "
+    "other one. “differs”: the paper's statement is not found. “in part”: one of two measures, "
+    "or some of the lags. “surrounded”: the image's curve lies among the realizations'. "
     "“less time”: on another machine. “not comparable”: our grid is not the paper's."
 )
 

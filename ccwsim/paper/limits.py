@@ -87,8 +87,8 @@ def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
 def _judged(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
     kept = kept_share(own, each)
     found = (
-        f"Image “{name}”: its quarters {'are alike' if own.stationary else 'differ'}; realizations "
-        f"keep {percent(kept)} of what sets their variograms apart."
+        f"Image “{name}”: realizations keep {percent(kept)} of what sets the variograms of its "
+        "quarters apart."
     )
     claim = "Section 5.9: nonstationary training images are a limit of the method."
     return judged(claim, found, AGREES if kept < KEPT else DIFFERS)

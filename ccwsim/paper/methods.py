@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from ccwsim.hard_data import HardData
 from ccwsim.paper.experiment import Run
 from ccwsim.parameters import Parameters
+from ccwsim.published import SINGLE_TIMES
 from ccwsim.training_image import TrainingImage
 
+CONDITIONING = "Data conditioning “to a considerable degree” (the authors' page)."
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SAID = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
 """The settings of the authors' script."""
@@ -55,6 +57,19 @@ def image_named(name: str) -> str:
     'stone wall'
     """
     return "stone wall" if "stonewall" in name else "channel"
+
+
+def stated_seconds(where: str) -> float:
+    """Return a time that the paper, or the authors' page, states for one experiment.
+
+    Examples
+    --------
+    >>> stated_seconds("Fig. 6")
+    6.52
+    """
+    found = next(t.cpu_seconds for t in SINGLE_TIMES if t.where == where)
+    assert found is not None
+    return found
 
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ccwsim.metrics import pattern_distance
 from ccwsim.paper.experiment import Experiment, Outcome, Run
-from ccwsim.paper.methods import TITLES, published, settings, wrong_share
+from ccwsim.paper.methods import CONDITIONING, TITLES, published, settings, wrong_share
 from ccwsim.paper.pictures import image_picture, map_picture
 from ccwsim.paper.verdicts import AGREES, BETTER, DIFFERS, judged, of_data, percent, seconds
 from ccwsim.report import Judgement, Row, Table
@@ -47,7 +47,7 @@ def stone_wall(run: Run) -> Outcome:
     table = Table(header, tuple(rows), f"{side} × {side} cells, {data.n} data, T 32, OR 8.")
     said = image_picture(image, run.inputs.said("stone wall"), share=0.5)
     run.step()
-    honoured = of_data("The data are honoured.", shares[0], data.n, missed)
+    honoured = of_data(CONDITIONING, shares[0], data.n, missed)
     blocks = Row((said, *pictures)), table
     return Outcome(blocks, (*_judgements(distance, theirs), honoured))
 
@@ -62,7 +62,7 @@ def _shown(distances: np.ndarray) -> str:
 
 def _judgements(distance: dict, theirs: dict) -> tuple[Judgement, ...]:
     judgements: list[Judgement] = []
-    claim = "On the stone wall CCWSIM reproduces the patterns at least as well as MS-CCSIM."
+    claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
     pairs = [(f"our engine, level {level}", distance["ccwsim", level], distance["ms-ccsim", level])
              for level in LEVELS]  # fmt: skip
     if len(theirs) == 2:

@@ -154,16 +154,19 @@ def _cell(tag: str, text: str, numeric: bool) -> str:
 
 
 def _judgements(block: Judgements) -> str:
-    rows = "".join(map(_judgement, block.rows))
+    before = ["", *(row.claim for row in block.rows)]
+    rows = "".join(map(_judgement, block.rows, before))
     return (
         f'<div class="wide"><table class="judged"><thead><tr><th>{escape(block.claimed)}</th>'
         f"<th>{escape(block.found)}</th><th></th></tr></thead><tbody>{rows}</tbody></table></div>"
     )
 
 
-def _judgement(row: Judgement) -> str:
+def _judgement(row: Judgement, before: str) -> str:
+    """Return one row; a claim that is the one above is not said again."""
+    again, claim = (" class=again", "") if row.claim == before else ("", escape(row.claim))
     return (
-        f"<tr><td>{escape(row.claim)}</td><td>{escape(row.found)}</td>"
+        f"<tr{again}><td>{claim}</td><td>{escape(row.found)}</td>"
         f'<td><b class="word {escape(row.tone)}">{escape(row.word)}</b></td></tr>'
     )
 
