@@ -1,4 +1,4 @@
-"""Facies proportions of several settings against the training image's."""
+"""How far the facies proportions of several settings are from the training image's."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ def compared_proportions_chart(
     each: Sequence[NDArray[np.float64]],
     theme: Theme,
 ) -> go.Figure:
-    """Return a block of lines a facies, in it one line of dots a setting, and a red stroke.
+    """Return a block of lines a facies, in it one line of dots a setting.
+
+    Dots are differences from the training image, which is the red stroke at 0: shares themselves
+    would lie on each other.
 
     Parameters
     ----------
@@ -37,35 +40,36 @@ def compared_proportions_chart(
     """
     n, block = len(facies), len(names) + 1
     chart = blank_chart(
-        theme, height=64 + LINE * n * block, x_title="share of cells (%)", y_title=""
+        theme,
+        height=64 + LINE * n * block,
+        x_title="difference (% of cells)",
+        y_title="",
     )
     starts = np.arange(n) * block
     for k, (name, shares) in enumerate(zip(names, each, strict=True)):
         chart.add_trace(
             go.Scatter(
-                x=100 * shares.ravel(), y=np.tile(starts + k, len(shares)), mode="markers",
-                name=name, cliponaxis=False,
+                x=100 * (shares - reference).ravel(), y=np.tile(starts + k, len(shares)),
+                mode="markers", name=name, cliponaxis=False,
                 marker={
                     "size": 8, "color": setting_colours(theme)[k], "opacity": 0.7,
                     "symbol": SYMBOLS[k],
                 },
-                hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
+                customdata=100 * shares.ravel(),
+                hovertemplate=f"{name}: %{{customdata:.1f}} %<extra></extra>",
             )
         )  # fmt: skip
-    ends = starts + len(names) - 1
     chart.add_trace(
         go.Scatter(
-            x=np.column_stack([100 * reference] * 2 + [np.full(n, np.nan)]).ravel(),
-            y=np.column_stack([starts - 0.5, ends + 0.5, np.full(n, np.nan)]).ravel(),
-            mode="lines", name="training image", cliponaxis=False,
-            line={"width": 2.5, "color": theme.reference},
-            hovertemplate="training image: %{x:.1f} %<extra></extra>",
+            x=[0, 0], y=[-0.7, n * block - 1.3], mode="lines", name="training image",
+            line={"width": 2.5, "color": theme.reference}, hoverinfo="skip",
         )
     )  # fmt: skip
+    words = [f"{f}<br>{100 * share:.1f} %" for f, share in zip(facies, reference, strict=True)]
     chart.update_yaxes(
-        tickvals=(starts + ends) / 2, ticktext=list(facies), range=[n * block - 1, -1],
+        tickvals=starts + (len(names) - 1) / 2, ticktext=words, range=[n * block - 1, -1],
         showline=False, ticks="", tickfont={"size": 13, "color": theme.ink},
     )  # fmt: skip
-    largest = 100 * min(1.0, 1.12 * max(float(reference.max()), *(float(s.max()) for s in each)))
-    chart.update_xaxes(range=[-0.04 * largest, largest])
+    reach = 115 * max(*(float(np.abs(shares - reference).max()) for shares in each), 0.002)
+    chart.update_xaxes(range=[-reach, reach], nticks=5)
     return chart.update_layout(hovermode="closest")

@@ -65,7 +65,7 @@ def _controls(state: State, found: Comparison) -> None:
                 label, key=f"shown_{name}", on_click=_step, args=(state, n, step),
                 help=f"The {name} realization of all settings", disabled=n == 1,
             )  # fmt: skip
-        st.html('<div class="panel below">E-type, below it</div>', width="content")
+        st.html('<div class="panel below">Below it the E-type</div>', width="content")
 
         def write(option: int | str) -> None:
             choose(state, option)
@@ -105,4 +105,4 @@ def _beside(found: Comparison) -> None:
         image.facies_names, image.proportions, found.names, found.proportions, theme
     )
     alt = "Facies proportions of the realizations by setting, and of the training image"
-    titled_chart("Proportions", "", shares, "compared_proportions", alt)
+    titled_chart("Proportions", "a dot a realization", shares, "compared_proportions", alt)

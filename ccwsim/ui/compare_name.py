@@ -7,11 +7,14 @@ from html import escape
 import streamlit as st
 
 from ccwsim.figures import DASHES, setting_colours
+from ccwsim.figures.setting_marks import SYMBOLS
 from ccwsim.ui.compare_state import LETTERS
 from ccwsim.ui.page import chart_theme
 
 LINES = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """How CSS says a dash; it has no dash-dot."""
+GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
+"""How text says a symbol."""
 
 
 def colour_of(letter: str) -> str:
@@ -38,3 +41,12 @@ def draw_curve_key(letters: tuple[str, ...]) -> None:
         f'<span><i style="border-top: {line}"></i>{text}</span>' for line, text in entries
     )
     st.html(f'<div class="curve-key">{lines}</div>')
+
+
+def draw_point_key(letters: tuple[str, ...]) -> None:
+    """Write what the points of the charts are."""
+    entries = "".join(
+        f'<span><em style="color: {colour_of(letter)}">{GLYPHS[symbol]}</em>{letter}</span>'
+        for letter, symbol in zip(letters, SYMBOLS, strict=False)
+    )
+    st.html(f'<div class="curve-key points">{entries}</div>')

@@ -114,17 +114,21 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
     here = state.comparing
     here.shown = min(here.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    _draw_summary(state, found, asked)
+    complete = len(found.names) == len(asked.settings) or here.job is None
+    if complete:
+        left, right = st.columns(2, gap="large")
+        with left:
+            _draw_summary(state, found, asked)
+        with right:
+            draw_figures(found)
     draw_maps(state, found, asked, facies_colours(image, dict(asked.image.colours)))
-    draw_figures(found)
     draw_curves(state, found)
     draw_patterns(state, found)
 
 
 def _draw_summary(state: State, found: Comparison, asked: Asked) -> None:
-    if len(found.names) == len(asked.settings) or state.comparing.job is None:
-        lines = "".join(f"<p>{escape(text)}</p>" for text in sentences(found))
-        st.html(f'<div class="summary">{lines}</div>')
+    lines = "".join(f"<p>{escape(text)}</p>" for text in sentences(found))
+    st.html(f'<div class="summary">{lines}</div>')
     if asked.key != asked_of(state).key:
         step_note("The settings or the study were changed since this comparison: compare again.")
 

@@ -10,6 +10,7 @@ import streamlit as st
 
 from ccwsim.comparison import Comparison
 from ccwsim.figures import compared_scaling_chart
+from ccwsim.ui.compare_name import draw_point_key
 from ccwsim.ui.compare_words import said_ratio
 from ccwsim.ui.facts import three_digits
 from ccwsim.ui.page import chart_theme
@@ -58,6 +59,7 @@ def _plot(state: State, found: Comparison) -> None:
         )  # fmt: skip
 
     alt = "MDS plot: realizations of all settings and the training image"
+    draw_point_key(found.names)
     titled_chart("MDS plot", "click a realization to see it", chart, "compared_mds", alt, draw)
 
 

@@ -10,6 +10,8 @@ from ccwsim.ui.facts import three_digits
 
 AS_FAST = 1.05
 """Up to this ratio of CPU times two settings count as equally fast."""
+SAME = 0.02
+"""Ratios of varieties and distances that are nearer to 1 are called equal."""
 SURE = 2.0
 """Standard errors that a difference must exceed to be called one."""
 
@@ -68,7 +70,7 @@ def _varied(found: Comparison, k: int) -> str:
     ratio = found.variety[k] / found.variety[0] if found.variety[0] else np.nan
     if not np.isfinite(ratio):
         return ""
-    if abs(ratio - 1) < 0.02:
+    if abs(ratio - 1) < SAME:
         return "; as varied"
     return f"; {abs(ratio - 1):.0%} {'more' if ratio > 1 else 'less'} varied"
 
@@ -93,18 +95,20 @@ def said_ratio(row: PairRatio) -> str:
     Examples
     --------
     >>> said_ratio(PairRatio("B", "A", 1.1, 0.9, 1.22))
-    'B is more varied and nearer to the training image than A: better'
+    'B against A: more varied, nearer to the training image; better'
     """
     if not np.isfinite(row.ratio):
         return f"{row.name} and {row.other}: one realization says nothing of variety"
-    words = {
-        (True, True): "more varied, but farther from",
-        (True, False): "more varied and nearer to",
-        (False, True): "less varied and farther from",
-        (False, False): "less varied, but nearer to",
-    }[row.between >= 1, row.within >= 1]
-    verdict = "as good" if abs(row.ratio - 1) < 0.02 else "better" if row.ratio > 1 else "worse"
-    return f"{row.name} is {words} the training image than {row.other}: {verdict}"
+    varied = _graded(row.between, "less varied", "as varied", "more varied")
+    near = _graded(row.within, "nearer to", "as near to", "farther from")
+    verdict = _graded(row.ratio, "worse", "as good", "better")
+    return f"{row.name} against {row.other}: {varied}, {near} the training image; {verdict}"
+
+
+def _graded(ratio: float, below: str, same: str, above: str) -> str:
+    if abs(ratio - 1) < SAME:
+        return same
+    return above if ratio > 1 else below
 
 
 def nearest(curves: ComparedCurves, names: tuple[str, ...], tolerance: float) -> str:

@@ -16,6 +16,7 @@ from ccwsim.ui.state import State, session_state
 ROOT = Path(__file__).parents[2]
 ASSETS = ROOT / "assets"
 STYLE = Path(__file__).with_name("style.css")
+MENU_SCRIPT = Path(__file__).with_name("menu.js")
 STUDY_WIDTH = 336
 """Pixels of the study column."""
 
@@ -90,6 +91,10 @@ def _menu(title: str) -> None:
             except (StreamlitAPIException, KeyError):
                 if label == title:
                     st.markdown(f"**{label}**")
+        # the part that keeps the page's own name in view is the last thing in the row
+        here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
+        script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
+        st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
 
 
 def _is_control_flow(error: Exception) -> bool:

@@ -1,0 +1,12 @@
+// On a narrow screen the menu is one line that scrolls sideways: bring the page's own name into view.
+(() => {
+  let tries = 40;
+  const look = () => {
+    const menu = document.querySelector('.st-key-menu');
+    const own = menu && menu.querySelectorAll('a')[PLACE];
+    if (!own) return tries-- && setTimeout(look, 100);
+    const [row, name] = [menu, own].map((element) => element.getBoundingClientRect());
+    menu.scrollLeft += name.x + name.width / 2 - row.x - row.width / 2;
+  };
+  look();
+})();
