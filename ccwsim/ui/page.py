@@ -27,6 +27,7 @@ PAGES = (
     ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
     ("Benchmark", "pages/benchmark.py"),
+    ("Paper", "pages/paper.py"),
 )
 """The menu: what a page is called, and its file."""
 

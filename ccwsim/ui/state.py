@@ -14,6 +14,7 @@ from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare_state import Comparing
 from ccwsim.ui.editor_state import Editor
 from ccwsim.ui.jobs import Job
+from ccwsim.ui.paper_run import PaperState
 from ccwsim.ui.sweep_state import SweepState
 from ccwsim.ui.validate_state import Validation
 
@@ -60,6 +61,8 @@ class State:
         What the page of times remembers.
     comparing : Comparing
         What the page that compares settings remembers.
+    paper : PaperState
+        What the page of the paper remembers.
     """
 
     choices: Choices = field(default_factory=Choices)
@@ -80,6 +83,7 @@ class State:
     sweep: SweepState = field(default_factory=SweepState)
     benchmark: Benchmark = field(default_factory=Benchmark)
     comparing: Comparing = field(default_factory=Comparing)
+    paper: PaperState = field(default_factory=PaperState)
 
     def change(self, **changes: Any) -> None:
         """Replace some of the choices."""

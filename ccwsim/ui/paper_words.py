@@ -1,0 +1,88 @@
+"""What the page of the paper says: before, while and after its experiments run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from ccwsim.paper import EXPERIMENTS, Finished, Inputs, summary, verdict_of
+from ccwsim.ui.facts import seconds
+from ccwsim.ui.paper_run import PaperRun
+from ccwsim.ui.run import SLOW_START
+
+INTRODUCTION = (
+    "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
+    "and writes one report: each figure and table next to what the paper says, with agreement or "
+    "difference in words. The report is one HTML file that works offline and prints."
+)
+DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
+
+
+def said_inputs(inputs: Inputs) -> str:
+    """Say what the experiments are run on.
+
+    Examples
+    --------
+    >>> said_inputs(Inputs())
+    'On the bundled training images and data, in place of the authors’.'
+    """
+    if inputs.folder is None:
+        return "On the bundled training images and data, in place of the authors’."
+    return "On the authors’ training images and data, which this server has."
+
+
+def progress_text(run: PaperRun) -> str:
+    """Say how far a run is, by the name of the experiment."""
+    job = run.job
+    if job is None or job.cancelled:
+        return "Stopping …"
+    if job.fraction == 0 and job.seconds > SLOW_START:
+        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    n = len(run.finished)
+    if n >= len(EXPERIMENTS):
+        return "Writing the report …"
+    text = f"{n} of {len(EXPERIMENTS)} experiments · now {EXPERIMENTS[n].title}"
+    left = job.seconds_left
+    return text if left is None else f"{text} · about {seconds(max(left, 1.0))} left"
+
+
+def ended_text(run: PaperRun) -> str:
+    """Say how a run ended; empty while it goes on."""
+    if run.going or run.job is None:
+        return ""
+    if run.job.error is not None:
+        return f"The run ended early: {type(run.job.error).__name__}: {run.job.error}"
+    if run.result is None:
+        return ""
+    stopped = "Stopped. " if run.result.stopped else ""
+    return f"{stopped}{summary(run.result)}"
+
+
+def verdict_list(finished: Sequence[Finished]) -> str:
+    """Return all experiments as a table in HTML: those to come are quiet.
+
+    Examples
+    --------
+    >>> verdict_list([]).count("<tr") == len(EXPERIMENTS)
+    True
+    """
+    rows = []
+    for k, experiment in enumerate(EXPERIMENTS):
+        there = k < len(finished)
+        words = _words(finished[k]) if there else "–"
+        kind = "" if there else ' class="coming"'
+        rows.append(
+            f"<tr{kind}><td>{k + 1}</td><td>{escape(experiment.title)}</td>"
+            f"<td>{escape(experiment.place)}</td><td>{words}</td></tr>"
+        )
+    return f'<div class="wide"><table class="verdicts">{"".join(rows)}</table></div>'
+
+
+def _words(finished: Finished) -> str:
+    if finished.outcome is None:
+        return f'<span class="bad">{escape(verdict_of(finished))}</span>'
+    tones = {j.word: j.tone for j in finished.outcome.judgements}
+    return ", ".join(
+        f'<span class="{tones[part.split(" × ")[-1]]}">{escape(part)}</span>'
+        for part in verdict_of(finished).split(", ")
+    )
