@@ -83,8 +83,8 @@ def _ours(case: Case, ti: TrainingImage, data: HardData, level: int) -> None:
     ms, free_ms = (1e3 * np.median(s.cpu_seconds) for s in (e, free))
     met = f"{e.n_mended.mean():.1f} | {e.n_forced.mean():.1f} | {ms:.0f} | {ms / free_ms:.1f}"
     wrong = f"{100 * e.n_mismatched.mean() / data.n:.1f} %"
-    print(f"| {case.title} | {level} | {_judged(e.indices, ti)} | {wrong} | {met} |", flush=True)
-    judged = _judged(free.indices, ti)
+    print(f"| {case.title} | {level} | {columns_of(e.indices, ti)} | {wrong} | {met} |", flush=True)
+    judged = columns_of(free.indices, ti)
     print(f"| – without data | {level} | {judged} | – | – | – | {free_ms:.0f} | 1 |", flush=True)
 
 
@@ -94,11 +94,12 @@ def _others(file: Path, ti: TrainingImage, data: HardData, level: int) -> None:
     images = np.load(file)["r"]
     wrong = 100 * np.mean([data.n_mismatched(image) for image in images]) / data.n
     name = file.name.split("_")[0]
-    judged = _judged(np.searchsorted(ti.codes, images), ti)
+    judged = columns_of(np.searchsorted(ti.codes, images), ti)
     print(f"| – published {name} | {level} | {judged} | {wrong:.1f} % | | | | |", flush=True)
 
 
-def _judged(images: NDArray, ti: TrainingImage) -> str:
+def columns_of(images: NDArray, ti: TrainingImage) -> str:
+    """Return the columns patterns, τ and differ of realizations in facies indices."""
     images = np.asarray(images[:N_REALIZATIONS])
     patterns = pattern_distance(images, ti.indices, ti.n_facies).mean(axis=0)
     last = ti.n_facies - 1
