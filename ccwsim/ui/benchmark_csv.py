@@ -8,8 +8,9 @@ from ccwsim.ui.tables import as_csv
 from ccwsim.ui.timing_run import TimingRun
 
 HEAD = (
-    "image", "image_nx", "image_ny", "method", "level", "template", "overlap", "candidates", "nx",
-    "ny", "n_data", "seed", "realization", "cpu_seconds", "data_not_honoured", "machine",
+    "image", "image_nx", "image_ny", "method", "level", "template", "overlap", "candidates",
+    "exact_data", "nx", "ny", "n_data", "seed", "realization", "cpu_seconds",
+    "data_not_honoured", "machine",
 )  # fmt: skip
 
 
@@ -22,8 +23,8 @@ def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
             p, (ny, nx) = timing.parameters, timing.grid_shape
             lines += [
                 [run.training_image.name, image_nx, image_ny, p.method, p.level, p.template_size,
-                 p.overlap_size, p.n_candidates, nx, ny, timing.n_data, run.seed, r + 1,
-                 f"{timing.cpu_seconds[r]:.6g}", int(timing.n_mismatched[r]), machine]
+                 p.overlap_size, p.n_candidates, p.exact_data, nx, ny, timing.n_data, run.seed,
+                 r + 1, f"{timing.cpu_seconds[r]:.6g}", int(timing.n_mismatched[r]), machine]
                 for r in range(len(timing.cpu_seconds))
             ]  # fmt: skip
     return as_csv(HEAD, lines)

@@ -80,7 +80,9 @@ def draw_data(state: State) -> None:
     st.html(data_table(timings, chosen, numbers, side))
     step_note(
         "wrong: data that a realization does not honour, here. paper: Table 2, channel training "
-        "image, 512 × 512 cells, MATLAB on another machine; compare the last two columns."
+        "image, 512 × 512 cells, MATLAB on another machine; compare the last two columns. "
+        "Here both methods are this program's own and compiled alike, and both mend the data "
+        "until they are honoured, unless the study turns that off."
     )
     if run and timings:
         step_note(about_run(run))
@@ -127,8 +129,10 @@ def about_run(run: TimingRun | None) -> str:
         return ""
     image, p = run.training_image, run.cases[0].parameters
     ny, nx = image.shape
+    steered = "" if p.exact_data else "; data only steer, wrong ones are not mended"
     return (
         f"Training image {pretty(image.name)}, {nx} × {ny} cells, {image.n_facies} facies; "
         f"template {p.template_size}, overlap {p.overlap_size}, K {p.n_candidates}; median of "
-        f"{run.n_realizations}; one thread; seed {run.seed}."
+        f"{run.n_realizations}, turning the training image counts; one thread; seed {run.seed}"
+        f"{steered}."
     )
