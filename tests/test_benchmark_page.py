@@ -14,8 +14,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, datasets
-from ccwsim.figures import DARK, LIGHT
-from ccwsim.figures.timings import TimeSeries, timings_chart
+from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.parameters import METHODS
 from ccwsim.timing import Timing
 from ccwsim.timing_case import TimingCase

@@ -23,6 +23,7 @@ from ccwsim.figures.standalone import figure_json, plotly_script
 from ccwsim.figures.strips import Strip, strip_chart
 from ccwsim.figures.style import DARK, LIGHT, Theme, theme_named
 from ccwsim.figures.times import times_chart
+from ccwsim.figures.timings import TimeSeries, timings_chart
 from ccwsim.figures.transitions import transiogram_chart
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "Line",
     "Strip",
     "Theme",
+    "TimeSeries",
     "calibration_chart",
     "compared_curves_chart",
     "compared_proportions_chart",
@@ -68,5 +70,6 @@ __all__ = [
     "theme_named",
     "tile_size",
     "times_chart",
+    "timings_chart",
     "transiogram_chart",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import published
-from ccwsim.figures.timings import TimeSeries, timings_chart
+from ccwsim.figures import TimeSeries, timings_chart
 from ccwsim.timing import Timing
 from ccwsim.ui.benchmark_settings import NUMBERS, SIDES, settings
 from ccwsim.ui.benchmark_tables import data_table, grid_table, octave_table
