@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -13,8 +14,8 @@ from ccwsim.figures.style import Theme, blank_chart
 
 NARROW = 400.0
 """Pixels that the chart has at least on a usual screen, for which labels are placed."""
-SPREAD = 6.0
-"""From so many times the shortest on, times are drawn on a logarithmic axis."""
+SPREAD = 4.0
+"""Where the largest is so many times the smallest, an axis is logarithmic."""
 
 
 def sweep_chart(
@@ -49,13 +50,16 @@ def sweep_chart(
     chart = blank_chart(
         theme, height=height, x_title="CPU time of a realization (ms)", y_title=y_title
     )
-    ranges = _scale(chart, milliseconds, errors)
+    across, up = _axis(milliseconds, 0.12), _axis(errors, 0.12)
+    chart.update_xaxes(**across)
+    chart.update_yaxes(**up)
+    room = (NARROW, height - 60.0)
+    pixels = np.column_stack([
+        _shares(milliseconds, across) * room[0], (1 - _shares(errors, up)) * room[1],
+    ])  # fmt: skip
     first = [k for k in (recommended, selected) if k is not None]
     order = [*first, *on_front, *np.argsort(errors).tolist()]
-    sides = label_sides(
-        _pixels(milliseconds, errors, ranges, height), labels, dict.fromkeys(order),
-        (NARROW, height - 60),
-    )  # fmt: skip
+    sides = label_sides(pixels, labels, dict.fromkeys(order), room)
     chart.add_trace(_dots(milliseconds, errors, labels, sides, on_front, recommended, theme))
     if on_front:
         chart.add_trace(
@@ -90,7 +94,8 @@ def _dots(
         textposition=[side or "top center" for side in sides],
         textfont={"size": 12, "color": strong},
         marker={
-            "size": [13 if k == recommended else 9 for k in range(n)], "color": strong,
+            "opacity": 1, "color": strong,
+            "size": [13 if k == recommended else 9 for k in range(n)],
             "symbol": ["diamond" if k == recommended else
                        "circle" if k in front else "circle-open" for k in range(n)],
             "line": {"width": 1.5, "color": strong},
@@ -102,34 +107,21 @@ def _dots(
     )  # fmt: skip
 
 
-def _scale(
-    chart: go.Figure, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> tuple[bool, tuple[float, float], tuple[float, float]]:
-    """Give the axes their ranges; return whether the first is logarithmic, and both ranges."""
-    low, high = float(x.min()), float(x.max())
-    logarithmic = low > 0 and high / low >= SPREAD
-    if logarithmic:
-        a, b = np.log10([low, high])
-        pad = 0.12 * (b - a)
-        across = (float(a - pad), float(b + pad))
-        ticks = [m * 10.0**e for e in range(-4, 8) for m in (1, 2, 5)]
-        shown = [t for t in ticks if across[0] <= np.log10(t) <= across[1]]
-        chart.update_xaxes(type="log", tickvals=shown, ticktext=[f"{t:g}" for t in shown])
-    else:
-        across = (0.0, 1.25 * high or 1.0)
-    top = float(np.nanmax(y)) if np.isfinite(y).any() else 1.0
-    up = (0.0, 1.12 * top or 1.0)
-    chart.update_xaxes(range=across)
-    chart.update_yaxes(range=up, exponentformat="none")
-    return logarithmic, across, up
+def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
+    """Return an axis that holds the values: logarithmic where they are far apart, else from 0."""
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    if low <= 0 or high / low < SPREAD:
+        return {"range": (0.0, (1 + margin) * high or 1.0), "exponentformat": "none"}
+    a, b = np.log10([low, high])
+    ends = float(a - margin * (b - a)), float(b + margin * (b - a))
+    ticks = [m * 10.0**e for e in range(-9, 9) for m in (1, 2, 5)]
+    shown = [t for t in ticks if ends[0] <= np.log10(t) <= ends[1]]
+    return {"type": "log", "range": ends, "tickvals": shown,
+            "ticktext": [f"{t:.6g}" for t in shown]}  # fmt: skip
 
 
-def _pixels(
-    x: NDArray[np.float64], y: NDArray[np.float64], ranges: tuple, height: int
-) -> NDArray[np.float64]:
-    logarithmic, across, up = ranges
-    along = np.log10(x) if logarithmic else x
-    return np.column_stack([
-        (along - across[0]) / (across[1] - across[0]) * NARROW,
-        (up[1] - y) / (up[1] - up[0]) * (height - 60),
-    ])  # fmt: skip
+def _shares(values: NDArray[np.float64], axis: dict[str, Any]) -> NDArray[np.float64]:
+    """Return how far along an axis values lie, 0 to 1."""
+    along = np.log10(values) if "type" in axis else values
+    return (along - axis["range"][0]) / (axis["range"][1] - axis["range"][0])

@@ -36,8 +36,9 @@ class SweepRun:
         How many of them the page shows.
     tiles : list of bytes
         A small picture of each.
-    began : float or None
-        When the first realization began, after kernels were compiled; seconds of a clock.
+    first_at : (float, float) or None
+        When the first setting was finished and all kernels were compiled, in seconds of a clock,
+        and which share of the work that was.
     """
 
     training_image: TrainingImage
@@ -52,7 +53,7 @@ class SweepRun:
     job: Job[Sweep] | None = None
     n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
-    began: float | None = None
+    first_at: tuple[float, float] | None = None
 
     def start(self) -> SweepRun:
         """Begin, on a thread."""
@@ -61,8 +62,8 @@ class SweepRun:
 
     def _work(self, progress: Progress, cancel: Cancel) -> Sweep:
         def report(share: float, n_done: int) -> None:
-            if self.began is None and share > 0:
-                self.began = time.monotonic()
+            if self.first_at is None and self.rows:
+                self.first_at = time.monotonic(), share
             progress(share, n_done)
 
         room = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))
@@ -75,10 +76,12 @@ class SweepRun:
     @property
     def seconds_left(self) -> float | None:
         """Estimate of the time left, None where too little is done to tell."""
-        if self.job is None or self.began is None or self.job.fraction < 0.02:
+        if self.job is None or self.first_at is None:
             return None
-        share = self.job.fraction
-        return (time.monotonic() - self.began) * (1 - share) / share
+        (moment, share), now = self.first_at, self.job.fraction
+        if now - share < 0.02:
+            return None
+        return (time.monotonic() - moment) * (1 - now) / (now - share)
 
     @property
     def going(self) -> bool:

@@ -9,7 +9,7 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.parameters import Parameters
-from ccwsim.sweep import RANGED, Row, label
+from ccwsim.sweep import RANGED, Row, label, varied
 from ccwsim.ui.facts import three_digits
 from ccwsim.ui.maps import draw_map, facies_map, points_of
 from ccwsim.ui.state import State
@@ -48,7 +48,8 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
         for name, own, best in numbers_of(rows[k], rows, run)
     )
     head = "<tr><td></td><td>here</td><td>best</td></tr>"
-    said = escape(label(rows[k].parameters, RANGED))
+    names = [name for name in RANGED if name != "search_fraction" or name in varied(run.settings)]
+    said = escape(label(rows[k].parameters, names))
     st.html(f'<p class="setting">{said}</p><table class="numbers">{head}{lines}</table>')
     use_button(state, rows[k].parameters, "Use this setting", "use_setting")
 

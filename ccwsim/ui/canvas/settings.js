@@ -3,7 +3,7 @@ export default function ({ data, parentElement, setTriggerValue }) {
   const sheet = parentElement.querySelector('.settings');
   const { tiles, shown } = data;
   // on a phone three stand in a row
-  const share = Math.min(1, (sheet.clientWidth || 1e4) / 3 / (data.width + 12));
+  const share = Math.min(1, ((sheet.clientWidth || 1e4) - 36) / 3 / data.width);
   const [width, height] = share < 0.5 ? [data.width, data.height]
     : [Math.floor(data.width * share), Math.floor(data.height * share)];
   const ready = tiles.filter((tile) => tile.png).length;
