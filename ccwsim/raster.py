@@ -159,8 +159,8 @@ def _search(p: Parameters, template: int, turned: TurnedImage) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
     unit = 2 ** (p.level - p.scale)
     planes = 1 if len(turned.pyramid.sums) == 1 else 2  # in which a wrong cell counts
-    # A coarse cell stands for 4^scale cells, and for 2^scale of a boundary: counting it as one or as
-    # 4^scale keeps few data or breaks shapes.
+    # A coarse cell stands for 4^scale cells and for 2^scale along a boundary: counted as one it
+    # leaves shapes broken, counted as 4^scale it leaves most data to mending.
     cell_cost = unit * unit * planes / 2**p.scale
     return Search(
         template >> p.scale, p.overlap_size >> p.scale, unit,
