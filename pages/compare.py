@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.compare_page import draw_comparison, draw_style, draw_top
+from ccwsim.ui.compare_page import draw_results, draw_style, draw_top, is_old, problem_of
 from ccwsim.ui.compare_run import collect_comparison, follow_comparison, start_comparison
 from ccwsim.ui.page import show_page
 from ccwsim.ui.run import PATIENCE
@@ -15,18 +15,23 @@ def compare_page(state: State) -> None:
     """Draw the settings and what the latest comparison gave; run one where there is none."""
     draw_style()
     here = state.comparing
-    if here.found is None and here.job is None and not here.message:
+    problem = problem_of(state)
+    if here.found is None and here.job is None and not here.message and not problem:
         start_comparison(state)
     if here.job is not None and here.job.wait(PATIENCE):
         collect_comparison(state)
-    draw_top(state)
+    draw_top(state, problem)
     with st.container(key="news"):  # always there, so that what is below never moves
         if here.job is not None:
             follow_comparison(state, here.job.about.n_parts)
+            if is_old(state):
+                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
+        if problem:
+            st.error(problem)
         if here.message:
             st.warning(here.message)
     with st.container(key="results"):
-        draw_comparison(state)
+        draw_results(state, here.job is not None)
 
 
 if __name__ == "__main__":

@@ -37,10 +37,17 @@ def draw_style() -> None:
     st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
 
 
-def draw_top(state: State) -> None:
-    """Draw the settings, and below them what else decides the comparison."""
+def draw_top(state: State, problem: str) -> None:
+    """Draw the settings, and below them what else decides the comparison.
+
+    Parameters
+    ----------
+    state : State
+    problem : str
+        Why they cannot be compared, or an empty text.
+    """
     draw_settings(state)
-    here, problem = state.comparing, problem_of(state)
+    here = state.comparing
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         field(
             st.number_input, "Realizations of each", key="n_compared", value=here.n, width=140,
@@ -53,7 +60,8 @@ def draw_top(state: State) -> None:
             disabled=bool(problem), help=problem or None,
         )  # fmt: skip
         _draw_files(here.found)
-        step_note(problem or said_study(state))
+        if not problem:
+            step_note(said_study(state))
 
 
 def problem_of(state: State) -> str:
@@ -80,13 +88,10 @@ def said_study(state: State) -> str:
     )
 
 
-def draw_comparison(state: State) -> None:
-    """Draw what is known of the comparison that runs, else the latest one."""
+def is_old(state: State) -> bool:
+    """Return whether what is shown is of before, while something new is on its way."""
     here = state.comparing
-    busy = here.job is not None
-    if here.found is not None and busy and here.job is not None and here.job.about.so_far is None:
-        st.html("<style>.st-key-results { opacity: 0.4 }</style>")
-    _draw_results(state, busy)
+    return here.found is not None and here.job is not None and here.job.about.so_far is None
 
 
 def shown_of(state: State) -> tuple[Comparison | None, Asked | None]:
@@ -98,7 +103,15 @@ def shown_of(state: State) -> tuple[Comparison | None, Asked | None]:
 
 
 @st.fragment
-def _draw_results(state: State, busy: bool) -> None:
+def draw_results(state: State, busy: bool) -> None:
+    """Draw what is known of the comparison that runs, else the latest one.
+
+    Parameters
+    ----------
+    state : State
+    busy : bool
+        Whether something was worked out when the page was drawn.
+    """
     with guarded():
         if (state.comparing.job is not None) != busy:  # a part of it asked for more work
             st.rerun()
@@ -114,16 +127,18 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
     here = state.comparing
     here.shown = min(here.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    complete = len(found.names) == len(asked.settings) or here.job is None
-    if complete:
-        left, right = st.columns(2, gap="large")
-        with left:
-            _draw_summary(state, found, asked)
-        with right:
-            draw_figures(found)
+    with st.container(key="said"):  # always there, so that what is below never moves
+        if len(found.names) == len(asked.settings) or here.job is None:
+            left, right = st.columns(2, gap="medium")
+            with left:
+                _draw_summary(state, found, asked)
+            with right:
+                draw_figures(found)
     draw_maps(state, found, asked, facies_colours(image, dict(asked.image.colours)))
-    draw_curves(state, found)
-    draw_patterns(state, found)
+    with st.container(key="curves"):
+        draw_curves(state, found)
+    with st.container(key="patterns"):
+        draw_patterns(state, found)
 
 
 def _draw_summary(state: State, found: Comparison, asked: Asked) -> None:

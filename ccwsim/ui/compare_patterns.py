@@ -52,6 +52,7 @@ def _plot(state: State, found: Comparison) -> None:
             if clicked:
                 here.shown = min(max(int(clicked[0]["point_index"]), 0), n - 1)
 
+        draw_point_key(found.names)
         st.plotly_chart(
             chart, key=f"chart_{key}", theme=None, alt=alt, on_select=chosen,
             selection_mode="points",
@@ -59,7 +60,6 @@ def _plot(state: State, found: Comparison) -> None:
         )  # fmt: skip
 
     alt = "MDS plot: realizations of all settings and the training image"
-    draw_point_key(found.names)
     titled_chart("MDS plot", "click a realization to see it", chart, "compared_mds", alt, draw)
 
 
