@@ -35,13 +35,21 @@ def fill_with_times(page) -> None:
 
 def fill_with_experiments(page) -> None:
     """Run the paper's experiments, quickly."""
-    page.locator(".st-key-paper_extent button").nth(1).click(timeout=SLOW)
+    page.locator(".st-key-paper_extent button", has_text="Quick").click(timeout=SLOW)
     page.wait_for_function("() => document.body.innerText.includes('under a minute')", timeout=SLOW)
     page.locator(".st-key-paper_start button").click(timeout=SLOW)
     page.wait_for_selector(".st-key-download_paper", timeout=SLOW)
 
 
-FILLED = {"benchmark": fill_with_times, "paper": fill_with_experiments}
+def fill_with_settings(page) -> None:
+    """Sweep the settings that suit the study."""
+    page.locator(".st-key-sweep_first button, .st-key-sweep_below button").locator(
+        "visible=true"
+    ).first.click(timeout=SLOW)
+    page.wait_for_selector(".st-key-sweep_table", timeout=SLOW)
+
+
+FILLED = {"benchmark": fill_with_times, "paper": fill_with_experiments, "sweep": fill_with_settings}
 """What fills a page that does not fill itself with maps, by the name of its file."""
 
 

@@ -19,6 +19,10 @@ KNOWN = (
     "where no number is known, the report says so. Seconds of MATLAB on another machine are set "
     "beside ours for the record; only ratios within one run can be compared."
 )
+SMALL = (
+    "This was a quick run, on small grids with few realizations: it shows that everything works. "
+    "Its verdicts are not results; take the full run for those."
+)
 WORDS = (
     "“agrees”: what the paper says is found here too. “better”, “behind”: our number against the "
     "other one. “differs”: the paper's statement is not found. “in part”: one of two measures, "
@@ -47,6 +51,8 @@ def document_of(reproduction: Reproduction) -> Document:
 
 def _opening(r: Reproduction) -> tuple[Block, ...]:
     blocks: list[Block] = [Text(summary(r)), Text(KNOWN)]
+    if r.extent.name != "full":
+        blocks.append(Text(SMALL))
     if r.stopped:
         blocks.append(Text("The run was stopped: the experiments that are missing were not done."))
     blocks.append(Text(WORDS, quiet=True))

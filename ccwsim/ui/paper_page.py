@@ -61,8 +61,8 @@ def _controls(state: State) -> None:
             st.segmented_control, "Extent", key="paper_extent", options=[False, True],
             value=paper.quick, format_func=lambda quick: EXTENTS[quick],
             write=lambda quick: setattr(paper, "quick", bool(quick)),
-            help="Quick takes fewer realizations on smaller grids; its times are not set against "
-            "the paper's.",
+            help="Quick shows that everything works, with few realizations on small grids; its "
+            "verdicts are not results.",
         )  # fmt: skip
         field(
             st.number_input, "Seed", key="paper_seed", value=paper.seed, min_value=0,

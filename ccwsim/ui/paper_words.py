@@ -59,23 +59,35 @@ def ended_text(run: PaperRun) -> str:
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
-    """Return all experiments as a table in HTML: those to come are quiet.
+    """Return all experiments as a list in HTML: those to come are quiet, the others unfold.
 
     Examples
     --------
-    >>> verdict_list([]).count("<tr") == len(EXPERIMENTS)
+    >>> verdict_list([]).count('class="coming"') == len(EXPERIMENTS)
     True
     """
-    rows = []
+    items = []
     for k, experiment in enumerate(EXPERIMENTS):
-        there = k < len(finished)
-        words = _words(finished[k]) if there else "–"
-        kind = "" if there else ' class="coming"'
-        rows.append(
-            f"<tr{kind}><td>{k + 1}</td><td>{escape(experiment.title)}</td>"
-            f"<td>{escape(experiment.place)}</td><td>{words}</td></tr>"
+        line = f"<b>{k + 1}</b><i>{escape(experiment.title)}</i><em>{escape(experiment.place)}</em>"
+        if k >= len(finished):
+            items.append(f'<div class="coming">{line}</div>')
+            continue
+        inside = _judged(finished[k])
+        items.append(
+            f"<details><summary>{line}<u>{_words(finished[k])}</u></summary>{inside}</details>"
         )
-    return f'<div class="wide"><table class="verdicts">{"".join(rows)}</table></div>'
+    return f'<div class="verdicts">{"".join(items)}</div>'
+
+
+def _judged(finished: Finished) -> str:
+    if finished.outcome is None:
+        return ""
+    rows = "".join(
+        f"<tr><td>{escape(j.claim)}</td><td>{escape(j.found)}</td>"
+        f'<td class="{j.tone}">{escape(j.word)}</td></tr>'
+        for j in finished.outcome.judgements
+    )
+    return f"<table><tr><th>The paper says</th><th>Found here</th><th></th></tr>{rows}</table>"
 
 
 def _words(finished: Finished) -> str:
