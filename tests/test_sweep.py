@@ -12,9 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
+from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.label_room import GAP, HEIGHT, SIDES, WIDTH, label_sides
-from ccwsim.figures.style import DARK, LIGHT
-from ccwsim.figures.sweep import sweep_chart
 from ccwsim.metrics import judge
 from ccwsim.parameters import METHODS
 from ccwsim.sweep import (

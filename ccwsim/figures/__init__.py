@@ -22,6 +22,7 @@ from ccwsim.figures.setting_marks import DASHES, setting_colours
 from ccwsim.figures.standalone import figure_json, plotly_script
 from ccwsim.figures.strips import Strip, strip_chart
 from ccwsim.figures.style import DARK, LIGHT, Theme, theme_named
+from ccwsim.figures.sweep import sweep_chart
 from ccwsim.figures.times import times_chart
 from ccwsim.figures.timings import TimeSeries, timings_chart
 from ccwsim.figures.transitions import transiogram_chart
@@ -67,6 +68,7 @@ __all__ = [
     "setting_colours",
     "share_png",
     "strip_chart",
+    "sweep_chart",
     "theme_named",
     "tile_size",
     "times_chart",

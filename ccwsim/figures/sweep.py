@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.label_room import label_sides
+from ccwsim.figures.label_room import Box, label_sides
 from ccwsim.figures.style import Theme, blank_chart
 
 NARROW = 400.0
@@ -59,7 +60,7 @@ def sweep_chart(
     ])  # fmt: skip
     first = [k for k in (recommended, selected) if k is not None]
     order = [*first, *on_front, *np.argsort(errors).tolist()]
-    sides = label_sides(pixels, labels, dict.fromkeys(order), room)
+    sides = label_sides(pixels, labels, dict.fromkeys(order), room, _steps(pixels[on_front]))
     chart.add_trace(_dots(milliseconds, errors, labels, sides, on_front, recommended, theme))
     if on_front:
         chart.add_trace(
@@ -119,6 +120,14 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
     shown = [t for t in ticks if ends[0] <= np.log10(t) <= ends[1]]
     return {"type": "log", "range": ends, "tickvals": shown,
             "ticktext": [f"{t:.6g}" for t in shown]}  # fmt: skip
+
+
+def _steps(corners: NDArray[np.float64]) -> list[Box]:
+    """Return the front's lines as boxes: from each point on the right, then to the next one."""
+    boxes: list[Box] = []
+    for (x, y), (right, below) in pairwise(corners.tolist()):
+        boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]
+    return boxes
 
 
 def _shares(values: NDArray[np.float64], axis: dict[str, Any]) -> NDArray[np.float64]:

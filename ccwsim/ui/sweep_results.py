@@ -9,7 +9,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.errors import CCWSIMError
-from ccwsim.figures.sweep import sweep_chart
+from ccwsim.figures import sweep_chart
 from ccwsim.parameters import Parameters
 from ccwsim.sweep import Recommendation, Sweep, label, pareto_front, recommended, varied
 from ccwsim.ui.fields import field
