@@ -208,6 +208,20 @@ def test_the_sentences_say_the_figures(found):
     assert "nothing of variety" in said_ratio(PairRatio("B", "A", np.nan, 1.0, np.nan))
 
 
+def test_data_that_a_setting_leaves_wrong_are_counted():
+    data = datasets.load_hard_data("channels_400_data")
+    loose = Parameters(exact_data=False)
+    image = datasets.load("channels")
+    some = compare(image, (512, 512), {"A": Parameters(), "B": loose}, data, 1)
+    mean = some.ensembles[1].n_mismatched.mean()
+    assert mean > 0
+    assert sentences(some)[-1] == (
+        f"Of 400 data B leaves {mean:g} wrong in the mean; the others honour all."
+    )
+    both = compare(image, (512, 512), {"A": loose, "B": loose}, data, 1)
+    assert "others" not in sentences(both)[-1]
+
+
 def test_the_files_have_the_figures(found):
     def rows(content: bytes) -> list[dict[str, str]]:
         return list(csv.DictReader(StringIO(content.decode())))

@@ -105,4 +105,4 @@ def _beside(found: Comparison) -> None:
         image.facies_names, image.proportions, found.names, found.proportions, theme
     )
     alt = "Facies proportions of the realizations by setting, and of the training image"
-    titled_chart("Proportions", "a dot a realization", shares, "compared_proportions", alt)
+    titled_chart("Proportions", "", shares, "compared_proportions", alt)

@@ -144,7 +144,7 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
 def _draw_summary(state: State, found: Comparison, asked: Asked) -> None:
     lines = "".join(f"<p>{escape(text)}</p>" for text in sentences(found))
     st.html(f'<div class="summary">{lines}</div>')
-    if asked.key != asked_of(state).key:
+    if state.comparing.job is None and asked.key != asked_of(state).key:
         step_note("The settings or the study were changed since this comparison: compare again.")
 
 

@@ -98,11 +98,11 @@ def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]
             + ("." if k == 0 else "; what the study had takes its place here."),
         ):  # fmt: skip
             _go_to_simulate()
-        with st.popover("Copy", key=f"copy_{letter}"):
+        with st.popover("Copy from", key=f"copy_{letter}"):
             for j, other in enumerate(called(len(settings))):
                 if j != k:
                     st.button(
-                        f"From {other}", key=f"copy_{letter}_from_{other}", width="stretch",
+                        f"Setting {other}", key=f"copy_{letter}_from_{other}", width="stretch",
                         on_click=copy_setting, args=(state, k, j),
                     )  # fmt: skip
         if k:

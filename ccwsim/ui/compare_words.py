@@ -86,7 +86,8 @@ def _on_data(found: Comparison) -> list[str]:
     broken = [f"{name} leaves {three_digits(w)}" for name, w in wrong.items() if w]
     if not broken:
         return [f"All {n} data are honoured by all settings."]
-    return [f"Of {n} data, {', '.join(broken)} wrong in the mean; the others none."]
+    rest = "" if len(broken) == len(wrong) else "; the others honour all"
+    return [f"Of {n} data {', '.join(broken)} wrong in the mean{rest}."]
 
 
 def said_ratio(row: PairRatio) -> str:
