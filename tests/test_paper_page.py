@@ -112,7 +112,7 @@ def test_a_run_is_followed_by_name_and_can_be_cancelled(monkeypatch):
     app.run()
     run = app.session_state[KEY].paper.run
     assert progress_text(run).startswith(f"1 of 3 experiments · now second {ODD}")
-    assert html(app).count("agrees") == 1
+    assert html(app).count('<span class="good">agrees</span>') == 1
     named(app.button, "paper_cancel").click().run()
     assert progress_text(run) == "Stopping …"
     go.set()

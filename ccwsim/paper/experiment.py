@@ -110,6 +110,8 @@ class Experiment:
         What the paper's figure or table shows; nothing that is not known.
     run : callable
         Called as run(Run), returns an Outcome.
+    weight : float
+        How long it takes relative to most others, for the progress.
     """
 
     name: str
@@ -117,3 +119,4 @@ class Experiment:
     place: str
     shows: str
     run: Callable[[Run], Outcome]
+    weight: float = 1.0

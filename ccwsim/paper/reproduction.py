@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.paper.conditional import CONDITIONAL
@@ -120,11 +121,12 @@ def reproduce(
     """
     start, finished, stopped = time.perf_counter(), [], False
     cancelled = cancel or (lambda: False)
+    ends = list(accumulate((e.weight for e in experiments), initial=0.0))
     for k, experiment in enumerate(experiments):
 
         def share(done: float, k: int = k) -> None:
             if progress:
-                progress((k + done) / len(experiments), k)
+                progress((ends[k] + done * experiments[k].weight) / ends[-1], k)
 
         run = Run(inputs or Inputs(), extent, seed, share, cancelled)
         try:
@@ -137,7 +139,7 @@ def reproduce(
         if on_finished:
             on_finished(finished[-1])
         if progress:
-            progress((k + 1) / len(experiments), k + 1)
+            progress(ends[k + 1] / ends[-1], k + 1)
     seconds = time.perf_counter() - start
     return Reproduction(inputs or Inputs(), extent, seed, tuple(finished), stopped, seconds)
 

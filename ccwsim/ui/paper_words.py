@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from html import escape
 
 from ccwsim.paper import EXPERIMENTS, Finished, Inputs, summary, verdict_of
-from ccwsim.ui.facts import seconds
 from ccwsim.ui.paper_run import PaperRun
 from ccwsim.ui.run import SLOW_START
 
@@ -43,7 +42,18 @@ def progress_text(run: PaperRun) -> str:
         return "Writing the report …"
     text = f"{n} of {len(EXPERIMENTS)} experiments · now {EXPERIMENTS[n].title}"
     left = job.seconds_left
-    return text if left is None else f"{text} · about {seconds(max(left, 1.0))} left"
+    return text if left is None else f"{text} · about {duration(max(left, 1.0))} left"
+
+
+def duration(seconds: float) -> str:
+    """Return a time that is only about right, without more digits than it deserves.
+
+    Examples
+    --------
+    >>> duration(4.7), duration(170.0)
+    ('5 s', '3 min')
+    """
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
 
 
 def ended_text(run: PaperRun) -> str:

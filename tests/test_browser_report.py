@@ -1,0 +1,33 @@
+"""A report in a browser: charts are drawn, nothing is fetched, nothing is wider than a phone."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import expect
+
+from ccwsim.report import write_report
+from tests.test_report import document
+
+SLOW = 180_000
+
+
+@pytest.mark.parametrize("width", [1200, 390])
+def test_a_report_draws_itself_without_a_network(chromium, tmp_path, width):
+    path = tmp_path / "report.html"
+    write_report(path, document("a word"))
+    page = chromium.new_page(viewport={"width": width, "height": 900})
+    wrong, asked = [], []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("console", lambda message: wrong.append(message.text)
+            if message.type == "error" else None)  # fmt: skip
+    page.on("request", lambda request: asked.append(request.url)
+            if not request.url.startswith(("file:", "data:", "blob:")) else None)  # fmt: skip
+    page.goto(path.as_uri())
+    expect(page.locator(".plot .main-svg").first).to_be_visible(timeout=SLOW)
+    expect(page.locator(".plot .js-line")).to_have_count(4, timeout=SLOW)
+    page.locator("nav a").last.click()
+    expect(page.locator("#section-2")).to_be_in_viewport(timeout=SLOW)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert [w for w in wrong if "data:image" not in w] == []
+    assert asked == []
+    page.close()
