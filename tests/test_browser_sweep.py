@@ -86,7 +86,7 @@ def label_of(page, k: int) -> str:
 
 
 def test_a_sweep_is_stopped_half_way_and_one_setting_is_taken(page):
-    twelve_settings(page, "20")
+    twelve_settings(page, "12")
     page.locator(".st-key-sweep").get_by_role("button").click()
     page.locator(".st-key-sweep_progress").wait_for(timeout=SLOW)
     page.wait_for_function("() => !document.querySelector('.st-key-sweep_first')", timeout=SLOW)

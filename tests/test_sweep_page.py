@@ -131,6 +131,8 @@ def test_a_pill_changes_the_plan():
     state = app.session_state[KEY]
     assert sorted(state.sweep.ranges["n_candidates"]) == [1, 20]
     assert len(plan_of(state)) == 8
+    state.sweep.ranges["n_candidates"] = [20, 1]
+    assert [p.n_candidates for p in plan_of(state)][:2] == [1, 20]
     assert "Try 8 settings" in named(app.button, "sweep").label
     named(app.button, "ranges_back").click().run()
     assert not app.session_state[KEY].sweep.ranges
@@ -197,6 +199,18 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
     assert f'class="setting">ccwsim · T {size} · OR 4 · level {level} ·' in html(launched(done))
     choose(done, 99)
     assert done.sweep.chosen == other
+
+
+@pytest.mark.parametrize("name", ["stone_wall", "delta", "fractures"])
+def test_it_is_drawn_for_any_training_image_without_data(name):
+    choices = replace(SMALL, image=ImageChoice(bundled=name), data=DataChoice())
+    state = swept(choices=choices, ranges={**FEW, "method": list(METHODS), "wavelet_level": [1]})
+    state.sweep.error = "mended"  # of a sweep with data; there are none to mend now
+    app = launched(state)
+    said = html(app)
+    assert "Recommended: " in said
+    assert "Data mended" not in said
+    assert "search" not in said
 
 
 def test_using_a_setting_puts_it_into_the_study(done):

@@ -7,7 +7,7 @@ from ccwsim.parameters import Parameters
 CELL, PLACE, PRODUCT, DATUM = 2e-8, 1.2e-9, 1.2e-11, 1.8e-12
 """Seconds: to cut and paste a cell, to look at a place of the training image, to multiply two
 coefficients, and to look for a window's cell in one of the training image; one core of 2024."""
-JUDGING = 2.5e-7
+JUDGING = 6e-8
 """Seconds a cell to judge a realization."""
 
 

@@ -79,7 +79,12 @@ def plan_of(state: State) -> Settings:
         For a range without a value.
     """
     shape = image_of(state.choices.image).shape
-    return settings(state.choices.parameters, ranges_of(state), shape)
+    # pills come in the order of their clicks, methods in no order but their own
+    ranges = {
+        name: values if name == "method" else sorted(values)
+        for name, values in ranges_of(state).items()
+    }
+    return settings(state.choices.parameters, ranges, shape)
 
 
 def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:

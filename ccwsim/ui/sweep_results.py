@@ -55,7 +55,8 @@ def draw_found(state: State) -> None:
             if run.going:
                 draw_waiting(state, run)
             return
-        names = names_of(run.settings)
+        tried = run.settings if run.going else tuple(row.parameters for row in found.rows)
+        names = names_of(tried)
         choice = recommended(found)
         k = shown_of(state, found, choice)
         if not is_current(run, state):

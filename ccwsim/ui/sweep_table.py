@@ -30,7 +30,10 @@ def draw_table(found: Sweep) -> None:
     """Draw all rows."""
     with st.expander("All numbers", key="sweep_table"):
         rows = [numbers_of(row) for row in found.rows]
-        table = {HEADS.get(name, name): [row[name] for row in rows] for name in rows[0]}
+        table = {
+            HEADS.get(name) or RANGED.get(name) or name: [row[name] for row in rows]
+            for name in rows[0]
+        }
         formats = {
             HEADS[name]: st.column_config.NumberColumn(format="%.4f" if "pa" in name else "%.3g")
             for name in HEADS
