@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ccwsim.multiscale import refine_tiles
 from ccwsim.parameters import MAX_TEMPLATE, Parameters, legal_sizes
 from ccwsim.prepared_image import PreparedImage, TurnedImage
-from ccwsim.stages.conditioning import SLACK, PlacedData, place_data
+from ccwsim.stages.conditioning import PlacedData, place_data
 from ccwsim.stages.cut import UNKNOWN
 from ccwsim.stages.path import (
     N_ORIENTATIONS,
@@ -165,8 +165,8 @@ def _search(p: Parameters, template: int, turned: TurnedImage) -> Search:
     return Search(
         template >> p.scale, p.overlap_size >> p.scale, unit,
         min(p.n_candidates, turned.energies[0, 0].size), p.co_template, p.search_fraction,
-        p.refine, p.match_proportions, cell_cost * (1 if p.exact_data else STRICT),
-        int(SLACK * cell_cost), p.exact_data,
+        p.refine, p.match_proportions, cell_cost, cell_cost * (1 if p.exact_data else STRICT),
+        p.exact_data,
     )  # fmt: skip
 
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ccwsim.kernels import kernel
 from ccwsim.stages.candidates import best_places, draw_index, keep_within
 from ccwsim.stages.conditioning import (
+    DENSE,
+    SPARSE,
     add_missed,
     choose_split,
     data_ahead,
@@ -24,9 +26,9 @@ from ccwsim.stages.similarity import LEFT, TOP, overlap_terms, score_places
 class Search(NamedTuple):
     """The parameters as the compiled conductor needs them, lengths in cells of the grid.
 
-    `datum_cost` is what the weights of missed data are multiplied by, `slack` how much worse than
-    the best score a place may be, where there are data. Where these are not `exact` they were only
-    compared by blocks, so that a place chosen for them must not be shifted.
+    `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
+    data are multiplied by. Where data are not `exact` they were only compared by blocks, so that a
+    place chosen for them must not be shifted.
     """
 
     template: int
@@ -37,8 +39,8 @@ class Search(NamedTuple):
     share: float
     refine: bool
     match: bool
+    cell_cost: float
     datum_cost: float
-    slack: int
     exact: bool
 
 
@@ -147,11 +149,13 @@ def simulate_patch(
     ahead = search.co_template * size
     has_data = data_ahead(data, y0, x0, ahead)
     if has_data:
-        start_totals(scores, search.share, totals)
+        weights = SPARSE if size == search.template else DENSE
+        start_totals(scores, 1.0 if weights.everywhere else search.share, totals)
         cost = search.datum_cost
-        add_missed(phases, grid, data, y0, x0, size, ahead, proportions, cost, totals)
+        add_missed(phases, grid, data, y0, x0, size, ahead, proportions, weights, cost, totals)
         best_places(totals, search.n_candidates, rng, room.row_best, places)
-        candidates = places[: keep_within(totals, places, search.slack)]
+        slack = int(weights.slack * search.cell_cost)
+        candidates = places[: keep_within(totals, places, slack)]
     else:
         best_places(scores, search.n_candidates, rng, room.row_best, places)
         candidates = places

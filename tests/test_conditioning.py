@@ -7,11 +7,10 @@ from hypothesis import strategies as st
 from small_images import noise
 
 from ccwsim.stages.conditioning import (
-    MISSED,
-    MISSED_AHEAD,
-    MISSED_HELD,
+    DENSE,
     MOST_DATA,
     RULED_OUT,
+    SPARSE,
     add_missed,
     choose_split,
     data_ahead,
@@ -31,7 +30,9 @@ def random_data(shape: tuple[int, int], n: int, rng: np.random.Generator):
     return np.stack(np.divmod(flat, shape[1]), axis=1), rng.integers(0, N_FACIES, n).astype("u1")
 
 
-def plain_loop(image, grid, cells, facies, tile, ahead, unit, unit_cost, proportions, totals):
+def plain_loop(
+    image, grid, cells, facies, tile, ahead, unit, unit_cost, weights, proportions, totals
+):
     """Add the cost of missed data as `add_missed` does, one place and one datum at a time."""
     y0, x0, template = tile
     ny, nx = (length // unit * unit for length in image.shape)
@@ -39,9 +40,9 @@ def plain_loop(image, grid, cells, facies, tile, ahead, unit, unit_cost, proport
         dy, dx = y - y0, x - x0
         if not (0 <= dy < ahead and 0 <= dx < ahead):
             continue
-        weight = MISSED_AHEAD
+        weight = weights.ahead
         if dy < template and dx < template:
-            weight = MISSED_HELD if grid[y, x] == code else MISSED
+            weight = weights.held if grid[y, x] == code else weights.missed
         for py, px in np.ndindex(totals.shape):
             ty, tx = py * unit + dy, px * unit + dx
             if ty < ny and tx < nx:
@@ -65,13 +66,15 @@ def test_missed_data_cost_what_a_plain_loop_counts(level, co_template, n, seed):
     places = tuple((length // unit) - template // unit + 1 for length in image.shape)
     proportions = np.bincount(image.ravel(), minlength=N_FACIES) / image.size
     totals = rng.integers(-1000, 1000, places)
+    weights = DENSE if seed % 2 else SPARSE
     expected = totals.copy()
     plain_loop(
         image, grid, cells, facies, (y0, x0, template), co_template * template, unit, 7,
-        proportions, expected,
+        weights, proportions, expected,
     )  # fmt: skip
     data = place_data(cells, facies, grid.shape)
-    add_missed(phases, grid, data, y0, x0, template, co_template * template, proportions, 7, totals)
+    ahead = co_template * template
+    add_missed(phases, grid, data, y0, x0, template, ahead, proportions, weights, 7, totals)
     np.testing.assert_array_equal(totals, expected)
 
 

@@ -14,16 +14,35 @@ from numpy.typing import NDArray
 from ccwsim.kernels import kernel
 from ccwsim.stages.cut import UNKNOWN
 
-MISSED = 40
-"""A datum that the patch would miss counts as this many wrong cells of overlap."""
-MISSED_HELD = 8
-"""The same where the cell is in the overlap and right already: the cut can keep it."""
-MISSED_AHEAD = 4
-"""The same for a datum in the co-template: the next patches can still mend it."""
+
+class Weights(NamedTuple):
+    """How much data steer the choice of a place, in wrong cells of overlap.
+
+    Attributes
+    ----------
+    missed : int
+        What a datum counts that the patch would miss.
+    held : int
+        The same where the cell is in the overlap and right already: the cut can keep it.
+    ahead : int
+        The same for a datum in the co-template: the next patches can still mend it.
+    slack : int
+        A place is drawn only if it is at most so much worse than the best.
+    everywhere : bool
+        Whether every place is looked at, not the share with the best overlaps alone.
+    """
+
+    missed: int
+    held: int
+    ahead: int
+    slack: int
+    everywhere: bool
 
 
-SLACK = 6
-"""A place is drawn only if it is at most so many wrong cells of overlap worse than the best."""
+SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
+"""Few data a patch: the overlap keeps shapes whole, and mending brings what is left."""
+DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
+"""Tiles that are split: the data themselves say where the shapes run, and few places fit them."""
 MOST_DATA = 10
 """A tile with more data than this a patch is split into smaller patches."""
 RULED_OUT = 1 << 60
@@ -116,7 +135,9 @@ def data_ahead(data, y0, x0, size):
 
 
 @kernel
-def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, datum_cost, totals):
+def add_missed(
+    phases, grid, data, y0, x0, template, ahead, proportions, weights, datum_cost, totals
+):
     """Add what the missed data cost to the score of every place.
 
     Parameters
@@ -132,8 +153,9 @@ def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, datum_c
         Side of the co-template, from the same first cell.
     proportions : ndarray, shape (n_facies,)
         Of the training image: what to expect where it ends before the co-template does.
+    weights : Weights
     datum_cost : float
-        What one wrong cell of overlap adds to a score: the weights above are multiples of it.
+        What the weights are multiplied by: the score of one wrong cell of overlap.
     totals : ndarray of int64, shape (ny_places, nx_places)
     """
     unit = phases.shape[0]
@@ -144,9 +166,9 @@ def add_missed(phases, grid, data, y0, x0, template, ahead, proportions, datum_c
                 continue
             facies = data.facies[y, x]
             inside = y < y0 + template and x < x0 + template
-            weight = MISSED if inside else MISSED_AHEAD
+            weight = weights.missed if inside else weights.ahead
             if inside and grid[y, x] == facies and data.kept[y, x] == facies:
-                weight = MISSED_HELD
+                weight = weights.held
             phase = phases[(y - y0) % unit, (x - x0) % unit]
             cost = int(weight * datum_cost)
             expected = int(weight * datum_cost * (1.0 - proportions[facies]))

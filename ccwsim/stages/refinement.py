@@ -7,7 +7,7 @@ closes the gaps of that lattice.
 from __future__ import annotations
 
 from ccwsim.kernels import kernel
-from ccwsim.stages.conditioning import MISSED
+from ccwsim.stages.conditioning import SPARSE
 from ccwsim.stages.cut import UNKNOWN
 from ccwsim.stages.similarity import LEFT, TOP
 
@@ -67,7 +67,7 @@ def _misfit(image, grid, data, has_data, y0, x0, template, overlap, shape, ty, t
                 datum = known[x0 + x]
                 missed = datum != UNKNOWN and new[tx + x] != datum
                 if missed and (x >= width or old[x0 + x] != datum):
-                    wrong += MISSED
+                    wrong += SPARSE.missed
         if wrong >= limit:
             return wrong
     return wrong
