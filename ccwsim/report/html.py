@@ -142,9 +142,9 @@ def _table(table: Table) -> str:
     rows = "".join(
         f"<tr>{''.join(map(partial(_cell, 'td'), row, numeric))}</tr>" for row in table.rows
     )
-    caption = f"<caption>{escape(table.caption)}</caption>" if table.caption else ""
+    caption = f'<p class="caption">{escape(table.caption)}</p>' if table.caption else ""
     return (
-        f'<div class="wide"><table>{caption}<thead><tr>{head}</tr></thead>'
+        f'{caption}<div class="wide"><table><thead><tr>{head}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )
 
