@@ -72,7 +72,7 @@ def e_type_of(ensemble: Ensemble) -> EType:
     return _e_type(ensemble.digest, ensemble)
 
 
-@st.cache_resource(max_entries=4, show_spinner=False)
+@st.cache_resource(max_entries=8, show_spinner=False)
 def _e_type(digest: str, _ensemble: Ensemble) -> EType:
     return etype(_ensemble.indices, _ensemble.training_image.n_facies)
 
