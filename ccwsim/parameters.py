@@ -79,6 +79,12 @@ class Parameters:
         "Among the candidates prefer patches that bring the facies proportions towards those of "
         "the training image.",
     )  # fmt: skip
+    location_weight: float = _parameter(
+        0.0, "", "", "0 … 10",
+        "How strongly each patch keeps to its own place in the training image, for images that "
+        "change from one end to the other: at 1 a patch from the other end must fit better by a "
+        "whole overlap. 0 takes patches from anywhere.",
+    )  # fmt: skip
     refine: bool = _parameter(
         True, "", "", "yes, no",
         "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
@@ -98,6 +104,7 @@ class Parameters:
         _whole(self, "co_template", 1, 4)
         _number(self, "search_fraction", 0.0, 1.0, open_below=True)
         _number(self, "template_variation", 0.0, 0.5)
+        _number(self, "location_weight", 0.0, 10.0)
         _one_of(self, "method", METHODS)
         _one_of(self, "similarity", SIMILARITIES)
         for name in ("random_path", "match_proportions", "refine", "exact_data"):

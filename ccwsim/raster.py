@@ -72,7 +72,7 @@ def simulate_raster(
     finer scale lays the tiles again, near the places that the coarser one chose.
     """
     p, ti = study.parameters, study.training_image
-    path, turned, search, data, split_of = _plan(study, template, image, rng)
+    path, turned, search, data, split_of = lay_plan(study, template, image, rng)
     n, n_columns = path.n_rows * path.n_columns, path.n_columns
     places = np.empty((n, turned.splits[-1] ** 2, 2) if p.scale else (0, 0, 0), np.int32)
     for scale in range(p.scale, -1, -1):
@@ -96,10 +96,10 @@ def simulate_raster(
                     image.scaled(path.orientation, scale), data[scale], template >> scale,
                     p.overlap_size >> scale, p.refine, counts, grid, sources, places,
                 )  # fmt: skip
-    return _in_world(grid, sources, path, ti.shape)
+    return in_world(grid, sources, path, ti.shape)
 
 
-def _plan(study: Study, template: int, image: PreparedImage, rng: np.random.Generator) -> Plan:
+def lay_plan(study: Study, template: int, image: PreparedImage, rng: np.random.Generator) -> Plan:
     """Draw where the path starts, and turn and place everything along it."""
     p = study.parameters
     orientation = int(rng.integers(N_ORIENTATIONS)) if p.random_path else 0
@@ -127,7 +127,7 @@ def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
     return place_data(blocks * block, facies, shape, keep=p.exact_data)
 
 
-def _in_world(
+def in_world(
     grid: NDArray[np.uint8],
     sources: NDArray[np.int32],
     path: RasterPath,
@@ -166,6 +166,7 @@ def _search(p: Parameters, template: int, turned: TurnedImage) -> Search:
         template >> p.scale, p.overlap_size >> p.scale, unit,
         min(p.n_candidates, turned.energies[0, 0].size), p.co_template, p.search_fraction,
         p.refine, p.match_proportions, cell_cost, cell_cost * (1 if p.exact_data else STRICT),
+        p.location_weight * cell_cost * 2 * p.template_size * p.overlap_size / 4**p.scale,
         p.exact_data,
     )  # fmt: skip
 

@@ -18,6 +18,7 @@ from ccwsim.stages.conditioning import (
     start_totals,
 )
 from ccwsim.stages.cut import keep_old, paste, paste_sources
+from ccwsim.stages.location import add_location
 from ccwsim.stages.proportions import closest_to_target
 from ccwsim.stages.refinement import refine_place
 from ccwsim.stages.similarity import LEFT, TOP, overlap_terms, score_places
@@ -28,7 +29,7 @@ class Search(NamedTuple):
 
     `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
     data are multiplied by. Where data are not `exact` they were only compared by blocks, so that a
-    place chosen for them must not be shifted.
+    place chosen for them must not be shifted. `location_cost` is that of a place at the other end.
     """
 
     template: int
@@ -41,11 +42,16 @@ class Search(NamedTuple):
     match: bool
     cell_cost: float
     datum_cost: float
+    location_cost: float
     exact: bool
 
 
 class Room(NamedTuple):
-    """Arrays to work in, made once a call."""
+    """Arrays to work in, made once a call; what a patch leaves in them is how it was chosen.
+
+    `choice` says how many terms the overlap had, how many of the `places` were candidates, and
+    which of them was drawn.
+    """
 
     scores: NDArray[np.signedinteger]
     totals: NDArray[np.int64]
@@ -53,6 +59,7 @@ class Room(NamedTuple):
     places: NDArray[np.int64]
     terms: NDArray[np.int64]
     kept: NDArray[np.bool_]
+    choice: NDArray[np.int64]
 
 
 @kernel
@@ -94,33 +101,46 @@ def simulate_tiles(
     places : ndarray of int32, shape (n_tiles, n_parts, 2) or (0, 0, 0)
         Filled with the place in the turned TI of each patch; not kept where it is empty.
     """
+    room = make_room(turned, search)
+    for tile in range(first, last):
+        split = split_of[tile]
+        parts = turned.splits[split]
+        for part in range(parts * parts):
+            y0, x0, size, shape = lie_of_patch(tile, part, parts, n_columns, search)
+            ty, tx = simulate_patch(
+                y0, x0, size, shape, turned.energies[split, shape],
+                turned.pyramid, data, proportions, search, rng, room, counts, grid, sources,
+            )  # fmt: skip
+            if places.size:
+                places[tile, part] = ty, tx
+
+
+@kernel
+def make_room(turned, search):
+    """Return the arrays to work in."""
     template = search.template
     scores = np.zeros_like(turned.energies[0, 0])
     n_terms = 2 * len(turned.pyramid.sums) * template * search.overlap // search.unit**2
-    room = Room(
+    return Room(
         scores,
         np.empty(scores.shape, np.int64),
         np.empty(len(scores), np.int64),
         np.empty((search.n_candidates, 2), np.int64),
         np.empty((4, n_terms), np.int64),
         np.empty((template, template), np.bool_),
+        np.zeros(3, np.int64),
     )
-    step = template - search.overlap
-    for tile in range(first, last):
-        row, column = divmod(tile, n_columns)
-        y0, x0 = row * step, column * step
-        split = split_of[tile]
-        parts = turned.splits[split]
-        for part in range(parts * parts):
-            down, along = divmod(part, parts)
-            shape = (LEFT if column + along > 0 else 0) | (TOP if row + down > 0 else 0)
-            ty, tx = simulate_patch(
-                y0 + down * (step // parts), x0 + along * (step // parts),
-                step // parts + search.overlap, shape, turned.energies[split, shape],
-                turned.pyramid, data, proportions, search, rng, room, counts, grid, sources,
-            )  # fmt: skip
-            if places.size:
-                places[tile, part] = ty, tx
+
+
+@kernel
+def lie_of_patch(tile, part, parts, n_columns, search):
+    """Return first row and column, side and shape of the overlap of a part of a tile."""
+    row, column = divmod(tile, n_columns)
+    down, along = divmod(part, parts)
+    step = search.template - search.overlap
+    shape = (LEFT if column + along > 0 else 0) | (TOP if row + down > 0 else 0)
+    y0, x0 = row * step + down * (step // parts), column * step + along * (step // parts)
+    return y0, x0, step // parts + search.overlap, shape
 
 
 @kernel
@@ -148,21 +168,26 @@ def simulate_patch(
     score_places(sums, room.terms, n_terms, energy, scores)
     ahead = search.co_template * size
     has_data = data_ahead(data, y0, x0, ahead)
-    if has_data:
+    candidates = places
+    if has_data or search.location_cost > 0:
         weights = SPARSE if size == search.template else DENSE
-        start_totals(scores, 1.0 if weights.everywhere else search.share, totals)
+        everywhere = weights.everywhere or not has_data
+        start_totals(scores, 1.0 if everywhere else search.share, totals)
+        if search.location_cost > 0:
+            add_location(y0, x0, size, grid.shape, search.location_cost, totals)
         cost = search.datum_cost
         add_missed(phases, grid, data, y0, x0, size, ahead, proportions, weights, cost, totals)
         best_places(totals, search.n_candidates, rng, room.row_best, places)
-        slack = int(weights.slack * search.cell_cost)
-        candidates = places[: keep_within(totals, places, slack)]
+        if has_data:
+            slack = int(weights.slack * search.cell_cost)
+            candidates = places[: keep_within(totals, places, slack)]
     else:
         best_places(scores, search.n_candidates, rng, room.row_best, places)
-        candidates = places
     if search.match:
         drawn = closest_to_target(image, candidates, unit, size, counts, proportions, rng)
     else:
         drawn = draw_index(rng, len(candidates))
+    room.choice[0], room.choice[1], room.choice[2] = n_terms, len(candidates), drawn
     ty, tx = candidates[drawn, 0] * unit, candidates[drawn, 1] * unit
     if search.refine and unit > 1 and (search.exact or not data_ahead(data, y0, x0, size)):
         ty, tx = refine_place(

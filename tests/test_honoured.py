@@ -48,6 +48,7 @@ def studies(draw):
         co_template=draw(st.integers(1, 3)),
         random_path=draw(st.booleans()),
         template_variation=draw(st.sampled_from([0.0, 0.3])),
+        location_weight=draw(st.sampled_from([0.0, 2.0])),
         match_proportions=draw(st.booleans()),
         refine=draw(st.booleans()),
     )

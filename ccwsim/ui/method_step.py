@@ -16,6 +16,7 @@ NUMBERS = {
     "search_fraction": (0.01, 1.0, 0.01),
     "co_template": (1, 4, 1),
     "template_variation": (0.0, 0.5, 0.05),
+    "location_weight": (0.0, 10.0, 0.5),
 }
 """Smallest, largest and step of the numbers behind the menu."""
 
