@@ -50,8 +50,7 @@ def simulate_realization(
 
     Its random numbers depend on the seed and its own number alone.
     """
-    sequence = np.random.SeedSequence(study.seed, spawn_key=(number,))
-    rng = np.random.Generator(np.random.PCG64(sequence))
+    rng = random_numbers(study.seed, number)
     template = draw_template(study.parameters, study.training_image.shape, rng)
     indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
     cells = study.hard_data.cells
@@ -65,6 +64,18 @@ def simulate_realization(
     met_by = mend(ti, data, cells, template, rng, indices, sources, rare, watch.check)
     watch.report(1.0)
     return Realization(indices, sources, met_by)
+
+
+def random_numbers(seed: int, number: int) -> np.random.Generator:
+    """Return the random numbers of a realization.
+
+    Examples
+    --------
+    >>> random_numbers(0, 3).random() == random_numbers(0, 3).random()
+    True
+    """
+    sequence = np.random.SeedSequence(seed, spawn_key=(number,))
+    return np.random.Generator(np.random.PCG64(sequence))
 
 
 def simulate(

@@ -56,6 +56,7 @@ def mend(
     sources: NDArray[np.int32],
     rare: NDArray[np.float64] | None = None,
     check: Callable[[], None] = lambda: None,
+    note: Callable[[int, int, bool], None] | None = None,
 ) -> NDArray[np.int16]:
     """Mend a realization in place until it honours the data; return how each was met.
 
@@ -83,6 +84,9 @@ def mend(
         From `rare_counts`; scars are left where it is not given.
     check : callable
         Called now and then; may raise to stop.
+    note : callable, optional
+        Called as note(datum, size, mended) after each window, and with size 1 for each cell set by
+        force.
 
     Returns
     -------
@@ -95,7 +99,7 @@ def mend(
 
     def windows(which: NDArray[np.bool_], size: int, tolerance: float, anyway: bool) -> None:
         chosen = rng.permutation(np.flatnonzero(which))
-        at_once = max(PLACES_A_CALL // image.size, 1)
+        at_once = 1 if note else max(PLACES_A_CALL // image.size, 1)
         for first in range(0, len(chosen), at_once):
             check()
             some = chosen[first : first + at_once]
@@ -103,6 +107,8 @@ def mend(
                 image, data, cells[some], size, tolerance, anyway, rng, grid, sources
             )
             met_by[some[done]] = size
+            if note:
+                note(int(some[0]), size, bool(done[0]))
 
     largest = min(template, *image.shape, *grid.shape)
     for size in _halved(largest, SMALLEST):
@@ -113,6 +119,9 @@ def mend(
     met_by[wrong] = FORCED
     if sources.size:
         sources[rows[wrong], columns[wrong]] = -1
+    if note:
+        for datum in np.flatnonzero(wrong):
+            note(int(datum), 1, True)
     if rare is None:
         return met_by
     for size in _halved(largest, SMALLEST_HEALING):
@@ -166,6 +175,12 @@ def own_counts(grid, cells):
 
 
 @kernel
+def first_cell(middle, size, length):
+    """Return where a window of `size` cells around `middle` begins, inside of `length` cells."""
+    return min(max(middle - size // 2, 0), length - size)
+
+
+@kernel
 def mend_windows(image, data, cells, size, tolerance, anyway, rng, grid, sources):
     """Simulate windows of one size around data anew.
 
@@ -205,8 +220,7 @@ def mend_windows(image, data, cells, size, tolerance, anyway, rng, grid, sources
         if grid[y, x] == data[y, x] and not anyway:
             mended[i] = True
             continue
-        y0 = min(max(y - size // 2, 0), ny - size)
-        x0 = min(max(x - size // 2, 0), nx - size)
+        y0, x0 = first_cell(y, size, ny), first_cell(x, size, nx)
         sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0)
         sides |= (RIGHT if x0 + size < nx else 0) | (BOTTOM if y0 + size < ny else 0)
         n_places = honouring_places(image, data, y0, x0, size, mask)
