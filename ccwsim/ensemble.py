@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import digest
+from ccwsim.arrays import digest, frozen_view
+from ccwsim.errors import CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
 from ccwsim.parameters import Parameters
@@ -123,3 +125,62 @@ class Ensemble:
 
     def __repr__(self) -> str:
         return f"Ensemble({self.n} realizations of {self.grid.nx} × {self.grid.ny})"
+
+
+def joined(parts: Sequence[Ensemble]) -> Ensemble:
+    """Return the realizations of several runs of one study as one ensemble, in their order.
+
+    Parameters
+    ----------
+    parts : sequence of Ensemble
+        As `simulate` gives them for different `first_realization`. Their wall times are added, and
+        sources are kept where all parts have them.
+
+    Raises
+    ------
+    CCWSIMError
+        For no parts, parts of different studies, and a realization that is in two of them.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> parts = [simulate(stripes, (40, 50), p, first_realization=r) for r in (0, 1)]
+    >>> joined(parts).digest == simulate(stripes, (40, 50), p, n_realizations=2).digest
+    True
+    """
+    if not parts:
+        raise CCWSIMError("no realizations to join; give one ensemble at least")
+    first = parts[0]
+    if any(_study(part) != _study(first) for part in parts):
+        raise CCWSIMError(
+            "ensembles of different studies cannot be joined; they must have the same training "
+            "image, grid, parameters, hard data and seed"
+        )
+    numbers = np.concatenate([part.numbers for part in parts])
+    twice = np.flatnonzero(np.bincount(numbers) > 1)
+    if len(twice):
+        raise CCWSIMError(f"realization {twice[0]} is in two ensembles; join others or drop one")
+    sources = [part.sources for part in parts if part.sources is not None]
+    return replace(
+        first,
+        indices=_end_to_end([part.indices for part in parts]),
+        cpu_seconds=_end_to_end([part.cpu_seconds for part in parts]),
+        wall_seconds=sum(part.wall_seconds for part in parts),
+        met_by=_end_to_end([part.met_by for part in parts]),
+        numbers=frozen_view(numbers),
+        sources=_end_to_end(sources) if len(sources) == len(parts) else None,
+    )
+
+
+def _study(ensemble: Ensemble) -> tuple[object, ...]:
+    image, data = ensemble.training_image, ensemble.hard_data
+    return (
+        image.digest, ensemble.grid, ensemble.parameters, data.digest, ensemble.seed,
+        ensemble.revised,
+    )  # fmt: skip
+
+
+def _end_to_end(arrays: Sequence[NDArray]) -> NDArray:
+    return frozen_view(np.concatenate(arrays))
