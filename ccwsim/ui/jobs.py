@@ -28,6 +28,8 @@ class Job(Generic[Result]):
         Share of the work that is done, 0 to 1.
     n_done : int
         How many pieces are finished.
+    partial : object
+        What is ready before the rest, None until then; `give` sets it.
     result, error
         What came out; None until then.
 
@@ -42,12 +44,14 @@ class Job(Generic[Result]):
         self.about = about
         self.fraction = 0.0
         self.n_done = 0
+        self.partial: Result | None = None
         self.result: Result | None = None
         self.error: Exception | None = None
         self.collected = False
         self._started = time.monotonic()
         self._cancelled = Event()
         self._finished = Event()
+        self._first = Event()
         self._work = work
         Thread(target=self._run, daemon=True).start()
 
@@ -58,9 +62,15 @@ class Job(Generic[Result]):
             self.error = error
         finally:
             self._finished.set()
+            self._first.set()
 
     def _report(self, fraction: float, n_done: int) -> None:
         self.fraction, self.n_done = fraction, n_done
+
+    def give(self, partial: Result) -> None:
+        """Show what is ready before the rest; the work itself calls this."""
+        self.partial = partial
+        self._first.set()
 
     def cancel(self) -> None:
         """Ask the work to stop; it does so when it next looks."""
@@ -79,6 +89,16 @@ class Job(Generic[Result]):
     def wait(self, seconds: float) -> bool:
         """Wait at most `seconds` and return whether it has finished."""
         return self._finished.wait(seconds)
+
+    def wait_first(self, seconds: float) -> bool:
+        """Wait at most `seconds` for a part of the result, or the end; return whether it is there.
+
+        Examples
+        --------
+        >>> Job(lambda progress, cancel: "all").wait_first(5.0)
+        True
+        """
+        return self._first.wait(seconds)
 
     @property
     def seconds(self) -> float:

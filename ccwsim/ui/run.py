@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import streamlit as st
 
 from ccwsim.ensemble import Ensemble
@@ -9,6 +11,8 @@ from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.simulation import simulate
 from ccwsim.ui.choices import Choices
 from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.live_run import LiveRun, first_part
+from ccwsim.ui.past_runs import PastRun
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
 
@@ -22,39 +26,60 @@ SLOW_START = 0.8
 def start_run(state: State) -> None:
     """Simulate the study as it is set up; a run that is still going is stopped."""
     try:
-        work = simulation_of(state.choices)
+        some = part_of(state.choices)
     except CCWSIMError as error:
         state.message = str(error)
         return
+    stop_run(state)
+    state.message = ""
+    if state.live:
+        n_first = first_part(state.choices, state.ensemble)
+        state.job = LiveRun(some, state.choices, n_first, wanted=state.shown)
+    else:
+        state.job = Job(simulation_of(state.choices), about=state.choices)
+
+
+def stop_run(state: State) -> None:
+    """Stop the run that is going, if one is, and never show what it still gives."""
     if state.job is not None:
         state.job.cancel()
-    state.message = ""
-    state.job = Job(work, about=state.choices)
+        state.job = None
 
 
 def simulation_of(choices: Choices):
     """Return the work of a study, as work(progress, cancel) → Ensemble."""
+    some, n = part_of(choices), choices.n_realizations
+    return lambda progress, cancel: some(0, n, progress, cancel)
+
+
+def part_of(choices: Choices) -> Callable[[int, int, Progress, Cancel], Ensemble]:
+    """Return the work of some realizations of a study, as some(first, n, progress, cancel)."""
     image, data = image_of(choices.image), data_of(choices)
 
-    def work(progress: Progress, cancel: Cancel) -> Ensemble:
+    def some(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
         return simulate(
             image,
             grid_shape=choices.grid,
             parameters=choices.parameters,
             hard_data=data,
-            n_realizations=choices.n_realizations,
+            n_realizations=n,
             seed=choices.seed,
             progress=progress,
             cancel=cancel,
+            first_realization=first,
         )
 
-    return work
+    return some
 
 
 def collect(state: State) -> None:
-    """Take what a finished job gives into the state; earlier results stay where it gave none."""
+    """Take what a job gives into the state; earlier results stay where it gave none."""
     job = state.job
-    if job is None or not job.finished:
+    if job is None:
+        return
+    if not job.finished:
+        if job.partial is not None:
+            take_in(state, job, job.partial)
         return
     state.job = None
     ensemble = job.result
@@ -64,8 +89,16 @@ def collect(state: State) -> None:
     elif job.error is not None:
         state.message = failed(job.error)
     if ensemble is not None:
-        state.ensemble, state.ran = ensemble, job.about
-        state.shown = min(state.shown, ensemble.n - 1)
+        take_in(state, job, ensemble)
+        state.runs.remember(PastRun.of(job.about, ensemble, state.reference))
+
+
+def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
+    """Show what a job gave; the realization that was large is again, when it is there."""
+    if isinstance(job, LiveRun):
+        state.shown = job.place_of(state.shown, ensemble.n)
+    state.ensemble, state.ran = ensemble, job.about
+    state.shown = min(state.shown, ensemble.n - 1)
 
 
 def stopped(error: Cancelled, has_older: bool) -> str:
@@ -90,7 +123,8 @@ def failed(error: Exception) -> str:
 def follow_run(state: State) -> None:
     """Show progress where the results will be, with a way to stop; redraw the page at the end."""
     job = state.job
-    if job is None or job.finished:
+    news = job is not None and job.partial is not None and job.partial is not state.ensemble
+    if job is None or job.finished or news:
         collect(state)
         st.rerun()
     with st.container(horizontal=True, vertical_alignment="center", key="progress"):

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any
 
 import streamlit as st
 
 from ccwsim.ensemble import Ensemble
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.benchmark_state import Benchmark
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.compare_state import Comparing
 from ccwsim.ui.editor_state import Editor
 from ccwsim.ui.jobs import Job
 from ccwsim.ui.paper_run import PaperState
+from ccwsim.ui.past_runs import PastRuns
 from ccwsim.ui.sweep_state import SweepState
 from ccwsim.ui.validate_state import Validation
 
 KEY = "ccwsim"
-
-EMap = Literal["probability", "most likely", "entropy"]
 
 
 @dataclass
@@ -51,6 +50,8 @@ class State:
         How a chart saves itself: "svg" or "png".
     reference : TrainingImage or None
         The hidden truth that the hard data were sampled from, to score realizations against.
+    runs : PastRuns
+        The runs of this session, to go back to.
     editor : Editor
         What the page of hard data remembers.
     validation : Validation
@@ -63,6 +64,10 @@ class State:
         What the page that compares settings remembers.
     paper : PaperState
         What the page of the paper remembers.
+    address : str
+        What was last written behind the address of the page.
+    told : tuple of str
+        What of an address or a project could not be taken, to be said once.
     """
 
     choices: Choices = field(default_factory=Choices)
@@ -78,12 +83,15 @@ class State:
     e_type: EMap = "probability"
     chart_format: str = "svg"
     reference: TrainingImage | None = None
+    runs: PastRuns = field(default_factory=PastRuns)
     editor: Editor = field(default_factory=Editor)
     validation: Validation = field(default_factory=Validation)
     sweep: SweepState = field(default_factory=SweepState)
     benchmark: Benchmark = field(default_factory=Benchmark)
     comparing: Comparing = field(default_factory=Comparing)
     paper: PaperState = field(default_factory=PaperState)
+    address: str = ""
+    told: tuple[str, ...] = ()
 
     def change(self, **changes: Any) -> None:
         """Replace some of the choices."""
