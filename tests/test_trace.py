@@ -7,9 +7,9 @@ import pytest
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.stages.cut import UNKNOWN
-from ccwsim.stages.pyramid import decompose, reconstruct
+from ccwsim.stages.pyramid import decompose
 from ccwsim.study import Study
-from ccwsim.trace import Frame, Trace
+from ccwsim.trace import Frame, Trace, fates
 from tests.small_images import blobs
 
 SMALL = Grid(45, 60)
@@ -74,6 +74,7 @@ def test_it_ends_in_what_simulate_gives(trace, number):
     own = Trace(trace.study, number)
     ensemble = simulated(own)
     assert np.array_equal(own.realization.indices, ensemble.indices[0])
+    assert ensemble.sources is not None
     assert np.array_equal(own.realization.sources, ensemble.sources[0])
     assert np.array_equal(own.realization.met_by, ensemble.met_by[0])
 
@@ -166,6 +167,25 @@ def missed_one_by_one(trace: Trace, step) -> None:
         assert d.missed[py, px] == sum(missed)
 
 
+def test_every_place_has_the_fate_that_its_figures_say(trace):
+    for number in sample(trace):
+        step = trace.at(number)
+        told = fates(step)
+        assert [p.fate for p in told].count("drawn") == 1
+        drawn = (told[0].row, told[0].column)
+        assert drawn == tuple(step.places[step.drawn])
+        candidates = {(p.row, p.column) for p in told if p.fate in ("drawn", "candidate")}
+        assert candidates == {tuple(place) for place in step.candidates.tolist()}
+        for p in told:
+            assert p.ccw == step.ccw[p.row, p.column]
+            if p.fate == "fraction":
+                assert step.data.ruled_out[p.row, p.column]
+            if p.fate == "data":
+                assert p.missed + p.held + p.ahead > 0 or trace.study.parameters.location_weight
+        if step.totals is None:
+            assert {p.fate for p in told} <= {"drawn", "candidate"}
+
+
 def test_the_cut_mask_gives_the_pasted_grid(trace):
     for number in sample(trace):
         step = trace.at(number)
@@ -179,13 +199,11 @@ def test_the_cut_mask_gives_the_pasted_grid(trace):
 
 def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trace):
     turned, unit = trace.turned.pyramid.image, trace.search.unit
-    p = trace.study.parameters
     for number in sample(trace):
         step = trace.at(number)
         (ty, tx), size = step.drawn_place, step.patch.size
-        coefficients = decompose(turned == 1, p.level)
         size -= size % unit  # parts of a split tile need not be whole blocks
-        patch = reconstruct(coefficients, (ty // unit, tx // unit), size)
+        patch = trace.reconstructed(step, 1)
         assert np.allclose(patch, turned[ty : ty + size, tx : tx + size] == 1)
         assert abs(np.subtract(step.place, step.drawn_place)).max() < unit
         (ty, tx), size = step.place, step.patch.size

@@ -1,4 +1,4 @@
-"""What hard data had to say when a patch was chosen, counted by the stage that steers the choice."""
+"""What hard data had to say when a patch was chosen, counted by the stage that lets them steer."""
 
 from __future__ import annotations
 

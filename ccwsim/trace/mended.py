@@ -61,26 +61,18 @@ def mended_windows(
 
     def note(datum: int, size: int, mended: bool) -> None:
         y, x = cells[datum]
-        row, column = (first_cell(*of, n) for of, n in (((y, size), len(grid)),
-                                                        ((x, size), grid.shape[1])))  # fmt: skip
+        row = first_cell(y, size, grid.shape[0])
+        column = first_cell(x, size, grid.shape[1])
         part = np.s_[row : row + size, column : column + size]
         before, after, right = last[part].copy(), grid[part].copy(), last[y, x] == data[y, x]
         last[part] = after
         if right and (before == after).all():
             return
+        came_from = sources[part].copy()
         windows.append(
-            MendedWindow(
-                datum,
-                size,
-                int(row),
-                int(column),
-                before,
-                after,
-                sources[part].copy(),
-                mended,
-                bool(right),
-            )  # fmt: skip
-        )
+            MendedWindow(datum, size, int(row), int(column), before, after, came_from, mended,
+                         bool(right))
+        )  # fmt: skip
 
     rare = image.rare_counts if study.hard_data.n else None
     ti = study.training_image.indices

@@ -16,6 +16,7 @@ from ccwsim.raster import draw_template, in_world, lay_plan
 from ccwsim.simulation import Realization, random_numbers
 from ccwsim.stages.conditioning import DENSE, SPARSE, data_ahead
 from ccwsim.stages.cut import UNKNOWN
+from ccwsim.stages.pyramid import decompose, reconstruct
 from ccwsim.study import Study
 from ccwsim.tiles import lie_of_patch, make_room, simulate_patch
 from ccwsim.trace.data import data_terms
@@ -79,6 +80,7 @@ class Trace:
         self._room = make_room(self.turned, self.search)
         self._every = max(-(-len(self.patches) // N_CHECKPOINTS), LEAST_BETWEEN)
         self._checkpoints: dict[int, Checkpoint] = {}
+        self._coefficients: dict[int, list[Any]] = {}
         self._next = 0
         self._grid = np.full(self.path.full, UNKNOWN, np.uint8)
         self._sources = np.zeros(self.path.full, np.int32)
@@ -143,6 +145,18 @@ class Trace:
     def windows(self) -> list[MendedWindow]:
         """The windows that mended data, in the order in which they were laid."""
         return self._finished[2]
+
+    def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
+        """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 9).
+
+        In the path frame, shape (n, n) where n are the whole blocks of its side.
+        """
+        if facies not in self._coefficients:
+            image = self.turned.pyramid.image == facies
+            self._coefficients[facies] = decompose(image, self.study.parameters.level)
+        row, column = step.places[step.drawn].tolist()
+        size = step.cells.shape[0] // step.unit * step.unit
+        return reconstruct(self._coefficients[facies], (row, column), size)
 
     def patch_of_cell(self, row: int, column: int) -> int:
         """Return the number of the patch that first covers a cell of the grid in the world."""
