@@ -1,0 +1,39 @@
+"""No page keeps out a reader with a screen reader or weak eyes: checked by axe-core."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ccwsim.ui.page import PAGES
+from tests.hands import SLOW, at_rest
+from tests.screenshots import FILLED, SETTLED, fill_with_maps
+from tests.served import CHROMIUM
+
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+
+def findings(page) -> list[str]:
+    """What axe-core calls serious or critical, with the elements."""
+    found = axe.Axe().run(page, options={"resultTypes": ["violations"]}).response["violations"]
+    return [
+        f"{v['id']} ({v['impact']}): {node['target']} {node['html'][:160]}"
+        for v in found if v["impact"] in ("serious", "critical")
+        for node in v["nodes"]
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("path", [Path(path).stem for _, path in PAGES])
+def test_a_page_has_no_serious_finding(chromium, address, path, theme):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme=theme)
+    page = context.new_page()
+    page.goto(f"{address}/{path}")
+    page.wait_for_selector(".st-key-menu", timeout=SLOW)
+    FILLED.get(path, fill_with_maps)(page)
+    page.wait_for_function(SETTLED, timeout=SLOW)
+    at_rest(page)
+    assert not findings(page)
+    context.close()
