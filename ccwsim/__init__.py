@@ -7,7 +7,14 @@ from ccwsim.ensemble import Ensemble
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
-from ccwsim.io import read_hard_data, read_training_image, write_realizations
+from ccwsim.io import (
+    Project,
+    read_hard_data,
+    read_project,
+    read_training_image,
+    save_project,
+    write_realizations,
+)
 from ccwsim.parameters import Parameters
 from ccwsim.revision import revise
 from ccwsim.simulation import simulate
@@ -22,10 +29,13 @@ __all__ = [
     "Grid",
     "HardData",
     "Parameters",
+    "Project",
     "TrainingImage",
     "read_hard_data",
+    "read_project",
     "read_training_image",
     "revise",
+    "save_project",
     "simulate",
     "write_realizations",
 ]

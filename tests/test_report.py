@@ -13,6 +13,7 @@ from ccwsim.errors import CCWSIMError
 from ccwsim.figures import LIGHT, Line, lines_chart, plotly_script
 from ccwsim.report import (
     Chart,
+    Code,
     Document,
     Facts,
     Judgement,
@@ -39,7 +40,7 @@ def chart(name: str = "a") -> Chart:
 
 def document(word: str) -> Document:
     blocks = (
-        Text(word), Text(word, quiet=True), Facts(((word, word),)),
+        Text(word), Text(word, quiet=True), Code(word, word), Facts(((word, word),)),
         Table((word, word), ((word, "1.5"),), word),
         Judgements((Judgement(word, word, word, "good"),), word, word),
         Row((Picture(b"png", word, word), chart(word)), word), chart(word),

@@ -36,11 +36,11 @@ def add_grid_options(parser: argparse.ArgumentParser) -> None:
         "(default: the grid of bundled hard data, otherwise 256x256)",
     )  # fmt: skip
     group.add_argument(
-        "--cell-size", type=float, nargs=2, default=(1.0, 1.0), metavar=("DX", "DY"),
+        "--cell-size", type=float, nargs=2, metavar=("DX", "DY"),
         help="size of a cell in world units (default: 1 1)",
     )  # fmt: skip
     group.add_argument(
-        "--origin", type=float, nargs=2, default=(0.0, 0.0), metavar=("X", "Y"),
+        "--origin", type=float, nargs=2, metavar=("X", "Y"),
         help="outer corner of the south-west cell in world units (default: 0 0)",
     )  # fmt: skip
 
@@ -97,7 +97,7 @@ def grid_of(options: argparse.Namespace) -> Grid:
     shape = options.grid or DEFAULT_SHAPE
     if options.grid is None and options.hard_data in datasets.hard_data_names():
         shape = datasets.hard_data_grid_shape(options.hard_data)
-    return Grid(*shape, cell_size=options.cell_size, origin=options.origin)
+    return Grid(*shape, options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0))
 
 
 def hard_data_of(

@@ -17,7 +17,7 @@ NORTH, SOUTH = "north", "south"
 def add_image_options(parser: argparse.ArgumentParser) -> None:
     """Add the training image and how to read it."""
     parser.add_argument(
-        "training_image", metavar="TI",
+        "training_image", metavar="TI", nargs="?",
         help="the training image: a file (picture, SGeMS, GSLIB, ESRI, CSV, NumPy, MATLAB), or "
         f"the name of a bundled one: {', '.join(datasets.names())}",
     )  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Any
 from ccwsim.io import parameters_from_json
 from ccwsim.io.source import read_bytes
 from ccwsim.parameters import Parameters, parameter_table
+from ccwsim.sharing import short_name
 
 
 def option_of(name: str) -> str:
@@ -19,8 +20,7 @@ def option_of(name: str) -> str:
     >>> [option_of(name) for name in ("template_size", "wavelet_level", "n_candidates", "refine")]
     ['--template', '--level', '--candidates', '--refine']
     """
-    short = name.removesuffix("_size").removeprefix("wavelet_").removeprefix("n_")
-    return "--" + short.replace("_", "-")
+    return "--" + short_name(name)
 
 
 def add_parameter_options(parser: argparse.ArgumentParser) -> None:

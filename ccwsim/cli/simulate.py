@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ccwsim.cli.data_options import add_data_options, add_grid_options, grid_of, hard_data_of
-from ccwsim.cli.image_options import add_image_options, image_of
-from ccwsim.cli.parameter_options import add_parameter_options, parameters_of
+from ccwsim.cli.data_options import add_data_options, add_grid_options
+from ccwsim.cli.image_options import add_image_options
+from ccwsim.cli.parameter_options import add_parameter_options
 from ccwsim.cli.progress import ProgressLine
+from ccwsim.cli.project_option import add_project_option, inputs_of
 from ccwsim.cli.stopping import stop_on_interrupt
 from ccwsim.cli.summary import summary
 from ccwsim.ensemble import Ensemble
@@ -28,6 +29,7 @@ examples:
       --workers 2 --output out.npz --output out.png
   python -m ccwsim simulate ti.png --grid 640x480 --cell-size 10 10 --origin 5000 0 \\
       --hard-data wells.csv --on-outside drop --template 48 --output out.sgems
+  python -m ccwsim simulate --project study.ccwsim --output out.npz
 """
 
 
@@ -35,20 +37,19 @@ def add_command(commands: Any) -> None:
     """Add `simulate` and its options to the commands."""
     parser = commands.add_parser(
         "simulate", help="simulate realizations of a training image",
-        usage="python -m ccwsim simulate TI [options]",
+        usage="python -m ccwsim simulate (TI | --project FILE) [options]",
         description="Simulate realizations that look like a training image and honour hard data.",
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
     )  # fmt: skip
     add_image_options(parser)
+    add_project_option(parser)
     add_grid_options(parser)
     add_data_options(parser)
     add_parameter_options(parser)
     group = parser.add_argument_group("run")
+    group.add_argument("--realizations", type=int, metavar="N", help="how many (default: 1)")
     group.add_argument(
-        "--realizations", type=int, default=1, metavar="N", help="how many (default: 1)"
-    )
-    group.add_argument(
-        "--seed", type=int, default=0, metavar="N",
+        "--seed", type=int, metavar="N",
         help="the same seed gives the same realizations, for any number of workers (default: 0)",
     )  # fmt: skip
     group.add_argument(
@@ -75,17 +76,15 @@ def run(options: argparse.Namespace) -> int:
     """
     for output in options.output:
         check_output(output)
-    training_image, grid = image_of(options), grid_of(options)
-    parameters = parameters_of(options)
-    hard_data, notes = hard_data_of(options, grid, training_image)
-    _say(options, *notes)
-    progress = None if options.quiet else ProgressLine(options.realizations, sys.stderr)
+    given = inputs_of(options)
+    _say(options, *given.notes)
+    progress = None if options.quiet else ProgressLine(given.n_realizations, sys.stderr)
     with stop_on_interrupt() as stopped:
         ensemble, message = None, ""
         try:
             ensemble = simulate(
-                training_image, grid, parameters, hard_data, options.realizations, options.seed,
-                options.workers, progress, stopped,
+                given.training_image, given.grid, given.parameters, given.hard_data,
+                given.n_realizations, given.seed, options.workers, progress, stopped,
             )  # fmt: skip
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)

@@ -8,6 +8,7 @@ from ccwsim.io.inspection import FileSummary, VariableSummary, inspect
 from ccwsim.io.parameters_json import parameters_from_json, parameters_to_json
 from ccwsim.io.placing import PlacedPoints, place_points
 from ccwsim.io.points import ImportedPoints, read_points
+from ccwsim.io.project import Project, project_as_bytes, read_project, save_project
 from ccwsim.io.realizations import FORMATS, realizations_as_bytes, write_realizations
 from ccwsim.io.resolving import HardDataImport, resolve_points
 from ccwsim.io.training_images import (
@@ -24,6 +25,7 @@ __all__ = [
     "HardDataImport",
     "ImportedPoints",
     "PlacedPoints",
+    "Project",
     "VariableSummary",
     "class_edges",
     "classify",
@@ -33,12 +35,15 @@ __all__ = [
     "parameters_from_json",
     "parameters_to_json",
     "place_points",
+    "project_as_bytes",
     "read_grid",
     "read_hard_data",
     "read_points",
+    "read_project",
     "read_training_image",
     "realizations_as_bytes",
     "resolve_points",
+    "save_project",
     "training_image_as_bytes",
     "write_hard_data",
     "write_realizations",

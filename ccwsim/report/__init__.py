@@ -3,6 +3,7 @@
 from ccwsim.report.document import (
     Block,
     Chart,
+    Code,
     Document,
     Facts,
     Judgement,
@@ -20,6 +21,7 @@ from ccwsim.report.surroundings import surroundings
 __all__ = [
     "Block",
     "Chart",
+    "Code",
     "Document",
     "Facts",
     "Judgement",

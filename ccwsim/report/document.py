@@ -17,6 +17,14 @@ class Text:
 
 
 @dataclass(frozen=True)
+class Code:
+    """Lines to copy, and what they are."""
+
+    lines: str
+    caption: str = ""
+
+
+@dataclass(frozen=True)
 class Facts:
     """Names and values under each other, as (name, value)."""
 
@@ -113,7 +121,7 @@ class Judgements:
     found: str = "Found"
 
 
-Block = Text | Facts | Table | Row | Picture | Chart | Judgements
+Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 
 @dataclass(frozen=True, eq=False)

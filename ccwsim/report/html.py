@@ -15,6 +15,7 @@ from ccwsim.io.atomic import write_bytes
 from ccwsim.report.document import (
     Block,
     Chart,
+    Code,
     Document,
     Facts,
     Judgement,
@@ -115,6 +116,9 @@ def _section(number: int, section: Section) -> str:
 def _block(block: Block) -> str:
     if isinstance(block, Text):
         return f"<p{' class=quiet' if block.quiet else ''}>{escape(block.words)}</p>"
+    if isinstance(block, Code):
+        caption = f'<p class="caption">{escape(block.caption)}</p>' if block.caption else ""
+        return f"{caption}<pre>{escape(block.lines)}</pre>"
     if isinstance(block, Facts):
         return _facts(block)
     if isinstance(block, Table):

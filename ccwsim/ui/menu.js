@@ -10,3 +10,13 @@
   };
   look();
 })();
+
+// The address follows every change of the study; Back leads to the page before, not to each of them.
+(() => {
+  if (history.pushesPages) return;
+  history.pushesPages = history.pushState.bind(history);
+  history.pushState = (state, title, url) => {
+    const stays = new URL(url ?? '', location.href).pathname === location.pathname;
+    return stays ? history.replaceState(state, title, url) : history.pushesPages(state, title, url);
+  };
+})();

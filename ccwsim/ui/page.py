@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,9 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.figures import Theme, theme_named
-from ccwsim.ui.state import State, session_state
+from ccwsim.ui.address import follow_study, take_address
+from ccwsim.ui.share import draw_share
+from ccwsim.ui.state import KEY, State, session_state
 
 ROOT = Path(__file__).parents[2]
 ASSETS = ROOT / "assets"
@@ -53,14 +56,22 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     own = f":root {{ --ink: {theme.ink}; --paper: {theme.paper}; --hairline: {theme.hairline} }}"
     st.html(f"<style>{own}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
-    _menu(title)
+    first = KEY not in st.session_state
+    state = session_state()
+    if first:
+        with guarded():
+            take_address(state)
+    _top(title, state)
     with guarded():
-        body(session_state())
+        body(state)
 
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Say errors in words and keep the state; for the body of a page and of each fragment."""
+    """Say errors in words and keep the state; for the body of a page and of each fragment.
+
+    What was changed goes into the address.
+    """
     try:
         yield
     except CCWSIMError as error:
@@ -73,6 +84,8 @@ def guarded() -> Iterator[None]:
             f"or reload. The reason, for a report: {type(error).__name__}: {error}"
         )
 
+    if KEY in st.session_state:
+        follow_study(session_state())
 
 def theme_name() -> str:
     """Return "dark" or "light", whichever the reader's browser shows."""
@@ -85,6 +98,32 @@ def chart_theme() -> Theme:
 
 
 def _menu(title: str) -> None:
+def _top(title: str, state: State) -> None:
+    """The menu of pages, the menu to share the study, and what of an address was not taken."""
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
+        _menu(title)
+        draw_share(state)
+    if state.told:
+        with st.container(horizontal=True, vertical_alignment="center", key="told"):
+            st.warning("\n".join(f"- {plain(note)}" for note in state.told))
+            st.button("Close", key="told_close", on_click=_read, args=(state,))
+
+
+def plain(words: str) -> str:
+    """Return words that came from elsewhere so that a page shows them as they are.
+
+    Examples
+    --------
+    >>> plain("a*b [c]")
+    'a\\\\*b \\\\[c\\\\]'
+    """
+    return re.sub(r"([\\`*_{}\[\]()#+!|<>$~:-])", r"\\\1", words)
+
+
+def _read(state: State) -> None:
+    state.told = ()
+
+
     with st.container(horizontal=True, key="menu", gap="medium"):
         for label, path in PAGES:
             try:

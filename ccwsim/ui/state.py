@@ -67,7 +67,9 @@ class State:
     address : str
         What was last written behind the address of the page.
     told : tuple of str
-        What of an address or a project could not be taken, to be said once.
+        What of an address or a project could not be taken, to be said until it is read.
+    opened : pair of str
+        The project file that was opened last, and why it could not be.
     """
 
     choices: Choices = field(default_factory=Choices)
@@ -92,6 +94,7 @@ class State:
     paper: PaperState = field(default_factory=PaperState)
     address: str = ""
     told: tuple[str, ...] = ()
+    opened: tuple[str, str] = ("", "")
 
     def change(self, **changes: Any) -> None:
         """Replace some of the choices."""

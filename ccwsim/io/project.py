@@ -1,0 +1,217 @@
+"""A study as one file, `.ccwsim`: a zip of its settings, its training image and its data."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from ccwsim.choices import Shown
+from ccwsim.ensemble import Ensemble
+from ccwsim.errors import CCWSIMError
+from ccwsim.grid import Grid
+from ccwsim.hard_data import HardData
+from ccwsim.io.atomic import write_bytes
+from ccwsim.io.limits import check_bytes
+from ccwsim.io.numpy_files import read_npy
+from ccwsim.io.project_settings import Settings, checked
+from ccwsim.io.source import PathOrFile, read_bytes
+from ccwsim.parameters import Parameters
+from ccwsim.simulation import simulate
+from ccwsim.study import Study
+from ccwsim.training_image import TrainingImage
+
+FORMAT, VERSION = "CCWSIM project", 1
+SETTINGS, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
+LARGEST_SETTINGS = 2**20
+MOST_MEMBERS = 16
+MADE = (2020, 1, 1, 0, 0, 0)
+"""The date of every member, so that the same study gives the same file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """A study with what is shown of it, as a file keeps it.
+
+    Attributes
+    ----------
+    study : Study
+        Training image, grid, parameters, hard data and seed.
+    n_realizations : int
+    colours : tuple of (int, str)
+        Codes with a colour of the user's own, `#rrggbb`.
+    shown : Shown
+    link : dict
+        The same study as an address has it, as far as it can; empty where there is none.
+    versions : dict
+        What it was made with.
+    digest : str
+        The digest of the realizations, where they were known.
+    """
+
+    study: Study
+    n_realizations: int = 1
+    colours: tuple[tuple[int, str], ...] = ()
+    shown: Shown = field(default_factory=Shown)
+    link: Mapping[str, list[str]] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+    digest: str = ""
+
+    def simulate(self, **options: Any) -> Ensemble:
+        """Return the realizations of the study; options are those of `ccwsim.simulate`."""
+        s = self.study
+        given = {"n_realizations": self.n_realizations, "seed": s.seed} | options
+        return simulate(s.training_image, s.grid, s.parameters, s.hard_data, **given)
+
+
+def save_project(path_or_file: Any, project: Project) -> None:
+    """Write a project to a path, whole or not at all, or to an open binary file.
+
+    Raises
+    ------
+    CCWSIMError
+        For a place that cannot be written.
+    """
+    write_bytes(path_or_file, project_as_bytes(project))
+
+
+def project_as_bytes(project: Project) -> bytes:
+    """Return a project as the content of a file, for a download.
+
+    Examples
+    --------
+    >>> project = Project(Study(TrainingImage(np.eye(40)), Grid(50, 60), seed=7))
+    >>> read_project(BytesIO(project_as_bytes(project))).study.seed
+    7
+    """
+    study = project.study
+    data = np.column_stack([study.hard_data.cells, study.hard_data.facies]).reshape(-1, 3)
+    content = BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, member in (
+            (SETTINGS, json.dumps(_settings(project), indent=1, ensure_ascii=False).encode()),
+            (IMAGE, _npy(study.training_image.array)),
+            (DATA, _npy(data.astype(np.int64))),
+        ):
+            info = zipfile.ZipInfo(name, MADE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(info, member)
+    return content.getvalue()
+
+
+def read_project(path_or_file: PathOrFile) -> Project:
+    """Return the project of a file.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that is none, is broken, was made by a newer version, or is too large; the
+        message says which.
+    """
+    content, name = read_bytes(path_or_file)
+    members = _members(content, name)
+    settings = checked(_json(members[SETTINGS], name), name, FORMAT, VERSION)
+    try:
+        return _project(settings, members, name)
+    except CCWSIMError as error:
+        said = str(error)
+        raise CCWSIMError(said if said.startswith(name) else f"{name}: {said}") from error
+
+
+def _project(settings: Settings, members: Mapping[str, bytes], name: str) -> Project:
+    image = _integers(members[IMAGE], f"{name}, {IMAGE}")
+    table = (
+        _integers(members[DATA], f"{name}, {DATA}") if settings.n_data else np.empty((0, 3), int)
+    )
+    if table.shape != (settings.n_data, 3):
+        raise CCWSIMError(f"{settings.n_data} hard data are promised; {DATA} has other ones")
+    names = settings.facies_names
+    study = Study(
+        TrainingImage(image, name=settings.image_name, facies_names=names),
+        Grid(**settings.grid),
+        Parameters(**settings.parameters),
+        HardData(table[:, :2], table[:, 2]),
+        settings.seed,
+    )
+    return Project(
+        study, settings.n_realizations, settings.colours, settings.shown, settings.link,
+        settings.versions, settings.digest,
+    )  # fmt: skip
+
+
+def _settings(project: Project) -> dict[str, Any]:
+    study = project.study
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "made_with": dict(project.versions),
+        "training_image": {
+            "name": study.training_image.name,
+            "facies_names": list(study.training_image.facies_names),
+            "colours": [[int(code), colour] for code, colour in project.colours],
+        },
+        "n_hard_data": study.hard_data.n,
+        "grid": asdict(study.grid),
+        "parameters": asdict(study.parameters),
+        "n_realizations": project.n_realizations,
+        "seed": study.seed,
+        "shown": asdict(project.shown),
+        "link": {name: list(values) for name, values in project.link.items()},
+        "digest": project.digest,
+    }
+
+
+def _npy(array: np.ndarray) -> bytes:
+    content = BytesIO()
+    np.save(content, array, allow_pickle=False)
+    return content.getvalue()
+
+
+def _integers(content: bytes, name: str) -> np.ndarray:
+    array = read_npy(content, name).variables["array"]
+    if array.shape[0] != 1 or array.dtype.kind not in "bui":
+        raise CCWSIMError(f"{name}: whole numbers in rows and columns are needed")
+    return array[0]
+
+
+def _members(content: bytes, name: str) -> dict[str, bytes]:
+    """The members that a project has, whose sizes are looked at before they are unpacked."""
+    if not content.startswith(b"PK"):
+        raise CCWSIMError(f"{name} is no project of CCWSIM; choose a file that was saved as one")
+    try:
+        with zipfile.ZipFile(BytesIO(content)) as archive:
+            infos = {info.filename: info for info in archive.infolist()}
+            missing = [own for own in (SETTINGS, IMAGE, DATA) if own not in infos]
+            if missing or len(archive.infolist()) > MOST_MEMBERS:
+                what = f"{missing[0]} is missing" if missing else "it holds too many files"
+                raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
+            own = [infos[own] for own in (SETTINGS, IMAGE, DATA)]
+            check_bytes(name, sum(info.file_size for info in own))
+            if own[0].file_size > LARGEST_SETTINGS:
+                raise CCWSIMError(f"{name}: {SETTINGS} is too large for the settings of a study")
+            return {info.filename: _unpacked(archive, info) for info in own}
+    except CCWSIMError:
+        raise
+    except Exception as error:  # zipfile and zlib raise a dozen types for broken archives
+        raise CCWSIMError(f"{name}: the zip file is broken ({error}); get it again") from error
+
+
+def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+    with archive.open(info) as member:
+        return member.read(info.file_size)  # no more than it said, whatever is in it
+
+
+def _json(content: bytes, name: str) -> Any:
+    try:
+        return json.loads(content.decode())
+    except (ValueError, RecursionError) as error:
+        raise CCWSIMError(f"{name}: {SETTINGS} is no JSON ({error}); save it again") from error

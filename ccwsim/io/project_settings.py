@@ -1,0 +1,126 @@
+"""The settings of a project file, checked for their kinds before anything is made of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, get_args
+
+from ccwsim.choices import EMap, Shown
+from ccwsim.errors import CCWSIMError
+from ccwsim.grid import Grid
+from ccwsim.parameters import Parameters
+from ccwsim.study import counted
+
+MOST_REALIZATIONS = 1_000_000
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the settings of a project say; the nouns check the values themselves."""
+
+    image_name: str
+    facies_names: list[str]
+    colours: tuple[tuple[int, str], ...]
+    n_data: int
+    grid: dict[str, Any]
+    parameters: dict[str, Any]
+    n_realizations: int
+    seed: int
+    shown: Shown
+    link: dict[str, list[str]]
+    versions: dict[str, str]
+    digest: str
+
+
+def checked(given: Any, name: str, format: str, version: int) -> Settings:
+    """Return the settings of the JSON of a project.
+
+    Raises
+    ------
+    CCWSIMError
+        For another format, a newer version, or a value that is missing or of another kind.
+
+    Examples
+    --------
+    >>> checked({"format": "A", "version": 2}, "a.ccwsim", "A", 1)
+    Traceback (most recent call last):
+        ...
+    ccwsim.errors.CCWSIMError: a.ccwsim was saved by a newer version of CCWSIM; update this one
+    """
+    if not isinstance(given, dict) or given.get("format") != format:
+        raise CCWSIMError(f"{name} is no project of CCWSIM")
+    said = given.get("version")
+    if not isinstance(said, int) or said < 1:
+        raise CCWSIMError(f"{name}: version {said!r} of the file is unknown; save it again")
+    if said > version:
+        raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this one")
+    image = _take(given, "training_image", dict, name)
+    n = counted(f"{name}: n_realizations", given.get("n_realizations"), least=1)
+    if n > MOST_REALIZATIONS:
+        raise CCWSIMError(f"{name}: {n} realizations are too many")
+    return Settings(
+        _text(_take(image, "name", str, name)),
+        [_text(own) for own in _texts(image, "facies_names", name)],
+        _colours(_take(image, "colours", list, name), name),
+        counted(f"{name}: n_hard_data", given.get("n_hard_data"), least=0),
+        _known(_take(given, "grid", dict, name), Grid, name),
+        _known(_take(given, "parameters", dict, name), Parameters, name),
+        n,
+        counted(f"{name}: seed", given.get("seed"), least=0),
+        _shown(_take(given, "shown", dict, name), name),
+        {str(key): _texts(_take(given, "link", dict, name), key, name) for key in given["link"]},
+        {str(k)[:80]: str(v)[:80] for k, v in _take(given, "made_with", dict, name).items()},
+        _take(given, "digest", str, name)[:80],
+    )
+
+
+def _take(given: Mapping[str, Any], key: str, kind: type, name: str) -> Any:
+    value = given.get(key)
+    if not isinstance(value, kind):
+        raise CCWSIMError(f"{name}: {key} is missing or broken in its settings; save it again")
+    return value
+
+
+def _texts(given: Mapping[str, Any], key: str, name: str) -> list[str]:
+    found = _take(given, key, list, name)
+    if not all(isinstance(one, str) for one in found):
+        raise CCWSIMError(f"{name}: {key} must be a list of words; save it again")
+    return found
+
+
+def _text(text: str) -> str:
+    """A name for messages and screens: printable and short."""
+    return "".join(c for c in text if c.isprintable())[:80]
+
+
+def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
+    for pair in given:
+        ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
+        if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
+            raise CCWSIMError(f"{name}: {pair!r} is no code and colour; save it again")
+    return tuple((code, colour) for code, colour in given)
+
+
+def _known(given: dict[str, Any], kind: type, name: str) -> dict[str, Any]:
+    missing = [f.name for f in fields(kind) if f.default is MISSING and f.name not in given]
+    if missing:
+        raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")
+    unknown = sorted(set(given) - {f.name for f in fields(kind)})
+    if unknown:
+        raise CCWSIMError(
+            f"{name}: {str(unknown[0])[:40]!r} is unknown here; it may be of a newer version"
+        )
+    return given
+
+
+def _shown(given: dict[str, Any], name: str) -> Shown:
+    e_type = given.get("e_type")
+    if e_type not in get_args(EMap):
+        raise CCWSIMError(f"{name}: {e_type!r} is no map of uncertainty")
+    return Shown(
+        counted(f"{name}: realization", given.get("realization"), least=0),
+        counted(f"{name}: facies", given.get("facies"), least=0),
+        e_type,
+    )

@@ -1,0 +1,72 @@
+"""The address of a page follows the study, and a study starts from the address."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from urllib.parse import urlencode
+
+import streamlit as st
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.sharing import KEYS, link_of, read_link
+from ccwsim.ui.choices import Choices, DataChoice, Shown
+from ccwsim.ui.fitting import fitted_to_image
+from ccwsim.ui.resolve import data_of, image_of
+from ccwsim.ui.state import State
+
+
+def take_address(state: State) -> None:
+    """Start a study from the address of the page; what cannot be taken is said in words."""
+    query = {name: st.query_params.get_all(name) for name in st.query_params}
+    choices, shown, notes = read_link(query)
+    choices, more = together(choices)
+    state.choices, state.told = choices, (*notes, *more)
+    show(state, shown)
+
+
+def together(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
+    """Return choices whose parts go together, and what had to be changed for it."""
+    notes = []
+    fitting = fitted_to_image(choices, image_of(choices.image))
+    if fitting != choices:
+        own, its = choices.parameters, fitting.parameters
+        notes.append(
+            f"Template {own.template_size} and overlap {own.overlap_size} do not suit the training "
+            f"image at level {own.level}: {its.template_size} and {its.overlap_size} are taken at "
+            f"level {its.level}."
+        )
+    try:
+        data_of(fitting)
+    except CCWSIMError as error:
+        notes.append(f"The hard data are left out. {str(error)[:1].upper()}{str(error)[1:]}.")
+        fitting = replace(fitting, data=DataChoice())
+    return fitting, tuple(notes)
+
+
+def shown_of(state: State) -> Shown:
+    """Return what of the results is looked at."""
+    return Shown(state.shown, state.facies, state.e_type)
+
+
+def show(state: State, shown: Shown) -> None:
+    """Look at something of the results."""
+    state.shown, state.facies, state.e_type = shown.realization, shown.facies, shown.e_type
+
+
+def follow_study(state: State) -> None:
+    """Write the study behind the address, where it is not there; the page is not drawn again."""
+    there = {name: st.query_params.get_all(name) for name in st.query_params}
+    kept = {name: values for name, values in there.items() if name not in KEYS}
+    wanted = {**kept, **link_of(state.choices, shown_of(state))}
+    word = urlencode(wanted, doseq=True)
+    # what the browser told may be older than what it was sent last
+    if word != state.address or wanted != there:
+        st.query_params.from_dict(wanted)
+        state.address = word
+
+
+def link_here(choices: Choices, shown: Shown) -> str:
+    """Return the whole address that opens a study on this page."""
+    word = urlencode(link_of(choices, shown), doseq=True)
+    page = (st.context.url or "").split("?")[0]
+    return f"{page}?{word}" if word else page or "?"
