@@ -19,6 +19,7 @@ from ccwsim.figures.rasters import contact_sheet, data_png, index_png, map_png, 
 from ccwsim.figures.repetition import repetition_chart
 from ccwsim.figures.scaling import scaling_chart
 from ccwsim.figures.setting_marks import DASHES, setting_colours
+from ccwsim.figures.sparkline import sparkline
 from ccwsim.figures.standalone import figure_json, plotly_script
 from ccwsim.figures.strips import Strip, strip_chart
 from ccwsim.figures.style import DARK, LIGHT, Theme, theme_named
@@ -67,6 +68,7 @@ __all__ = [
     "scaling_chart",
     "setting_colours",
     "share_png",
+    "sparkline",
     "strip_chart",
     "sweep_chart",
     "theme_named",

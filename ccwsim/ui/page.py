@@ -25,6 +25,7 @@ STUDY_WIDTH = 336
 
 PAGES = (
     ("Simulate", "pages/simulate.py"),
+    ("Examples", "pages/examples.py"),
     ("Hard data", "pages/data.py"),
     ("Validate", "pages/validate.py"),
     ("Compare", "pages/compare.py"),
@@ -83,9 +84,9 @@ def guarded() -> Iterator[None]:
             "This part could not be drawn. Your study and its results are kept: change a setting "
             f"or reload. The reason, for a report: {type(error).__name__}: {error}"
         )
-
     if KEY in st.session_state:
         follow_study(session_state())
+
 
 def theme_name() -> str:
     """Return "dark" or "light", whichever the reader's browser shows."""
@@ -97,7 +98,6 @@ def chart_theme() -> Theme:
     return theme_named(theme_name())
 
 
-def _menu(title: str) -> None:
 def _top(title: str, state: State) -> None:
     """The menu of pages, the menu to share the study, and what of an address was not taken."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
@@ -124,6 +124,7 @@ def _read(state: State) -> None:
     state.told = ()
 
 
+def _menu(title: str) -> None:
     with st.container(horizontal=True, key="menu", gap="medium"):
         for label, path in PAGES:
             try:

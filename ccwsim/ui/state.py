@@ -13,6 +13,7 @@ from ccwsim.ui.benchmark_state import Benchmark
 from ccwsim.ui.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.compare_state import Comparing
 from ccwsim.ui.editor_state import Editor
+from ccwsim.ui.examples_state import Examples
 from ccwsim.ui.jobs import Job
 from ccwsim.ui.paper_run import PaperState
 from ccwsim.ui.past_runs import PastRuns
@@ -64,6 +65,8 @@ class State:
         What the page that compares settings remembers.
     paper : PaperState
         What the page of the paper remembers.
+    examples : Examples
+        What the page of examples remembers.
     address : str
         What was last written behind the address of the page.
     told : tuple of str
@@ -92,6 +95,7 @@ class State:
     benchmark: Benchmark = field(default_factory=Benchmark)
     comparing: Comparing = field(default_factory=Comparing)
     paper: PaperState = field(default_factory=PaperState)
+    examples: Examples = field(default_factory=Examples)
     address: str = ""
     told: tuple[str, ...] = ()
     opened: tuple[str, str] = ("", "")

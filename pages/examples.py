@@ -1,0 +1,9 @@
+"""Studies to open with one click, in the order of a lecture, and a quiz."""
+
+from __future__ import annotations
+
+from ccwsim.ui.examples_page import draw_examples
+from ccwsim.ui.page import show_page
+
+if __name__ == "__main__":
+    show_page("Examples", draw_examples)
