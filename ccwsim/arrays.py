@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.errors import CCWSIMError
+from ccwsim.lazy_stack import LazyStack
 
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
@@ -96,9 +97,10 @@ def digest(*parts: object) -> str:
     """
     sums = blake2b(digest_size=12)
     for part in parts:
-        if isinstance(part, np.ndarray):
+        if isinstance(part, (np.ndarray, LazyStack)):
             sums.update(repr((part.shape, part.dtype.str)).encode())
-            sums.update(np.ascontiguousarray(part).tobytes())
+            for piece in part if part.ndim > 2 else (part,):  # a stack may lie on disk
+                sums.update(np.ascontiguousarray(piece).tobytes())
         else:
             sums.update(repr(part).encode())
     return sums.hexdigest()

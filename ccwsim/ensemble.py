@@ -13,6 +13,7 @@ from ccwsim.arrays import digest, frozen_view
 from ccwsim.errors import CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
+from ccwsim.lazy_stack import LazyStack
 from ccwsim.parameters import Parameters
 from ccwsim.training_image import TrainingImage
 
@@ -31,7 +32,8 @@ class Ensemble:
     training_image, grid, parameters, hard_data, seed
         What they were simulated from.
     indices : ndarray of uint8, shape (n, ny, nx)
-        Facies as places in `training_image.codes`; read-only.
+        Facies as places in `training_image.codes`; read-only. Realizations that `simulate` sent to
+        disk are read from there.
     cpu_seconds : ndarray, shape (n,)
         CPU time of each realization in seconds.
     wall_seconds : float
@@ -70,6 +72,8 @@ class Ensemble:
     def realizations(self) -> NDArray[np.integer]:
         """The realizations in the TI's own codes, shape (n, ny, nx), read-only."""
         codes = self.training_image.codes
+        if isinstance(self.indices, LazyStack):
+            return self.indices.stack
         if np.array_equal(codes, np.arange(len(codes))):
             return self.indices
         own = codes[self.indices]
@@ -116,7 +120,11 @@ class Ensemble:
         CCWSIMError
             Where the training image has no such facies.
         """
-        return np.mean(self.indices == self.training_image.index_of(code), axis=0)
+        index = self.training_image.index_of(code)
+        counts = np.zeros(self.grid.shape, np.int64)
+        for realization in self.indices:  # one by one: they may lie on disk
+            counts += realization == index
+        return counts / self.n
 
     @cached_property
     def digest(self) -> str:

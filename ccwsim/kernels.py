@@ -19,17 +19,25 @@ from numba import config, njit
 _PACKAGE = Path(__file__).parent
 
 
-def _cache_folder() -> Path:
-    """Return where compiled kernels are kept: beside the package, or where the user may write."""
+def _digest_of_sources() -> str:
     sums = blake2b(digest_size=8)
     for source in sorted(_PACKAGE.rglob("*.py")):
         text = source.read_bytes()
         sums.update(text if b"\n@kernel\n" in text else b"")
+    return sums.hexdigest()
+
+
+SOURCE = _digest_of_sources()
+"""A short name of the content of all files with kernels."""
+
+
+def _cache_folder() -> Path:
+    """Return where compiled kernels are kept: beside the package, or where the user may write."""
     beside = _PACKAGE / "__pycache__"
     if os.access(_PACKAGE if not beside.exists() else beside, os.W_OK):
-        return beside / f"kernels-{sums.hexdigest()}"
+        return beside / f"kernels-{SOURCE}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return home / "ccwsim" / f"kernels-{sums.hexdigest()}"
+    return home / "ccwsim" / f"kernels-{SOURCE}"
 
 
 _FOLDER = str(_cache_folder())

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import nullcontext
 from threading import Event
+from typing import Protocol
 
-from ccwsim.errors import Cancelled
+from ccwsim.errors import Cancelled, CCWSIMError
 
 LOOK_EVERY = 0.05
 """Seconds between two looks at progress and cancel."""
@@ -23,10 +25,18 @@ def n_cores() -> int:
     return os.cpu_count() or 1
 
 
+class Stop(Protocol):
+    """Something that says whether work is to stop, such as a `threading.Event`."""
+
+    def is_set(self) -> bool:
+        """Say it."""
+        ...
+
+
 class Watch:
     """What a running task and its caller tell each other."""
 
-    def __init__(self, stop: Event) -> None:
+    def __init__(self, stop: Stop) -> None:
         self.share = 0.0
         self._stop = stop
 
@@ -53,18 +63,21 @@ def run_all(
     n_workers: int,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
+    pool: ThreadPoolExecutor | None = None,
 ) -> list[int]:
     """Run task(number, watch) for 0 … n − 1 and return the numbers that were finished.
 
     Fewer than n are finished only where `cancel` returned True. The first error of a task stops
     the others and is raised. `progress` and `cancel` are called in the caller's own thread.
+    A `pool` that is given stays open.
     """
     stop = Event()
     watches = [Watch(stop) for _ in range(n)]
-    with ThreadPoolExecutor(min(n, n_workers)) as pool:
-        futures = [pool.submit(task, number, watches[number]) for number in range(n)]
-        pending = set(futures)
+    with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
+        futures: list[Future[None]] = []
         try:
+            futures += [_submit(threads, task, k, watches[k]) for k in range(n)]
+            pending = set(futures)
             while pending:
                 finished, pending = wait(pending, LOOK_EVERY)
                 for future in finished:
@@ -75,5 +88,16 @@ def run_all(
                     break
         finally:
             stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
+            for future in futures:
+                future.cancel()
+            wait(futures)
     return [k for k, f in enumerate(futures) if not f.cancelled() and f.exception() is None]
+
+
+def _submit(
+    pool: ThreadPoolExecutor, task: Callable[[int, Watch], None], number: int, watch: Watch
+) -> Future[None]:
+    try:
+        return pool.submit(task, number, watch)
+    except RuntimeError as error:
+        raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error

@@ -14,7 +14,7 @@ PACKAGE = ROOT / "ccwsim"
 
 LAYERS = (
     {"errors"},
-    {"arrays", "kernels"},
+    {"arrays", "kernels", "lazy_stack"},
     {"grid", "parameters", "training_image"},
     {"hard_data"},
     {"choices", "ensemble", "sampling", "machine", "study", "workers"},
@@ -22,6 +22,8 @@ LAYERS = (
     {"prepared_image"},
     {"multiscale", "tiles"},
     {"raster"},
+    {"realization"},
+    {"executors", "output"},
     {"revision", "simulation"},
     {"trace"},
     {"metrics", "io", "datasets", "published", "timing", "timing_case", "timing_growth"},

@@ -13,7 +13,7 @@ from ccwsim.errors import CCWSIMError
 from ccwsim.parameters import Parameters
 from ccwsim.prepared_image import PreparedImage
 from ccwsim.raster import draw_template, in_world, lay_plan
-from ccwsim.simulation import Realization, random_numbers
+from ccwsim.realization import Realization, random_numbers
 from ccwsim.stages.conditioning import DENSE, SPARSE, data_ahead
 from ccwsim.stages.cut import UNKNOWN
 from ccwsim.stages.pyramid import decompose, reconstruct

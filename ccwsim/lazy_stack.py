@@ -1,0 +1,53 @@
+"""Realizations on disk, as facies indices, read when they are looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class LazyStack:
+    """A stack of facies codes that gives facies indices, as the array of them would.
+
+    Whatever part is asked for is read and renumbered; as an array it is all of them.
+
+    Parameters
+    ----------
+    stack : ndarray, shape (n, ny, nx)
+        Facies codes, a memory map.
+    codes : ndarray, shape (n_facies,)
+        Sorted.
+
+    Examples
+    --------
+    >>> stack = LazyStack(np.array([[[2, 7]], [[7, 7]]]), np.array([2, 7]))
+    >>> stack[1], stack.shape, np.mean(stack)
+    (array([[1, 1]], dtype=uint8), (2, 1, 2), np.float64(0.75))
+    """
+
+    dtype = np.dtype(np.uint8)
+
+    def __init__(self, stack: NDArray[np.integer], codes: NDArray[np.integer]) -> None:
+        self.stack = stack
+        self._codes = codes
+        self.shape, self.ndim, self.size = stack.shape, stack.ndim, stack.size
+        self.nbytes = stack.size
+
+    def __len__(self) -> int:
+        return len(self.stack)
+
+    def __getitem__(self, which: Any) -> NDArray[np.uint8]:
+        return np.searchsorted(self._codes, self.stack[which]).astype(np.uint8)
+
+    def __iter__(self) -> Iterator[NDArray[np.uint8]]:
+        return (self[k] for k in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
+        return self[:].astype(dtype or self.dtype, copy=False)
+
+    def copy(self) -> NDArray[np.uint8]:
+        """Return all of them, in memory."""
+        return self[:]
