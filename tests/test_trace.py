@@ -181,7 +181,10 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
             if p.fate == "fraction":
                 assert step.data.ruled_out[p.row, p.column]
             if p.fate == "data":
-                assert p.missed + p.held + p.ahead > 0 or trace.study.parameters.location_weight
+                rows, columns = trace.turned.pyramid.phases.shape[2:]
+                reach = step.data.reach // step.unit  # data past the image's end cost their chance
+                ends = p.row + reach > rows or p.column + reach > columns
+                assert p.missed + p.held + p.ahead > 0 or ends
         if step.totals is None:
             assert {p.fate for p in told} <= {"drawn", "candidate"}
 

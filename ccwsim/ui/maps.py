@@ -38,6 +38,11 @@ class CellMap:
     strip : dict, optional
         A colour strip instead: colours, low, high.
     points : list of [row, column, place in `point_colours`, wrong]
+    marks : list of dict
+        Drawn on top: `kind` is "box", "ring", "disc" or "cross"; row, column, height, width in
+        cells; colour; label, which the hover says.
+    trail : list of [row, column]
+        A line through these cells, with an arrow at its end.
     """
 
     indices: NDArray[np.uint8]
@@ -48,6 +53,8 @@ class CellMap:
     strip: dict[str, Any] | None = None
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
+    marks: list[dict[str, Any]] = field(default_factory=list)
+    trail: list[list[float]] = field(default_factory=list)
 
 
 def facies_map(
@@ -102,6 +109,7 @@ def draw_map(
     leads: bool = True,
     name: str = "map",
     max_height: int = 620,
+    tools: bool = True,
     on_cell: Callable[[int, int], None] | None = None,
 ) -> None:
     """Put a map on the page.
@@ -122,11 +130,13 @@ def draw_map(
         File name, without ending, of the saved picture.
     max_height : int
         Pixels.
+    tools : bool
+        Whether it can be zoomed and saved; a small map has no room for the buttons.
     on_cell : callable, optional
         Called with row and column of a cell that the user clicks.
     """
     data = map_content(cell_map, grid, link, scale, leads, name, max_height)
-    data["picks"] = on_cell is not None
+    data["picks"], data["tools"] = on_cell is not None, tools
 
     def picked() -> None:
         cell = st.session_state[key].cell
@@ -153,6 +163,8 @@ def map_content(
         "strip": cell_map.strip,
         "points": cell_map.points,
         "point_lut": list(cell_map.point_colours) or None,
+        "marks": cell_map.marks,
+        "trail": cell_map.trail,
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
         "alt": cell_map.alt,
         "axes": grid is not None,

@@ -30,6 +30,7 @@ PAGES = (
     ("Validate", "pages/validate.py"),
     ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
+    ("How it works", "pages/how_it_works.py"),
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )

@@ -14,6 +14,7 @@ from ccwsim.ui.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.compare_state import Comparing
 from ccwsim.ui.editor_state import Editor
 from ccwsim.ui.examples_state import Examples
+from ccwsim.ui.how_state import How
 from ccwsim.ui.jobs import Job
 from ccwsim.ui.paper_run import PaperState
 from ccwsim.ui.past_runs import PastRuns
@@ -63,6 +64,8 @@ class State:
         What the page of times remembers.
     comparing : Comparing
         What the page that compares settings remembers.
+    how : How
+        What the page that follows a realization remembers.
     paper : PaperState
         What the page of the paper remembers.
     examples : Examples
@@ -94,6 +97,7 @@ class State:
     sweep: SweepState = field(default_factory=SweepState)
     benchmark: Benchmark = field(default_factory=Benchmark)
     comparing: Comparing = field(default_factory=Comparing)
+    how: How = field(default_factory=How)
     paper: PaperState = field(default_factory=PaperState)
     examples: Examples = field(default_factory=Examples)
     address: str = ""

@@ -39,6 +39,7 @@ class CellMap {
     if (!sameGrid || !this.view) this.view = { x: data.nx / 2, y: data.ny / 2, zoom: 1 };
     this.canvas.setAttribute('aria-label', data.alt);
     this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
+    this.root.querySelector('.tools').hidden = data.tools === false;
     this.legendOf();
     if (samePicture && this.picture) return this.layout();
     const image = new Image();
@@ -134,6 +135,8 @@ class CellMap {
       pen.imageSmoothingQuality = 'high';
       pen.drawImage(this.picture, x, y, this.data.nx * s, this.data.ny * s);
     }
+    this.drawTrail(pen);
+    this.drawMarks(pen);
     if (this.dataShown) this.drawPoints(pen, style);
     this.drawCross(pen);
     pen.restore();
@@ -164,6 +167,63 @@ class CellMap {
       disc(pen, x, y, radius + ring, '#ffffff');
       disc(pen, x, y, radius, (own || lut)[index]);
     }
+  }
+
+  drawTrail(pen) {
+    const places = (this.data.trail || []).map(([row, column]) => this.toCanvas(column, row));
+    if (places.length < 2) return;
+    const [[ax, ay], [bx, by]] = places.slice(-2);
+    const angle = Math.atan2(by - ay, bx - ax);
+    const head = (turn) => [bx - 8 * Math.cos(angle + turn), by - 8 * Math.sin(angle + turn)];
+    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1.25]]) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = wide;
+      pen.globalAlpha = 0.75;
+      pen.beginPath();
+      places.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      pen.moveTo(...head(0.5));
+      pen.lineTo(bx, by);
+      pen.lineTo(...head(-0.5));
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  }
+
+  // Boxes around cells, and rings, discs and crosses in the middle of them; ringed to show anywhere.
+  drawMarks(pen) {
+    for (const mark of this.data.marks || []) {
+      const [x, y] = this.toCanvas(mark.column, mark.row + mark.height);
+      const [right, low] = this.toCanvas(mark.column + mark.width, mark.row);
+      const [mx, my] = [(x + right) / 2, (y + low) / 2];
+      for (const [colour, wide] of [['#14181d', 4.5], ['#ffffff', 3.25], [mark.colour, 2]]) {
+        pen.strokeStyle = colour;
+        pen.lineWidth = wide;
+        pen.beginPath();
+        if (mark.kind === 'box') pen.rect(x, y, right - x, low - y);
+        if (mark.kind === 'ring') pen.arc(mx, my, 4.5, 0, 2 * Math.PI);
+        if (mark.kind === 'disc') pen.arc(mx, my, 4, 0, 2 * Math.PI);
+        if (mark.kind === 'cross') {
+          pen.moveTo(mx - 4, my - 4); pen.lineTo(mx + 4, my + 4);
+          pen.moveTo(mx - 4, my + 4); pen.lineTo(mx + 4, my - 4);
+        }
+        pen.stroke();
+      }
+      pen.fillStyle = mark.colour;
+      if (mark.kind === 'disc') pen.fill();
+    }
+  }
+
+  // What the mark nearest to a cell says, where one is near.
+  marked([row, column]) {
+    const reach = Math.max(0.5, 7 / (this.cell * this.view.zoom));
+    let said = '', best = reach;
+    for (const mark of this.data.marks || []) {
+      if (!mark.label || mark.kind === 'box') continue;
+      const away = Math.max(Math.abs(row + 0.5 - mark.row - mark.height / 2),
+        Math.abs(column + 0.5 - mark.column - mark.width / 2));
+      if (away <= best) [said, best] = [mark.label, away];
+    }
+    return said;
   }
 
   drawCross(pen) {
@@ -237,7 +297,9 @@ class CellMap {
   point(cell, tell = true) {
     this.hover = cell;
     const said = this.at(cell);
-    this.readout.textContent = said ? `(${cell[1]}, ${cell[0]}) ${said}` : '';
+    const mark = said ? this.marked(cell) : '';
+    this.readout.textContent = said ? `(${cell[1]}, ${cell[0]}) ${said}${mark && ' · ' + mark}` : '';
+    this.readout.style.whiteSpace = mark ? 'normal' : '';
     this.draw();
     if (tell) this.tell();
   }

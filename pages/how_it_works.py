@@ -1,0 +1,9 @@
+"""The algorithm one patch at a time, on the user's own image, data and setting."""
+
+from __future__ import annotations
+
+from ccwsim.ui.how_page import draw_how
+from ccwsim.ui.page import show_page
+
+if __name__ == "__main__":
+    show_page("How it works", draw_how)
