@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from contextlib import suppress
 from io import BytesIO
 
 import numpy as np
@@ -85,7 +86,7 @@ def test_the_command_line_gives_the_same_from_a_project(tmp_path):
     assert main(["simulate", "--project", str(path), "-q", "--seed", "12", "--realizations", "1",
                  "--candidates", "3", "--output", str(out)]) == 0  # fmt: skip
     with np.load(out) as saved:
-        assert saved["seed"] == 12 and len(saved["realizations"]) == 1
+        assert (int(saved["seed"]), len(saved["realizations"])) == (12, 1)
         assert json.loads(str(saved["parameters"]))["n_candidates"] == 3
 
 
@@ -147,7 +148,5 @@ def test_a_project_that_unpacks_to_too_much_is_not_unpacked(monkeypatch):
 def test_a_project_with_a_changed_byte_is_read_or_refused(data):
     content = bytearray(project_as_bytes(a_project()))
     content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
-    try:
+    with suppress(CCWSIMError):
         assert read_project(BytesIO(content)).n_realizations >= 1
-    except CCWSIMError:
-        pass

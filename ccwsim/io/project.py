@@ -65,7 +65,7 @@ class Project:
     def simulate(self, **options: Any) -> Ensemble:
         """Return the realizations of the study; options are those of `ccwsim.simulate`."""
         s = self.study
-        given = {"n_realizations": self.n_realizations, "seed": s.seed} | options
+        given: dict[str, Any] = {"n_realizations": self.n_realizations, "seed": s.seed, **options}
         return simulate(s.training_image, s.grid, s.parameters, s.hard_data, **given)
 
 

@@ -116,7 +116,7 @@ def _known(given: dict[str, Any], kind: type, name: str) -> dict[str, Any]:
 
 
 def _shown(given: dict[str, Any], name: str) -> Shown:
-    e_type = given.get("e_type")
+    e_type: Any = given.get("e_type")
     if e_type not in get_args(EMap):
         raise CCWSIMError(f"{name}: {e_type!r} is no map of uncertainty")
     return Shown(

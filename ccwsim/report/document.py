@@ -89,10 +89,14 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Pictures or charts side by side, and what is written under all of them."""
+    """Pictures or charts side by side, and what is written under all of them.
+
+    With `columns` all are of one size, so many beside each other; else they share the width.
+    """
 
     items: tuple[Picture | Chart, ...]
     caption: str = ""
+    columns: int = 0
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,8 @@ def _block(block: Block) -> str:
         return _judgements(block)
     row = block if isinstance(block, Row) else Row((block,))
     under = f'<p class="caption">{escape(row.caption)}</p>' if row.caption else ""
-    return f'<div class="row">{_joined(map(_item, row.items))}</div>{under}'
+    even = f' even" style="--columns: {row.columns}' if row.columns else ""
+    return f'<div class="row{even}">{_joined(map(_item, row.items))}</div>{under}'
 
 
 def _item(item: Picture | Chart) -> str:

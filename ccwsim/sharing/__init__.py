@@ -1,18 +1,18 @@
 """A study to give away: as a link, as Python, as a command, as a report."""
 
 from ccwsim.sharing.again import Again, again
-from ccwsim.sharing.link import KEYS, left_out, link_of, read_link, short_name
+from ccwsim.sharing.link import left_out, link_of, meant, read_link, short_name
 from ccwsim.sharing.packed_data import MOST_DATA, packed, unpacked
 from ccwsim.sharing.study_report import REVISED, study_report
 
 __all__ = [
-    "KEYS",
     "MOST_DATA",
     "REVISED",
     "Again",
     "again",
     "left_out",
     "link_of",
+    "meant",
     "packed",
     "read_link",
     "short_name",

@@ -142,10 +142,21 @@ def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple
         reading.whole("show", 1, 1, 1000) - 1, reading.whole("facies", 1, 0, 253), e_type  # type: ignore[arg-type]
     )  # fmt: skip
     for name in query:
-        close = get_close_matches(name, KEYS, n=1, cutoff=0.75)
-        if name not in KEYS and close:
-            reading.notes.append(f"There is no setting {name}: {close[0]} may be meant.")
+        if name not in KEYS and meant(name):
+            reading.notes.append(f"There is no setting {name}: {meant(name)} may be meant.")
     return choices, shown, tuple(reading.notes)
+
+
+def meant(name: str) -> str:
+    """Return which of our names a name is or nearly is, or an empty text.
+
+    Examples
+    --------
+    >>> meant("templte"), meant("utm_source")
+    ('template', '')
+    """
+    close = get_close_matches(name, KEYS, n=1, cutoff=0.75)
+    return close[0] if close else ""
 
 
 def _write_image(words: Words, image: ImageChoice, usual: ImageChoice) -> None:

@@ -203,8 +203,9 @@ class Reading:
             try:
                 taken = replace(taken, **part)
             except CCWSIMError as error:
-                usual = ", ".join(f"{own} {getattr(taken, own)}" for own in part)
-                self.notes.append(f"{error}: the usual is taken, {usual}.")
+                shorts = {own: short for short, own in names.items()}
+                usual = ", ".join(f"{shorts[own]} {getattr(taken, own)}" for own in part)
+                self.notes.append(f"{error}. The usual is taken: {usual}.")
         return taken
 
     def _parameter(self, short: str, own: str) -> object:

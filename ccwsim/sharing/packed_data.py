@@ -19,8 +19,8 @@ MOST_LETTERS = 8000
 def packed(data: HardData) -> str:
     """Return hard data as letters, digits, - and _.
 
-    First how many there are, then each facies in turn: its code, how many data it has, and the steps from one cell to the next
-    along rows and columns, all as whole numbers of as few bytes as they need.
+    First how many there are, then each facies in turn: its code, how many data it has, and the
+    steps from one cell to the next along rows and columns, all in as few bytes as they need.
 
     Raises
     ------

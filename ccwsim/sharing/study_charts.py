@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim.ensemble import Ensemble
 from ccwsim.figures import (
@@ -58,10 +59,10 @@ def realization_map(ensemble: Ensemble, colours: Sequence[str], number: int) -> 
     return Picture(data_map_png(ensemble.indices[number], colours, dots), caption, caption)
 
 
-def _dots(ensemble: Ensemble, colours: Sequence[str], wrong: np.ndarray) -> Dots:
+def _dots(ensemble: Ensemble, colours: Sequence[str], wrong: NDArray[np.bool_]) -> Dots:
     data = ensemble.hard_data
     places = np.searchsorted(ensemble.training_image.codes, data.facies)
-    return Dots(data.cells, [colours[k] for k in places.tolist()], wrong)
+    return Dots(data.cells, [str(colours[k]) for k in places.tolist()], wrong)
 
 
 def small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
@@ -73,7 +74,8 @@ def small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
         )
         for r in range(n)
     )
-    return Row(items, "" if n == ensemble.n else f"The first {n} of {ensemble.n} realizations")
+    said = "" if n == ensemble.n else f"The first {n} of {ensemble.n} realizations"
+    return Row(items, said, columns=6)
 
 
 def e_type_maps(ensemble: Ensemble, facies: int) -> Row:
@@ -91,8 +93,10 @@ def e_type_maps(ensemble: Ensemble, facies: int) -> Row:
     return Row(items)
 
 
-def curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, Row]:
-    """Return variograms, then connection, of a facies, each E–W and N–S."""
+def curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
+    """Return variograms, then connection, of a facies, each E–W and N–S; none of one row."""
+    if min(*ensemble.training_image.shape, *ensemble.grid.shape) < 2:
+        return ()
     name = ensemble.training_image.facies_names[facies]
     rows = []
     for statistic, sign in (("Variogram", "γ"), ("Connection", "τ")):
@@ -105,7 +109,7 @@ def curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, Row]:
             drawn = curves_chart(bundle, LIGHT, y_title=sign, y_range=(0, top), height=240)
             charts.append(Chart(drawn, title, f"{title}: realizations, training image", LEGEND))
         rows.append(Row(tuple(charts)))
-    return rows[0], rows[1]
+    return tuple(rows)
 
 
 def _bundle(ensemble: Ensemble, facies: int, statistic: str, way: str) -> Bundle:

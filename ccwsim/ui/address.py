@@ -8,8 +8,9 @@ from urllib.parse import urlencode
 import streamlit as st
 
 from ccwsim.errors import CCWSIMError
-from ccwsim.sharing import KEYS, link_of, read_link
+from ccwsim.sharing import link_of, meant, read_link
 from ccwsim.ui.choices import Choices, DataChoice, Shown
+from ccwsim.ui.class_link import own_seed
 from ccwsim.ui.fitting import fitted_to_image
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
@@ -19,6 +20,7 @@ def take_address(state: State) -> None:
     """Start a study from the address of the page; what cannot be taken is said in words."""
     query = {name: st.query_params.get_all(name) for name in st.query_params}
     choices, shown, notes = read_link(query)
+    choices = own_seed(state, choices)
     choices, more = together(choices)
     state.choices, state.told = choices, (*notes, *more)
     show(state, shown)
@@ -56,7 +58,7 @@ def show(state: State, shown: Shown) -> None:
 def follow_study(state: State) -> None:
     """Write the study behind the address, where it is not there; the page is not drawn again."""
     there = {name: st.query_params.get_all(name) for name in st.query_params}
-    kept = {name: values for name, values in there.items() if name not in KEYS}
+    kept = {name: values for name, values in there.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}
     word = urlencode(wanted, doseq=True)
     # what the browser told may be older than what it was sent last
