@@ -6,6 +6,7 @@ import streamlit as st
 
 from ccwsim.ui.compare_page import draw_results, draw_style, draw_top, is_old, problem_of
 from ccwsim.ui.compare_run import collect_comparison, follow_comparison, start_comparison
+from ccwsim.ui.examples_note import draw_opened
 from ccwsim.ui.page import show_page
 from ccwsim.ui.run import PATIENCE
 from ccwsim.ui.state import State
@@ -20,6 +21,7 @@ def compare_page(state: State) -> None:
         start_comparison(state)
     if here.job is not None and here.job.wait(PATIENCE):
         collect_comparison(state)
+    draw_opened(state, compared=True)
     draw_top(state, problem)
     with st.container(key="news"):  # always there, so that what is below never moves
         if here.job is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
+from ccwsim.ui.examples_note import draw_opened
 from ccwsim.ui.history import draw_history
 from ccwsim.ui.live import dim_and_wait, keep_up
 from ccwsim.ui.page import show_page
@@ -19,6 +20,7 @@ def simulate_page(state: State) -> None:
     keep_up(state)  # before anything is drawn: it runs meanwhile
     study_column(state)
     keep_up(state)  # what is drawn may settle the study
+    draw_opened(state)
     with st.container(key="news"):  # always there, so that what is below is never made anew
         dim_and_wait(state)
         collect(state)

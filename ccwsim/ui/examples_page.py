@@ -9,6 +9,7 @@ from pathlib import Path
 import streamlit as st
 
 from ccwsim.errors import CCWSIMError
+from ccwsim.ui.class_link import draw_class_link
 from ccwsim.ui.examples import PARTS, Example
 from ccwsim.ui.examples_open import (
     COMPARE,
@@ -44,6 +45,7 @@ def draw_examples(state: State) -> None:
             value=here.view, format_func=lambda view: VIEWS[view], label_visibility="collapsed",
             write=lambda view: setattr(here, "view", view or here.view),
         )  # fmt: skip
+        draw_class_link(state)
         if here.kept is not None:
             st.button(
                 "Back to my study", key="back_to_own", on_click=back_to_own, args=(state,),
