@@ -76,4 +76,5 @@ def _patch(state: State, trace: Trace) -> None:
         draw_fates(trace, step, told)
     with right:
         draw_bands(state, trace, step, theme)
-    draw_mending(state, trace, colours, theme)
+    with st.container(key="how_after"):
+        draw_mending(state, trace, colours, theme)

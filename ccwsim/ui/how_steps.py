@@ -39,7 +39,7 @@ MARKS = (
     '<p class="marks"><span><i class="mark drawn"></i>drawn</span><span><i class="mark candidate">'
     "</i>candidate</span>{}</p>"
 )
-FALLEN = '<span><i class="mark out"></i>fell out because of data</span>'
+FALLEN = '<span><i class="mark out"></i>fell out</span>'
 
 
 def draw_steps(
