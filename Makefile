@@ -9,7 +9,7 @@ help: ## Show this list
 
 install: $(BIN)/.installed ## Make the environment .venv with all that tests need
 
-$(BIN)/.installed: requirements.txt requirements-dev.txt
+$(BIN)/.installed: requirements.txt requirements-dask.txt requirements-dev.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install -r requirements-dev.txt
 	@touch $@

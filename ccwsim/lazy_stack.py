@@ -40,7 +40,11 @@ class LazyStack:
         return len(self.stack)
 
     def __getitem__(self, which: Any) -> NDArray[np.uint8]:
-        return np.searchsorted(self._codes, self.stack[which]).astype(np.uint8)
+        part = np.asarray(self.stack[which])
+        indices = np.zeros(part.shape, np.uint8)
+        for k, code in enumerate(self._codes):  # a search would take eight bytes a cell
+            np.copyto(indices, k, where=part == code)
+        return indices
 
     def __iter__(self) -> Iterator[NDArray[np.uint8]]:
         return (self[k] for k in range(len(self)))

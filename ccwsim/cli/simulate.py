@@ -14,6 +14,7 @@ from ccwsim.cli.image_options import add_image_options
 from ccwsim.cli.parameter_options import add_parameter_options
 from ccwsim.cli.progress import ProgressLine
 from ccwsim.cli.project_option import add_project_option, inputs_of
+from ccwsim.cli.scheduler_option import add_scheduler_option, executor_of
 from ccwsim.cli.stopping import stop_on_interrupt
 from ccwsim.cli.summary import summary
 from ccwsim.ensemble import Ensemble
@@ -21,6 +22,9 @@ from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.io import FORMATS, write_realizations
 from ccwsim.io.atomic import format_of
 from ccwsim.simulation import simulate
+
+STREAMED = "npy"
+"""The format that is written during the run instead of after it."""
 
 EXAMPLES = """\
 examples:
@@ -55,10 +59,12 @@ def add_command(commands: Any) -> None:
     group.add_argument(
         "--workers", type=int, metavar="N", help="threads (default: as many as there are cores)"
     )
+    add_scheduler_option(group)
     group.add_argument(
         "-o", "--output", action="append", default=[], metavar="FILE",
         help="where to write them, in the format of the ending: npz (everything), sgems, gslib or "
-        "dat (one column a realization), png (all maps side by side); may be given several times",
+        "dat (one column a realization), png (all maps side by side), npy (facies codes, straight "
+        "to disk: for more than memory holds); may be given several times",
     )  # fmt: skip
     group.add_argument(
         "-q", "--quiet", action="store_true", help="say nothing unless something is wrong"
@@ -76,15 +82,17 @@ def run(options: argparse.Namespace) -> int:
     """
     for output in options.output:
         check_output(output)
+    streamed = streamed_output(options.output)
     given = inputs_of(options)
     _say(options, *given.notes)
     progress = None if options.quiet else ProgressLine(given.n_realizations, sys.stderr)
-    with stop_on_interrupt() as stopped:
+    with executor_of(options) as executor, stop_on_interrupt() as stopped:
         ensemble, message = None, ""
         try:
             ensemble = simulate(
                 given.training_image, given.grid, given.parameters, given.hard_data,
                 given.n_realizations, given.seed, options.workers, progress, stopped,
+                executor=executor, out=streamed,
             )  # fmt: skip
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
@@ -94,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
         if message:
             print(f"ccwsim: {message}", file=sys.stderr)
         if ensemble is not None:
-            _write(options.output, ensemble)
+            _write([path for path in options.output if path != streamed], ensemble)
             _say(options, summary(ensemble), *(f"Written: {path}" for path in options.output))
     return 130 if message else 0
 
@@ -112,14 +120,28 @@ def check_output(path: str) -> None:
     >>> check_output("out.bmp")
     Traceback (most recent call last):
         ...
-    ccwsim.errors.CCWSIMError: format 'bmp' cannot be written; choose one of dat, gslib, npz, ...
+    ccwsim.errors.CCWSIMError: format 'bmp' cannot be written; choose one of dat, gslib, npy, ...
     """
-    format_of(path, None, FORMATS)
+    format_of(path, None, (*FORMATS, STREAMED))
     folder = Path(path).parent
     if not folder.is_dir():
         raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
     if Path(path).is_dir() or not os.access(folder, os.W_OK):
         raise CCWSIMError(f"{path} cannot be written; choose another place")
+
+
+def streamed_output(paths: Sequence[str]) -> str | None:
+    """Return which file realizations go to as they are finished, if any does.
+
+    Examples
+    --------
+    >>> streamed_output(["out.png", "out.npy"])
+    'out.npy'
+    """
+    found = [path for path in paths if path.lower().endswith("." + STREAMED)]
+    if len(found) > 1:
+        raise CCWSIMError(f"give one .npy file, not {len(found)}: it is written during the run")
+    return found[0] if found else None
 
 
 def _write(paths: Sequence[str], ensemble: Ensemble) -> None:

@@ -37,6 +37,10 @@ class Courier(Protocol):
         """Send a batch, with the `whole` study or with its name; return its future."""
         ...
 
+    def fetch(self, future: Any) -> Reply:
+        """Return what a future, which is done, has to give; called on any thread."""
+        ...
+
     def lost(self, error: BaseException) -> bool:
         """Say whether a batch that ended in an error is to be sent again; raise what is worse."""
         ...
@@ -111,7 +115,7 @@ class _Tour:
             token = self._n_sent = self._n_sent + 1
             self._out[token] = future, batch
             # The answer is fetched where it arrives, so that this thread can look at `cancel`.
-            future.add_done_callback(lambda f, token=token: self._back.put((token, _outcome(f))))
+            future.add_done_callback(lambda f, token=token: self._fetch(f, token))
 
     def take_in(self, seconds: float) -> None:
         """Wait for answers, at most so long, and take in all that are there."""
@@ -147,6 +151,13 @@ class _Tour:
             if isinstance(answer, Reply):
                 self._keep(batch, answer)
 
+    def _fetch(self, future: Any, token: int) -> None:
+        try:
+            answer = self._courier.fetch(future)
+        except BaseException as error:  # some mean by it that a batch was cancelled
+            answer = error
+        self._back.put((token, answer))
+
     def _next_batch(self, at_once: int) -> tuple[int, ...]:
         cells = self._work.study.grid.ny * self._work.study.grid.nx
         fit = min(BATCH_SECONDS / self._seconds if self._seconds else 1, BATCH_BYTES / cells)
@@ -161,14 +172,6 @@ class _Tour:
         self._left.extendleft(reversed(batch[len(reply.realizations) :]))
         if reply.realizations:
             self._seconds = reply.seconds
-
-
-def _outcome(future: Any) -> Reply | BaseException:
-    """Return what a future gave; also where it was cancelled, which is no `Exception` to some."""
-    try:
-        return future.result()
-    except BaseException as error:
-        return error
 
 
 def without_program(error: ImportError) -> CCWSIMError:

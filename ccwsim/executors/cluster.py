@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+import socket
 import time
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any
+from urllib.parse import urlsplit
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.executors.batches import without_program
 from ccwsim.executors.flags import ClusterFlag
 from ccwsim.executors.parcel import name_of, packed
 from ccwsim.executors.runner import Work
-from ccwsim.executors.worker import Order, simulate_batch
+from ccwsim.executors.worker import Order, Reply, simulate_batch
 
 CONNECT_SECONDS = 5.0
 COUNT_EVERY = 2.0
 """Seconds between two counts of the workers, which may come and go."""
-RETRIES = 3
-"""How often Dask does a batch again by itself."""
+FETCH_SECONDS = 3.0
+"""How long an answer may be on its way before it is asked for anew."""
 MOST_LOSSES = 5
 """How often the study is sent out anew when all workers that had it are gone."""
 
@@ -41,6 +43,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             "pip install -r requirements-dask.txt"
         ) from error
     try:
+        _knock(address, seconds)
         return Client(address, timeout=seconds, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -48,6 +51,14 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             f"no Dask scheduler answers at {address} ({reason}); start one with "
             "'dask scheduler', and give its address, such as tcp://host:8786"
         ) from error
+
+
+def _knock(address: str, seconds: float) -> None:
+    """Fail at once where nobody listens: a client would ask again and again."""
+    parts = urlsplit(address)
+    if not parts.hostname or not parts.port:
+        raise ValueError("host and port are needed")
+    socket.create_connection((parts.hostname, parts.port), seconds).close()
 
 
 class Cluster:
@@ -96,9 +107,27 @@ class Cluster:
         return max(self._n_workers, 1)
 
     def send(self, numbers: tuple[int, ...], whole: bool) -> Any:
-        """Submit a batch with the study, which is at the worker."""
+        """Submit a batch with the study, which is at the worker.
+
+        Dask does it again by itself where the worker ends.
+        """
         order = Order(self._name, numbers, self._keep_sources, self._flag)
-        return self._client.submit(simulate_batch, order, self._study, pure=False, retries=RETRIES)
+        return self._client.submit(simulate_batch, order, self._study, pure=False)
+
+    def fetch(self, future: Any) -> Reply:
+        """Return the answer, wherever it is now: its worker may have ended since.
+
+        Dask waits long for a worker that does not answer, although it has the batch done again
+        meanwhile; so it is asked anew, with more patience each time as answers may be large.
+        """
+        patience = FETCH_SECONDS
+        while True:
+            try:
+                return future.result(timeout=patience)
+            except TimeoutError:
+                if self._stopped:
+                    raise
+                patience *= 2
 
     def lost(self, error: BaseException) -> bool:
         """Say whether a batch is to be sent again: where the study was lost with its workers."""

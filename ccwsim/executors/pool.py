@@ -50,6 +50,10 @@ class Pool:
         except RuntimeError as error:
             raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
+    def fetch(self, future: Future[Reply]) -> Reply:
+        """Return the answer."""
+        return future.result()
+
     def lost(self, error: BaseException) -> bool:
         """Say what ended a batch; a broken pool cannot be used any more."""
         if isinstance(error, BrokenExecutor):

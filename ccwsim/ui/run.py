@@ -14,6 +14,7 @@ from ccwsim.ui.jobs import Cancel, Job, Progress
 from ccwsim.ui.live_run import LiveRun, first_part
 from ccwsim.ui.past_runs import PastRun
 from ccwsim.ui.resolve import data_of, image_of
+from ccwsim.ui.scheduler import executor_of_environment
 from ccwsim.ui.state import State
 
 PATIENCE = 0.3
@@ -31,7 +32,7 @@ def start_run(state: State) -> None:
         state.message = str(error)
         return
     stop_run(state)
-    state.message = ""
+    state.message, state.tried = "", state.choices
     if state.live:
         n_first = first_part(state.choices, state.ensemble)
         state.job = LiveRun(some, state.choices, n_first, wanted=state.shown)
@@ -67,6 +68,7 @@ def part_of(choices: Choices) -> Callable[[int, int, Progress, Cancel], Ensemble
             progress=progress,
             cancel=cancel,
             first_realization=first,
+            executor=executor_of_environment(),
         )
 
     return some
