@@ -105,12 +105,13 @@ class Ensemble:
         """Hard data left wrong because `exact_data` is off, by realization, shape (n,)."""
         return np.count_nonzero(self.met_by == WRONG, axis=1)
 
-    @property
+    @cached_property
     def proportions(self) -> NDArray[np.float64]:
         """Share of the cells of each facies in each realization, shape (n, n_facies)."""
-        n_facies = self.training_image.n_facies
-        counts = [np.bincount(r.ravel(), minlength=n_facies) for r in self.indices]
-        return np.array(counts).reshape(-1, n_facies) / (self.grid.ny * self.grid.nx)
+        facies = range(self.training_image.n_facies)
+        counts = [np.count_nonzero(r == k) for r in self.indices for k in facies]
+        shares = np.array(counts).reshape(-1, len(facies)) / (self.grid.ny * self.grid.nx)
+        return frozen_view(shares)
 
     def probability(self, code: int) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations that have it, shape (ny, nx).

@@ -101,7 +101,7 @@ def test_a_ramp_ends_where_its_steps_end():
 
 @given(indices)
 def test_an_index_picture_carries_the_indices_with_north_up(cells):
-    assert np.array_equal(np.asarray(opened(index_png(cells)))[::-1], cells)
+    assert np.array_equal(np.asarray(opened(index_png(cells)).convert("L"))[::-1], cells)
 
 
 @given(indices, st.integers(1, 3))

@@ -95,7 +95,7 @@ def _threads(bundle: Bundle, theme: Theme) -> go.Scatter:
     n = len(bundle.each)
     gap = np.full((n, 1), np.nan)
     return go.Scatter(
-        x=np.tile(np.append(bundle.lags, np.nan), n),
+        x=np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n),  # whole numbers: exact
         y=np.hstack([bundle.each, gap]).ravel(),
         name="realizations",
         mode="lines",

@@ -12,10 +12,15 @@ from PIL import Image, ImageDraw
 from ccwsim.figures.palette import bytes_of
 
 MAX_SHEET_SIDE = 8192
+QUICK = 2
+"""Level of compression of pictures that are sent at once and not kept."""
 
 
 def index_png(indices: NDArray[np.uint8]) -> bytes:
-    """Return a grey PNG whose grey values are the indices themselves, north at the top.
+    """Return a PNG whose colours are the greys (k, k, k) of the indices k, north at the top.
+
+    It is a palette of the indices that occur, with as few bits a cell as they need: a quarter of
+    the time, at the same size, of a grey picture.
 
     Parameters
     ----------
@@ -28,7 +33,17 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
     >>> np.asarray(picture).tolist()
     [[2, 3], [0, 1]]
     """
-    return _png(Image.fromarray(np.ascontiguousarray(indices[::-1])))
+    occurs = np.zeros(256, bool)
+    occurs[indices] = True
+    values = np.flatnonzero(occurs)
+    places = np.zeros(256, np.uint8)
+    places[values] = np.arange(len(values))
+    picture = Image.fromarray(places[indices[::-1]], mode="P")
+    picture.putpalette(np.repeat(values, 3).astype(np.uint8).tobytes())
+    bits = next(b for b in (1, 2, 4, 8) if len(values) <= 2**b)
+    written = BytesIO()
+    picture.save(written, "PNG", bits=bits, compress_level=QUICK)
+    return written.getvalue()
 
 
 def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,18 +21,22 @@ class EType:
     ----------
     probability : ndarray, shape (n_facies, ny, nx)
         Share of the realizations that have each facies.
-    most_likely : ndarray of uint8, shape (ny, nx)
-        Index of the facies with the largest probability; a tie goes to the smaller index.
-    entropy : ndarray, shape (ny, nx)
-        −Σ p log p / log(n_facies), from 0 (certain) to 1 (all facies equally likely).
     n : int
         How many realizations.
     """
 
     probability: NDArray[np.float64]
-    most_likely: NDArray[np.uint8]
-    entropy: NDArray[np.float64]
     n: int
+
+    @cached_property
+    def most_likely(self) -> NDArray[np.uint8]:
+        """Index of the most probable facies, shape (ny, nx); of several the smallest."""
+        return self.probability.argmax(axis=0).astype(np.uint8)
+
+    @cached_property
+    def entropy(self) -> NDArray[np.float64]:
+        """−Σ p log p / log(n_facies), from 0 (certain) to 1 (all equally likely), (ny, nx)."""
+        return entropy(self.probability)
 
 
 def etype(images: ArrayLike, n_facies: int) -> EType:
@@ -84,9 +89,7 @@ def etype_of_counts(counts: NDArray[np.integer]) -> EType:
     n = int(counts[:, 0, 0].sum())
     if not n:
         raise CCWSIMError("no realization was counted yet; an E-type needs at least one")
-    probability = counts / n
-    most_likely = counts.argmax(axis=0).astype(np.uint8)
-    return EType(probability, most_likely, entropy(probability), n)
+    return EType(counts / n, n)
 
 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:

@@ -50,9 +50,16 @@ def _bundle(
     axis = 1 if _direction == "E-W" else 0
     longest = min(image.shape[axis], _ensemble.grid.shape[axis])
     lags = max(1, min(LARGEST_LAG, longest // 2))
-    reference = _curve(image.indices, lags).reshape(-1)
+    of_image = (key[0], image.digest, *key[3:], lags)
+    reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
     each = _curve(_ensemble.indices[:MOST_CURVES], lags)
     return bundle_of(np.arange(len(reference), dtype=float), reference, each)
+
+
+@st.cache_resource(max_entries=64, show_spinner=False)
+def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
+    """Return the image's own curve, which is the same for all its ensembles."""
+    return _curve()
 
 
 def bundle_of(lags: Floats, reference: Floats, each: Floats) -> Bundle:

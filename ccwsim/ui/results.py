@@ -47,12 +47,12 @@ def _results(state: State, ensemble: Ensemble) -> None:
     widths = [min(max(share, SMALLEST_IMAGE), 1.0), 1.08, 1.0]
     with st.container(key="maps"):
         left, middle, right = st.columns(widths, gap="medium")
-    with left:
-        _image(ensemble, colours)
-    with middle:
+    with middle:  # first, so that it is the first to be seen
         _realization(state, ensemble, colours)
     with right:
         draw_e_type(state, ensemble, colours)
+    with left:
+        _image(ensemble, colours)
     draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
     draw_curves(ensemble, state.facies, None if room_below_image(ensemble) else colours)
 
