@@ -18,8 +18,8 @@ from ccwsim.ui.study_column import study_column
 def simulate_page(state: State) -> None:
     """Draw the study at the left and the results at the right."""
     keep_up(state)  # before anything is drawn: it runs meanwhile
-    study_column(state)
-    keep_up(state)  # what is drawn may settle the study
+    if not state.live:
+        study_column(state)
     draw_opened(state)
     with st.container(key="news"):  # always there, so that what is below is never made anew
         dim_and_wait(state)
@@ -32,6 +32,10 @@ def simulate_page(state: State) -> None:
         draw_results(state)
     with st.container(key="history"):
         draw_history(state)
+    if state.live:  # pictures first
+        study_column(state)
+        if keep_up(state):  # what is drawn may settle the study
+            st.rerun()
     with st.container(key="run_bar"):
         run_button(state, "run_below")
 

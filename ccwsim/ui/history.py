@@ -52,7 +52,7 @@ def go_back(state: State, key: str) -> None:
         return
     stop_run(state)
     state.message = ""
-    state.choices = state.ran = run.choices
+    state.choices = state.ran = state.tried = run.choices
     state.image_draft = state.data_draft = None
     state.ensemble, state.reference = run.ensemble, run.reference
     state.shown = min(state.shown, run.ensemble.n - 1)

@@ -25,17 +25,25 @@ OLD = """<i></i><style>
 PARTLY = """<i></i><style>.st-key-facts_row { display: none }</style>"""
 
 
-def keep_up(state: State) -> None:
-    """Start the first run of a session, and with `live` on one after every change."""
+def keep_up(state: State) -> bool:
+    """Start the first run of a session, and with `live` on one after every change.
+
+    Returns
+    -------
+    bool
+        Whether one was started or stopped.
+    """
     first = state.ensemble is None and state.job is None and not state.message
-    changed = state.choices != (state.job.about if state.job else state.ran)
-    if first:
+    latest = state.job.about if state.job else state.ran
+    changed = state.choices not in (latest, state.tried)  # a run that failed is not tried again
+    if not first and not (state.live and changed):
+        return False
+    job = state.job
+    if first or not problem_of(state):
         start_run(state)
-    elif state.live and changed:
-        if problem_of(state):
-            stop_run(state)  # it is of a study that is no more
-        else:
-            start_run(state)
+    else:
+        stop_run(state)  # it is of a study that is no more
+    return state.job is not job
 
 
 def dim_and_wait(state: State) -> None:

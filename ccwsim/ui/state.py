@@ -38,6 +38,8 @@ class State:
         Whether every change starts a run.
     job : Job or None
         The simulation that runs now.
+    tried : Choices or None
+        What a run was started with last, whatever came of it.
     ensemble : Ensemble or None
         The latest results, and the `ran` choices they came from.
     message : str
@@ -83,6 +85,7 @@ class State:
     data_draft: DataChoice | None = None
     live: bool = False
     job: Job[Ensemble] | None = None
+    tried: Choices | None = None
     ensemble: Ensemble | None = None
     ran: Choices | None = None
     message: str = ""
