@@ -29,14 +29,14 @@ PATIENCE = 60.0
 
 
 @contextmanager
-def served() -> Iterator[str]:
-    """Start the dashboard, yield its address, and stop it again."""
+def served(root: Path = ROOT) -> Iterator[str]:
+    """Start the dashboard of a checkout, yield its address, and stop it again."""
     port = _free_port()
     server = subprocess.Popen(
         [sys.executable, "-m", "streamlit", "run", "app.py", "--server.headless=true",
          f"--server.port={port}", "--server.address=127.0.0.1", "--server.fileWatcherType=none"],
-        cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        cwd=root, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": str(root)},
     )  # fmt: skip
     address = f"http://127.0.0.1:{port}"
     try:
