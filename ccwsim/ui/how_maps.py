@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +55,13 @@ def value_map(
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
     labels = [f"{what} {low + span * k / N_STEPS:.3g}" for k in range(N_STEPS + 1)]
     strip = {"colours": list(colours), "low": f"{low:.3g}", "high": f"{high:.3g}"}
-    steps = [*ramp(colours, N_STEPS + 1), theme.hairline]
+    steps = [*_steps(tuple(colours)), theme.hairline]
     return CellMap(indices.astype(np.uint8), steps, [*labels, absent], alt, strip=strip)
+
+
+@cache
+def _steps(colours: tuple[str, ...]) -> list[str]:
+    return ramp(colours, N_STEPS + 1)
 
 
 def grid_map(trace: Trace, step: TracedPatch, colours: Sequence[str], theme: Theme) -> CellMap:

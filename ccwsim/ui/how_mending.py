@@ -47,7 +47,7 @@ def draw_mending(state: State, trace: Trace, colours: list[str], theme: Theme) -
     with left:
         field(
             st.selectbox, "Mended datum", key="how_datum", value=state.how.datum,
-            options=list(range(len(data))), write=lambda k: setattr(state.how, "datum", k),
+            options=list(range(len(data))), write=state.how.look_at,
             format_func=lambda k: _name(trace, data[k]),
         )  # fmt: skip
         _where(trace, by_datum[data[state.how.datum]], colours, theme)

@@ -21,6 +21,9 @@ from ccwsim.ui.steps import panel_title
 
 STYLE = Path(__file__).with_name("how.css")
 
+DRAWING = "drawing"
+"""Stands for what the part on mending shows while the whole page is drawn."""
+
 
 def draw_style() -> None:
     """Write what is particular to the look of this page."""
@@ -32,15 +35,30 @@ def draw_style() -> None:
 def draw_how(state: State) -> None:
     """Draw the page; while it plays, it draws itself again and again."""
     draw_style()
-    playing = state.how.playing
+    how, playing = state.how, state.how.playing
+    how.mended = DRAWING
     st.fragment(_draw, run_every=EVERY if playing else None)(state, playing)
+    with st.container(key="how_after"):
+        _after(state)
 
 
 def _draw(state: State, timed: bool) -> None:
+    how = state.how
     with guarded():
         _page(state)
-    if state.how.playing != timed:  # a fragment's clock is wound up only from outside of it
+    # a fragment's clock is wound up, and what lies below it drawn anew, only from outside of it
+    if how.playing != timed or how.mended not in (DRAWING, how.traced):
         st.rerun()
+
+
+@st.fragment
+def _after(state: State) -> None:
+    """Draw what mending did: it is the same for all patches, so stepping leaves it alone."""
+    how = state.how
+    how.mended = how.traced
+    with guarded():
+        if how.trace is not None:
+            draw_mending(state, how.trace, colours_of(state), chart_theme())
 
 
 def _page(state: State) -> None:
@@ -50,6 +68,7 @@ def _page(state: State) -> None:
     try:
         check_traceable(parameters_of(state))
     except CCWSIMError as error:
+        state.how.leave()
         st.warning(str(error))
         st.button(
             "Follow ccwsim here", key="how_ccwsim", type="primary",
@@ -76,5 +95,3 @@ def _patch(state: State, trace: Trace) -> None:
         draw_fates(trace, step, told)
     with right:
         draw_bands(state, trace, step, theme)
-    with st.container(key="how_after"):
-        draw_mending(state, trace, colours, theme)

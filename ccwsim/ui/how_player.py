@@ -39,7 +39,7 @@ def draw_player(state: State, trace: Trace) -> None:
     st.html(f'<p class="facts where">{where(trace, trace.patches[how.patch])}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
         st.button(
-            "Previous", key="how_previous", icon=":material/chevron_left:", help="Left arrow key",
+            "Previous", key="how_previous", icon=":material/chevron_left:",
             disabled=how.patch == 0, on_click=lambda: how.go(max(how.patch - 1, 0)),
         )  # fmt: skip
         with st.container(key="how_slide"):
@@ -49,7 +49,7 @@ def draw_player(state: State, trace: Trace) -> None:
                 label_visibility="collapsed",
             )  # fmt: skip
         st.button(
-            "Next", key="how_next", icon=":material/chevron_right:", help="Right arrow key",
+            "Next", key="how_next", icon=":material/chevron_right:",
             disabled=how.patch + 1 == n, on_click=lambda: how.go(min(how.patch + 1, n - 1)),
         )  # fmt: skip
         st.button(

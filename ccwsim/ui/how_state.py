@@ -32,7 +32,9 @@ class How:
     datum : int
         Which of the mended data is shown.
     trace : Trace or None
-        The latest one, and what was `traced`.
+        The latest one, and what was `traced`; None where the study cannot be followed.
+    mended : optional
+        What was `traced` when the part on mending was drawn.
     """
 
     parameters: Parameters | None = None
@@ -45,10 +47,20 @@ class How:
     datum: int = 0
     trace: Trace | None = None
     traced: Any = None
+    mended: Any = None
 
     def go(self, patch: int) -> None:
         """Show another patch; whatever the user does stops the play."""
         self.patch, self.playing = patch, False
+
+    def leave(self) -> None:
+        """Follow nothing."""
+        self.trace = self.traced = None
+        self.playing = False
+
+    def look_at(self, datum: int) -> None:
+        """Show how another datum was mended."""
+        self.datum, self.playing = datum, False
 
     def show(self, ground: str) -> None:
         """Show other things under the marked places."""

@@ -37,11 +37,12 @@ def trace_of(state: State) -> Trace:
     image, data = image_of(choices.image), data_of(choices)
     key = image.digest, data.digest, repr(choices.grid), parameters.digest, choices.seed, how.number
     if how.trace is None or how.traced != key:
+        how.trace = how.traced = None
         study = Study(image, choices.grid, parameters, data, choices.seed)
         with st.spinner("Preparing the image; the first time, kernels are compiled …"):
-            how.trace = Trace(study, how.number)
-            how.trace.at(0)
-        how.traced = key
+            trace = Trace(study, how.number)
+            trace.at(0)
+        how.trace, how.traced = trace, key
     how.facies = min(how.facies, image.n_facies - 1)
     if how.patch < 0:
         how.patch = usual_patch(how.trace)

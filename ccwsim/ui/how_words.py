@@ -53,7 +53,7 @@ def path_words(trace: Trace) -> str:
         f"The path starts in the <b>{frame.origin}</b> and runs <b>{frame.direction}</b>, row "
         f"after row ({drawn}). Patches of T = {trace.template} cells are laid T − OR = {step} "
         f"cells apart, so each overlaps what is there by OR = {p.overlap_size}: the part in full "
-        "colour. Click the grid to jump to a patch."
+        "colour. Click the grid to jump to a patch; left and right arrow keys step."
     )
 
 
