@@ -66,7 +66,9 @@ def test_pictures_come_and_stay_in_their_room(page, address):
         timeout=SLOW,
     )
     loaded = "() => [...document.querySelectorAll('.pictures img')].map((i) => i.naturalWidth > 0)"
-    assert all(page.evaluate(loaded))
+    shown = page.evaluate(loaded)
+    assert all(shown)
+    assert len(shown) >= 18 * 3
 
 
 def test_a_round_of_the_quiz_is_told_and_counted(page, address):

@@ -249,6 +249,8 @@ def test_simulate_says_which_example_is_open():
     open_example(state, replace(example("delta"), choices=OWN))
     quiet(app.run())
     assert "Example 11: A delta" in html(app)
+    app.button(key="compare_opened").click().run()
+    assert state.comparing.others == list(example("delta").others)
     quiet(app.button(key="keep_example").click().run())
     assert "Example 11" not in html(app)
     assert state_of(app).examples.kept is None

@@ -11,7 +11,6 @@ from ccwsim.errors import CCWSIMError
 from ccwsim.sharing import link_of, meant, read_link
 from ccwsim.ui.choices import Choices, DataChoice, Shown
 from ccwsim.ui.class_link import own_seed
-from ccwsim.ui.class_link import own_seed
 from ccwsim.ui.fitting import fitted_to_image
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
@@ -21,7 +20,6 @@ def take_address(state: State) -> None:
     """Start a study from the address of the page; what cannot be taken is said in words."""
     query = {name: st.query_params.get_all(name) for name in st.query_params}
     choices, shown, notes = read_link(query)
-    choices = own_seed(state, choices)
     choices = own_seed(state, choices)
     choices, more = together(choices)
     state.choices, state.told = choices, (*notes, *more)

@@ -176,7 +176,7 @@ BAD = Part("Bad parameters, and why they are bad", (
     Example(
         "no-refine", "Level 3 without refinement",
         "Places are known to 8 cells only, so banks meet with steps (A). `refine` shifts each "
-        "patch by up to 7 cells to where it fits best (B), and costs little time.",
+        "patch by up to 7 cells to where it fits best (B); what level 3 did not see stays broken.",
         _study("channels", side=256, wavelet_level=3, refine=False),
         (Parameters(wavelet_level=3),),
     ),

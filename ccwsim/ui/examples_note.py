@@ -8,9 +8,11 @@ import streamlit as st
 
 from ccwsim.ui.examples import EXAMPLES, Example
 from ccwsim.ui.examples_open import (
+    COMPARE,
     back_to_own,
     compare_example,
     example_named,
+    go_to,
     keep_example,
     next_example,
     open_example,
@@ -51,6 +53,14 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
                 "Next example", key="next_example", on_click=act, args=(state, following),
                 help=following.title,
             )  # fmt: skip
+        if example.others and not compared:
+            pressed = st.button(
+                "Compare its settings", key="compare_opened",
+                on_click=compare_example, args=(state, example),
+                help="This is A; the others beside it.",
+            )  # fmt: skip
+            if pressed:
+                go_to(COMPARE)
         st.button(
             "Back to my study", key="back_from_example", on_click=back_to_own, args=(state,),
             help="Brings back what you had before the first example, with its results.",

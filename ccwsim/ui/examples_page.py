@@ -86,7 +86,7 @@ def _card(state: State, number: int, example: Example, deadline: float) -> bool:
     found = bench.wait_for(statistic, max(0.0, deadline - time.monotonic()))
     source = f"<span>{escape(example.source)}</span>" if example.source else ""
     st.html(
-        f"{pictures_html(example, None if isinstance(found, Failure) else found)}"
+        f"{pictures_html(example, found)}"
         f'<h3 class="example"><b>{number}</b>{escape(example.title)}{source}</h3>'
         f'<p class="example">{_text(example.text)}</p>'
     )
@@ -107,9 +107,10 @@ def _card(state: State, number: int, example: Example, deadline: float) -> bool:
     return found is not None
 
 
-def pictures_html(example: Example, found: tuple[Picture, ...] | None) -> str:
+def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None) -> str:
     """Return the pictures of an example, or room for them."""
-    pictures = found or tuple(Picture("<i></i>", *size) for size in expected(example))
+    room = tuple(Picture("<i></i>", *size) for size in expected(example))
+    pictures = found if isinstance(found, tuple) else room
     figures = "".join(
         f'<figure style="flex: {p.nx} 1 0; --shape: {p.nx} / {p.ny}">{p.content}'
         f"<figcaption>{escape(p.label)}</figcaption></figure>"

@@ -10,7 +10,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.ensemble import Ensemble
-from ccwsim.figures import Dots, Theme, data_map_png, facies_colours, map_png, share_png, sparkline
+from ccwsim.figures import Dots, Theme, data_map_png, facies_colours, share_png, sparkline
 from ccwsim.metrics import variogram
 from ccwsim.simulation import simulate
 from ccwsim.ui.choices import Choices
@@ -26,6 +26,7 @@ N_TOGETHER = 20
 """Realizations of a probability or of curves."""
 MOST_DOTS = 1000
 LONGEST = 600
+"""Pixels of a picture: twice what it has on the page, for fine screens."""
 N_LAGS = 80
 
 
@@ -120,7 +121,7 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[Picture, .
         simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
         for p in settings
     ]
-    own = _img(map_png(image.indices, colours), f"The training image {image.name}")
+    own = _img(data_map_png(image.indices, colours, longest=LONGEST), f"The image {image.name}")
     if len(settings) > 1:
         shown = [_realization(e, 0, colours) for e in ensembles]
     else:
@@ -133,7 +134,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     facies = 1
     if name == "probability":
         said = e.training_image.facies_names[facies]
-        return _img(share_png(e.probability(int(e.training_image.codes[facies])), longest=LARGEST),
+        return _img(share_png(e.probability(int(e.training_image.codes[facies])), longest=LONGEST),
                     f"Probability of {said}")  # fmt: skip
     if name == "variogram":
         gamma = [variogram(stack, facies, lags=N_LAGS).gamma
@@ -143,19 +144,19 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
         known[rows, columns] = _facies_of_data(e)
-        return _img(map_png(known, [*colours, theme.paper]), f"{e.hard_data.n} hard data")
+        ground = [*colours, theme.paper]
+        return _img(data_map_png(known, ground, longest=LONGEST), f"{e.hard_data.n} hard data")
     return _realization(e, 1 if name == "second" else 0, colours)
 
 
 def _realization(e: Ensemble, r: int, colours: list[str]) -> str:
-    dots, longest = None, LARGEST
+    dots = None
     if 0 < e.hard_data.n <= MOST_DOTS:
         places = _facies_of_data(e)
         rows, columns = e.hard_data.cells.T
         wrong = e.indices[r][rows, columns] != places
         dots = Dots(e.hard_data.cells, [colours[k] for k in places], wrong)
-        longest = LONGEST
-    return _img(data_map_png(e.indices[r], colours, dots, longest=longest), f"Realization {r + 1}")
+    return _img(data_map_png(e.indices[r], colours, dots, longest=LONGEST), f"Realization {r + 1}")
 
 
 def _facies_of_data(e: Ensemble) -> NDArray[np.integer]:
