@@ -49,7 +49,18 @@ def fill_with_settings(page) -> None:
     page.wait_for_selector(".st-key-sweep_table", timeout=SLOW)
 
 
-FILLED = {"benchmark": fill_with_times, "paper": fill_with_experiments, "sweep": fill_with_settings}
+def fill_with_pictures(page) -> None:
+    """Wait for the pictures of all examples."""
+    page.wait_for_selector(".pictures", timeout=SLOW)
+    page.wait_for_function("() => !document.querySelector('.pictures[aria-busy]')", timeout=SLOW)
+
+
+FILLED = {
+    "benchmark": fill_with_times,
+    "examples": fill_with_pictures,
+    "paper": fill_with_experiments,
+    "sweep": fill_with_settings,
+}
 """What fills a page that does not fill itself with maps, by the name of its file."""
 
 

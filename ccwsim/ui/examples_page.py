@@ -112,12 +112,16 @@ def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None)
     room = tuple(Picture("<i></i>", *size) for size in expected(example))
     pictures = found if isinstance(found, tuple) else room
     figures = "".join(
-        f'<figure style="flex: {p.nx} 1 0; --shape: {p.nx} / {p.ny}">{p.content}'
+        f'<figure style="--shape: {p.nx} / {p.ny}">{p.content}'
         f"<figcaption>{escape(p.label)}</figcaption></figure>"
         for p in pictures
     )
     busy = "" if found else ' aria-busy="true"'
-    return f'<div class="pictures n{len(pictures)}"{busy}>{figures}</div>'
+    columns = " ".join(f"minmax(0, {p.nx}fr)" for p in pictures)  # all have the same scale
+    return (
+        f'<div class="pictures n{len(pictures)}" style="grid-template-columns: {columns}"{busy}>'
+        f"{figures}</div>"
+    )
 
 
 @st.fragment(run_every=POLL_EVERY)

@@ -10,7 +10,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.ensemble import Ensemble
-from ccwsim.figures import Dots, Theme, data_map_png, facies_colours, share_png, sparkline
+from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, share_png, sparkline
 from ccwsim.metrics import variogram
 from ccwsim.simulation import simulate
 from ccwsim.ui.choices import Choices
@@ -144,7 +144,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
         known[rows, columns] = _facies_of_data(e)
-        ground = [*colours, theme.paper]
+        ground = [*colours, LIGHT.paper]  # facies are seen on it in either theme
         return _img(data_map_png(known, ground, longest=LONGEST), f"{e.hard_data.n} hard data")
     return _realization(e, 1 if name == "second" else 0, colours)
 
