@@ -64,6 +64,16 @@ FILLED = {
 """What fills a page that does not fill itself with maps, by the name of its file."""
 
 
+def take_share(page, path: Path) -> None:
+    """Take a picture of the menu to share a study, and close it again."""
+    page.locator(".st-key-share button").first.click(timeout=SLOW)
+    page.wait_for_selector(".st-key-share_body .stCode", timeout=SLOW)
+    page.wait_for_timeout(500)
+    page.screenshot(path=path)
+    page.keyboard.press("Escape")
+    page.wait_for_timeout(500)
+
+
 def take_all(out: Path) -> None:
     """Write one PNG a page, width and theme into a folder."""
     from ccwsim.ui.page import PAGES
@@ -84,6 +94,8 @@ def take_all(out: Path) -> None:
             page.wait_for_function(SETTLED, timeout=SLOW)
             page.wait_for_timeout(1500)
             page.screenshot(path=out / f"{name}-first.png")
+            if Path(path).stem == "simulate":
+                take_share(page, out / f"{name}-share.png")
             tall = page.evaluate("document.querySelector('[data-testid=stMain]').scrollHeight")
             page.set_viewport_size({"width": width, "height": max(tall, SIZES[width])})
             page.wait_for_timeout(800)

@@ -97,7 +97,8 @@ def grid_of(options: argparse.Namespace) -> Grid:
     shape = options.grid or DEFAULT_SHAPE
     if options.grid is None and options.hard_data in datasets.hard_data_names():
         shape = datasets.hard_data_grid_shape(options.hard_data)
-    return Grid(*shape, options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0))
+    ny, nx = shape
+    return Grid(ny, nx, options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0))
 
 
 def hard_data_of(

@@ -11,6 +11,7 @@ import numpy as np
 
 from ccwsim.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.parameters import Parameters
+from ccwsim.sharing.link_parts import data_of, grid_of, image_of, parameters_of
 from ccwsim.sharing.link_values import Reading, Words
 from ccwsim.sharing.packed_data import MOST_DATA, packed
 
@@ -129,11 +130,11 @@ def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple
     ('seed = x is no whole number from 0 to 2147483647: the usual 0 is taken.',)
     """
     reading, usual = Reading(query), Choices()
-    image = reading.image(usual.image)
-    parameters = reading.parameters(PARAMETERS)
-    data = reading.data(usual.data, SETTLED)
+    image = image_of(reading, usual.image)
+    parameters = parameters_of(reading, PARAMETERS)
+    data = data_of(reading, usual.data, SETTLED)
     choices = Choices(
-        image, data, reading.grid(usual.grid), parameters,
+        image, data, grid_of(reading, usual.grid), parameters,
         reading.whole("realizations", usual.n_realizations, 1, 1000),
         reading.whole("seed", usual.seed, 0, 2**31 - 1),
     )  # fmt: skip

@@ -36,10 +36,10 @@ WAYS = (("E-W", "E–W"), ("N-S", "N–S"))
 
 
 def image_map(ensemble: Ensemble, colours: Sequence[str]) -> Picture:
-    """Return the training image, at the scale of the realizations where it is not too small."""
+    """Return the training image, at the scale of the realizations where it can be."""
     image = ensemble.training_image
     ny, nx = image.shape
-    share = min(max(nx / ensemble.grid.nx, 0.5), 1.0)
+    share = min(max(nx / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {nx} × {ny} cells"
     return Picture(data_map_png(image.indices, colours), caption, caption, share, pixelated=True)
 
