@@ -25,15 +25,19 @@ from ccwsim.trace.patch import Patch, TracedPatch
 from ccwsim.trace.world import Frame
 
 N_CHECKPOINTS = 24
-"""A trace keeps so many states to start again from, each as large as the grid five times over."""
+"""A trace keeps at most so many states to start again from, each as large as the grid …"""
+BYTES_KEPT = 64_000_000
+"""… and fewer of large grids."""
 LEAST_BETWEEN = 8
 
 
 class Checkpoint(NamedTuple):
-    """All that a realization goes on from before a patch."""
+    """All that a realization goes on from before a patch.
+
+    Sources of cells are left as they are: what is laid again writes the same ones again.
+    """
 
     grid: NDArray[np.uint8]
-    sources: NDArray[np.int32]
     counts: NDArray[np.int64]
     rng: dict[str, Any]
 
@@ -78,7 +82,8 @@ class Trace:
         turned_shape = self.turned.pyramid.image.shape
         self.image_frame = Frame(self.path.orientation, turned_shape)  # type: ignore[arg-type]
         self._room = make_room(self.turned, self.search)
-        self._every = max(-(-len(self.patches) // N_CHECKPOINTS), LEAST_BETWEEN)
+        n_kept = min(max(BYTES_KEPT // (self.path.full[0] * self.path.full[1]), 4), N_CHECKPOINTS)
+        self._every = max(-(-len(self.patches) // n_kept), LEAST_BETWEEN)
         self._checkpoints: dict[int, Checkpoint] = {}
         self._coefficients: dict[int, list[Any]] = {}
         self._next = 0
@@ -178,15 +183,14 @@ class Trace:
 
     def _restore(self, number: int) -> None:
         kept = self._checkpoints[number]
-        self._grid, self._sources = kept.grid.copy(), kept.sources.copy()
-        self._counts, self._next = kept.counts.copy(), number
+        self._grid, self._counts, self._next = kept.grid.copy(), kept.counts.copy(), number
         self._rng.bit_generator.state = kept.rng
 
     def _lay_next(self) -> tuple[int, int]:
         """Simulate the next patch and return its place in the turned image."""
         if self._next % self._every == 0 and self._next not in self._checkpoints:
             self._checkpoints[self._next] = Checkpoint(
-                self._grid.copy(), self._sources.copy(), self._counts.copy(),
+                self._grid.copy(), self._counts.copy(),
                 self._rng.bit_generator.state,  # type: ignore[arg-type]
             )  # fmt: skip
         p = self.patches[self._next]

@@ -15,7 +15,7 @@ from ccwsim.ui.how_maps import patch_map
 from ccwsim.ui.how_words import counted, say
 from ccwsim.ui.maps import CellMap, draw_map, facies_map, points_of
 from ccwsim.ui.state import State
-from ccwsim.ui.steps import panel_title, step_note
+from ccwsim.ui.steps import pair, panel_title, step_note
 
 MUCH_WORK = 3_000_000_000
 """Terms of scores above which the patches up to the end are laid only when asked for."""
@@ -134,9 +134,11 @@ def _window(trace: Trace, w: MendedWindow, colours: list[str], theme: Theme) -> 
         return shown
 
     key = f"{w.datum}_{w.size}_{w.scar}"
-    with st.container(horizontal=True, gap="medium", key=f"how_window_{key}"):
-        for name, cells in (("before", w.before), ("after", w.after)):
-            with st.container(width=SMALL, gap=None):
+    with st.container(width=2 * SMALL + 16, key=f"how_window_{key}"):
+        for place, name, cells in zip(
+            pair(), ("before", "after"), (w.before, w.after), strict=True
+        ):
+            with place:
                 st.html(f'<p class="caption">{name}</p>')
                 draw_map(drawn(cells), f"how_map_{name}_{key}", max_height=SMALL, tools=False)
 
