@@ -40,7 +40,8 @@ def _cache_folder() -> Path:
     return home / "ccwsim" / f"kernels-{SOURCE}"
 
 
-_FOLDER = str(_cache_folder())
+FOLDER = str(_cache_folder())
+"""Where compiled kernels are kept."""
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -54,7 +55,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     """
     others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
     # Read when a function is decorated; other packages keep their own.
-    setattr(config, "CACHE_DIR", _FOLDER)  # noqa: B010
+    setattr(config, "CACHE_DIR", FOLDER)  # noqa: B010
     try:
         return njit(nogil=True, cache=True)(function)
     finally:

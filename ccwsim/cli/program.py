@@ -7,10 +7,10 @@ import sys
 from collections.abc import Sequence
 
 import ccwsim
-from ccwsim.cli import paper, simulate
+from ccwsim.cli import paper, simulate, warm_up
 from ccwsim.errors import CCWSIMError
 
-COMMANDS = (simulate, paper)
+COMMANDS = (simulate, paper, warm_up)
 """Modules with `add_command(commands)`, which sets the function to run as the default `run`."""
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130
