@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,31 +15,13 @@ from ccwsim.prepared_image import PreparedImage
 from ccwsim.raster import draw_template, in_world, lay_plan
 from ccwsim.realization import Realization, random_numbers
 from ccwsim.stages.conditioning import DENSE, SPARSE, data_ahead
-from ccwsim.stages.cut import UNKNOWN
 from ccwsim.stages.pyramid import decompose, reconstruct
 from ccwsim.study import Study
-from ccwsim.tiles import lie_of_patch, make_room, simulate_patch
 from ccwsim.trace.data import data_terms
+from ccwsim.trace.laying import Laying
 from ccwsim.trace.mended import MendedWindow, mended_windows
 from ccwsim.trace.patch import Patch, TracedPatch
 from ccwsim.trace.world import Frame
-
-N_CHECKPOINTS = 24
-"""A trace keeps at most so many states to start again from, each as large as the grid …"""
-BYTES_KEPT = 64_000_000
-"""… and fewer of large grids."""
-LEAST_BETWEEN = 8
-
-
-class Checkpoint(NamedTuple):
-    """All that a realization goes on from before a patch.
-
-    Sources of cells are left as they are: what is laid again writes the same ones again.
-    """
-
-    grid: NDArray[np.uint8]
-    counts: NDArray[np.int64]
-    rng: dict[str, Any]
 
 
 class Trace:
@@ -71,30 +53,23 @@ class Trace:
     def __init__(self, study: Study, number: int = 0) -> None:
         check_traceable(study.parameters)
         self.study, self.number = study, number
-        self._rng = random_numbers(study.seed, number)
-        self.template = draw_template(study.parameters, study.training_image.shape, self._rng)
+        rng = random_numbers(study.seed, number)
+        self.template = draw_template(study.parameters, study.training_image.shape, rng)
         self._image = PreparedImage(study)
-        plan = lay_plan(study, self.template, self._image, self._rng)
+        plan = lay_plan(study, self.template, self._image, rng)
         self.path, self.turned, self.search = plan.path, plan.turned, plan.search
         self.data = plan.data[0]
-        self.patches = _patches(plan.split_of, self)
+        self._laying = Laying(study, plan, rng)
+        self.patches = self._laying.patches
         self.grid_frame = Frame(self.path.orientation, self.path.shape)
         turned_shape = self.turned.pyramid.image.shape
         self.image_frame = Frame(self.path.orientation, turned_shape)  # type: ignore[arg-type]
-        self._room = make_room(self.turned, self.search)
-        n_kept = min(max(BYTES_KEPT // (self.path.full[0] * self.path.full[1]), 4), N_CHECKPOINTS)
-        self._every = max(-(-len(self.patches) // n_kept), LEAST_BETWEEN)
-        self._checkpoints: dict[int, Checkpoint] = {}
         self._coefficients: dict[int, list[Any]] = {}
-        self._next = 0
-        self._grid = np.full(self.path.full, UNKNOWN, np.uint8)
-        self._sources = np.zeros(self.path.full, np.int32)
-        self._counts = np.zeros(study.training_image.n_facies, np.int64)
 
     @property
     def n_done(self) -> int:
         """Up to which patch it is known so far."""
-        return min(max([self._next, *self._checkpoints]), len(self.patches))
+        return self._laying.n_done
 
     def at(self, number: int) -> TracedPatch:
         """Return how a patch was laid.
@@ -111,22 +86,23 @@ class Trace:
         """
         if not 0 <= number < len(self.patches):
             raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
-        self._go_to(number)
-        before = self._grid.copy()
-        place = self._lay_next()
+        self._laying.go_to(number)
+        before = self._laying.grid.copy()
+        place = self._laying.lay_next()
         return self._traced(self.patches[number], before, place)
 
     @cached_property
     def _finished(self) -> tuple[Realization, NDArray[np.uint8], list[MendedWindow]]:
         """The realization, how it was before it was mended, and the windows that mended it."""
-        self._go_to(len(self.patches))
+        laying = self._laying
+        laying.go_to(len(self.patches))
         shape, hard_data = self.study.training_image.shape, self.study.hard_data
-        indices, sources = in_world(self._grid, self._sources, self.path, shape)
+        indices, sources = in_world(laying.grid, laying.sources, self.path, shape)
         raw, windows = indices.copy(), []
         indices, sources = indices.copy(), sources.copy()  # not those that the trace goes on with
         if self.study.parameters.exact_data:
             rng = random_numbers(0, 0)
-            rng.bit_generator.state = self._rng.bit_generator.state
+            rng.bit_generator.state = laying.rng.bit_generator.state
             windows, met_by = mended_windows(
                 self.study, self.template, self._image, rng, indices, sources
             )
@@ -172,39 +148,9 @@ class Trace:
             if p.y0 <= y < p.y0 + p.size and p.x0 <= x < p.x0 + p.size
         )
 
-    def _go_to(self, number: int) -> None:
-        """Bring the grid to where it is before a patch."""
-        if not self._next <= number < self._next + self._every:
-            known = [k for k in self._checkpoints if k <= number]
-            if known and (self._next > number or max(known) > self._next):
-                self._restore(max(known))
-        while self._next < number:
-            self._lay_next()
-
-    def _restore(self, number: int) -> None:
-        kept = self._checkpoints[number]
-        self._grid, self._counts, self._next = kept.grid.copy(), kept.counts.copy(), number
-        self._rng.bit_generator.state = kept.rng
-
-    def _lay_next(self) -> tuple[int, int]:
-        """Simulate the next patch and return its place in the turned image."""
-        if self._next % self._every == 0 and self._next not in self._checkpoints:
-            self._checkpoints[self._next] = Checkpoint(
-                self._grid.copy(), self._counts.copy(),
-                self._rng.bit_generator.state,  # type: ignore[arg-type]
-            )  # fmt: skip
-        p = self.patches[self._next]
-        ty, tx = simulate_patch(
-            p.y0, p.x0, p.size, p.shape, self.turned.energies[p.split, p.shape],
-            self.turned.pyramid, self.data, self.study.training_image.proportions, self.search,
-            self._rng, self._room, self._counts, self._grid, self._sources,
-        )  # fmt: skip
-        self._next += 1
-        return int(ty), int(tx)
-
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: tuple[int, int]) -> TracedPatch:
         """Return what the latest call left in the room."""
-        room, search, pyramid = self._room, self.search, self.turned.pyramid
+        room, search, pyramid = self._laying.room, self.search, self.turned.pyramid
         n_terms, n_candidates, drawn = room.choice.tolist()
         blocks = np.zeros((len(pyramid.sums), *(p.size // search.unit,) * 2), np.int64)
         planes, rows, columns, sums = room.terms[:, :n_terms]
@@ -223,7 +169,7 @@ class Trace:
         ty, tx = place
         correlation = self.study.parameters.similarity == "correlation"
         return TracedPatch(
-            p, before, self._grid.copy(), blocks, room.scores.copy(),
+            p, before, self._laying.grid.copy(), blocks, room.scores.copy(),
             0 if correlation else int(np.square(blocks).sum()), search.unit, room.places.copy(),
             n_candidates, drawn, place,
             pyramid.image[ty : ty + p.size, tx : tx + p.size],
@@ -238,15 +184,3 @@ def check_traceable(parameters: Parameters) -> None:
             'the method "ms-ccsim" lays every patch once a scale and is not followed here: choose '
             '"ccwsim", or "ccsim"'
         )
-
-
-def _patches(split_of: NDArray[np.int64], trace: Trace) -> tuple[Patch, ...]:
-    found: list[Patch] = []
-    n_columns = trace.path.n_columns
-    for tile, split in enumerate(split_of.tolist()):
-        parts = int(trace.turned.splits[split])
-        for part in range(parts * parts):
-            lie = map(int, lie_of_patch(tile, part, parts, n_columns, trace.search))
-            row, column = divmod(tile, n_columns)
-            found.append(Patch(len(found), tile, part, row, column, parts, split, *lie))
-    return tuple(found)
