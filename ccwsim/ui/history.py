@@ -27,7 +27,7 @@ def draw_history(state: State) -> None:
     runs = state.runs.runs
     if len(runs) < 2:
         return
-    panel_title("Runs of this session", "a click goes back, nothing is simulated again")
+    panel_title("Runs of this session", "click to go back")
 
     def chosen() -> None:
         run = st.session_state[KEY].chosen
