@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
-from scipy import ndimage, signal
+from scipy import ndimage
 
 Floats = NDArray[np.float64]
 
@@ -106,7 +106,9 @@ def wave(n: int, wavelength: float, damping: float, rng: RandomState) -> Floats:
     a1 = 2 * np.exp(-damping * k) * np.cos(k * np.sqrt(1 - damping**2))
     a2 = -np.exp(-2 * damping * k)
     lead = int(4 * wavelength)
-    series = signal.lfilter([1.0], [1.0, -a1, -a2], rng.standard_normal(n + lead))[lead:]
+    from scipy.signal import lfilter  # here: it takes longer to import than all the rest
+
+    series = lfilter([1.0], [1.0, -a1, -a2], rng.standard_normal(n + lead))[lead:]
     gain = (1 - a2) / ((1 + a2) * ((1 - a2) ** 2 - a1**2))
     return np.asarray(series / np.sqrt(gain))
 

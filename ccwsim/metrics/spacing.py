@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from ccwsim.metrics.directions import Direction
 from ccwsim.metrics.stack import as_indices
@@ -69,6 +68,8 @@ def feature_spacing(
         return Spacing(lags, np.ones(len(lags)), None, None, 0.0)
     correlation = 1 - np.sum([part.gamma[0] for part in parts], axis=0) / sill
     reached = np.flatnonzero(correlation <= 1 - SILL_SHARE)
+    from scipy.signal import find_peaks  # here: it takes longer to import than all the rest
+
     peaks, about = find_peaks(correlation, prominence=PROMINENCE)
     return Spacing(
         lags,

@@ -43,7 +43,11 @@ def closest_to_target(image, places, unit, template, counts, proportions, rng):
         after = counts.copy()
         ty, tx = places[at, 0] * unit, places[at, 1] * unit
         count_facies(image[ty : ty + template, tx : tx + template], after)
-        off = np.abs(after - proportions * after.sum()).sum()
+        n, off = 0, 0.0
+        for k in range(len(after)):  # array expressions would take long to compile
+            n += after[k]
+        for k in range(len(after)):
+            off += abs(after[k] - proportions[k] * n)
         if off < smallest:
             chosen, smallest = at, off
     return chosen
