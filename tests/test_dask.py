@@ -13,6 +13,9 @@ from small_images import blobs
 from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
 from ccwsim.cli.program import main
 from ccwsim.executors import connect
+from ccwsim.ui.choices import Choices
+from ccwsim.ui.run import simulation_of
+from ccwsim.ui.scheduler import VARIABLE, executor_of_environment
 
 distributed = pytest.importorskip("distributed", reason="dask.distributed is an optional extra")
 
@@ -89,6 +92,21 @@ def test_the_command_line_takes_the_address_of_a_scheduler(client, tmp_path):
     address = client.scheduler.address
     assert main([*line, "--scheduler", address, "-o", str(there)]) == 0
     np.testing.assert_array_equal(np.load(here), np.load(there))
+
+
+def test_the_dashboard_takes_the_address_from_the_environment(client, monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    assert executor_of_environment() is None
+    choices = Choices(n_realizations=2)
+    here = simulation_of(choices)(lambda *_: None, lambda: False)
+    monkeypatch.setenv(VARIABLE, client.scheduler.address)
+    own = executor_of_environment()
+    assert own is executor_of_environment()
+    assert same(simulation_of(choices)(lambda *_: None, lambda: False), here)
+    own.close()
+    monkeypatch.setenv(VARIABLE, "tcp://127.0.0.1:9")
+    with pytest.raises(CCWSIMError, match="no Dask scheduler answers"):
+        simulation_of(choices)(lambda *_: None, lambda: False)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://127.0.0.1:port", ""])
