@@ -185,6 +185,8 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
                 reach = step.data.reach // step.unit  # data past the image's end cost their chance
                 ends = p.row + reach > rows or p.column + reach > columns
                 assert p.missed + p.held + p.ahead > 0 or ends
+        if step.totals is None or not step.patch.shape:
+            assert len(told) == len(step.places)
         if step.totals is None:
             assert {p.fate for p in told} <= {"drawn", "candidate"}
 

@@ -44,7 +44,7 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     chosen = [tuple(place) for place in step.places.tolist()]
     found: dict[tuple[int, ...], Fate]
     found = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
-    if step.totals is not None:
+    if step.totals is not None and step.patch.shape:  # without an overlap none fits best
         for row, column in step.best_overlaps().tolist():
             found.setdefault((row, column), _of_fallen(step, row, column))
     sign = -1 if step.correlation else 1

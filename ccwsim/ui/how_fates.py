@@ -89,6 +89,8 @@ def candidate_words(trace: Trace, step: TracedPatch, told: list[PlaceFate]) -> N
     looked = (
         "All places are looked at, as data are dense here."
         if d.weights.everywhere
+        else "All places are looked at."
+        if not d.ruled_out.any()
         else f"Only the best {100 * share:.3g} % of overlaps are looked at "
         f"({counted(int((~d.ruled_out).sum()), 'place')})."
     )
@@ -98,7 +100,8 @@ def candidate_words(trace: Trace, step: TracedPatch, told: list[PlaceFate]) -> N
         f"path, in a square of {d.reach} cells. {looked} Each datum that a place would miss costs "
         f"as much as {d.weights.missed} wrong cells of overlap ({d.weights.held} where the grid "
         f"has it right already, {d.weights.ahead} ahead). Of the K = {k} best, those within "
-        f"{d.weights.slack} cells of the very best are drawn from: <b>{step.n_candidates}</b>. "
-        f"{counted(fell, 'place')} that fit the overlap fell out."
+        f"{d.weights.slack} cells of the very best are drawn from: <b>{step.n_candidates}</b>."
     )
+    if fell:
+        text += f" {counted(fell, 'place')} that fit the overlap fell out."
     say(text, "section 4.4")

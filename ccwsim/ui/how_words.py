@@ -79,7 +79,8 @@ def score_words(step: TracedPatch) -> str:
     """Say what the score map is."""
     places = counted(step.scores.size, "place")
     if not step.patch.shape:
-        return f"Without an overlap all {places} of the image fit equally well."
+        decide = " The hard data alone decide." if step.data is not None else ""
+        return f"Without an overlap all {places} of the image fit equally well.{decide}"
     ccw = step.ccw
     best = ccw.max() if step.correlation else ccw.min()
     how = (
