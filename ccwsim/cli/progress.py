@@ -69,7 +69,7 @@ def progress_text(
     '████████████············  50 %  4 of 10 realizations  1 min 15 s left'
     """
     if fraction <= 0:
-        return "starting; the first run after an installation compiles for a minute …"
+        return "starting; the first run after an installation compiles for half a minute …"
     full = int(WIDTH * fraction)
     bar = "█" * full + "·" * (WIDTH - full)
     line = f"{bar} {100 * fraction:3.0f} %  {n_done} of {n} {unit}"
