@@ -381,6 +381,6 @@ def test_the_command_lines_of_the_readme_and_of_the_help_are_understood():
 
     shown = "\n".join(blocks("sh")) + EXAMPLES.replace("\\\n", " ")
     lines = re.findall(r"python -m ccwsim (simulate .*)", shown)
-    assert len(lines) == 7
+    assert len(lines) == 8
     for line in lines:
         assert build_parser().parse_args(shlex.split(line)).output
