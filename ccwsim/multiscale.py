@@ -59,4 +59,4 @@ def refine_tiles(
             lay_patch(
                 image, ty, tx, y0, x0, size, overlap, shape, data.kept, room, counts, grid, sources
             )
-            places[tile, part] = ty, tx
+            places[tile, part, 0], places[tile, part, 1] = ty, tx

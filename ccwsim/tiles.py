@@ -112,7 +112,7 @@ def simulate_tiles(
                 turned.pyramid, data, proportions, search, rng, room, counts, grid, sources,
             )  # fmt: skip
             if places.size:
-                places[tile, part] = ty, tx
+                places[tile, part, 0], places[tile, part, 1] = ty, tx
 
 
 @kernel

@@ -46,7 +46,7 @@ def transiogram_chart(
     for row, tail in enumerate(tails, 1):
         for column, head in enumerate(heads, 1):
             pair = f"{names[tail]} → {names[head]}"
-            for trace in curves_chart(bundles[tail, head], theme, y_title="").data:
+            for trace in curves_chart(bundles[tail, head], theme, y_title="").select_traces():
                 chart.add_trace(trace.update(name=f"{pair}, {trace.name}"), row, column)
     longest = max(float(bundle.lags[-1]) for bundle in bundles.values())
     chart.update_xaxes(range=[0, longest], title_text="")
