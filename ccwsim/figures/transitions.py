@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -46,7 +47,8 @@ def transiogram_chart(
     for row, tail in enumerate(tails, 1):
         for column, head in enumerate(heads, 1):
             pair = f"{names[tail]} → {names[head]}"
-            for trace in curves_chart(bundles[tail, head], theme, y_title="").select_traces():
+            drawn = cast(Any, curves_chart(bundles[tail, head], theme, y_title=""))
+            for trace in drawn.data:
                 chart.add_trace(trace.update(name=f"{pair}, {trace.name}"), row, column)
     longest = max(float(bundle.lags[-1]) for bundle in bundles.values())
     chart.update_xaxes(range=[0, longest], title_text="")
