@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.hands import SLOW, SOON, fill, upload
+from tests.hands import GLANCE, SLOW, SOON, fill, until, upload
 from tests.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -87,7 +87,19 @@ def drawn(page, key: str, timeout: int = SLOW) -> dict[str, int]:
 
 
 def show(page, section: str) -> None:
-    page.get_by_role("navigation", name="On this page").get_by_role("link", name=section).click()
+    """Go to a section; a page that lost its parts is loaded again from its address."""
+    link = page.get_by_role("navigation", name="On this page").get_by_role("link", name=section)
+
+    def go() -> None:
+        if not link.count():
+            page.wait_for_timeout(GLANCE)
+        if not link.count():
+            print("loaded again:", page.url, page.locator("body").inner_text()[:2000])
+            page.reload()
+            link.wait_for(timeout=SLOW)
+        link.click(timeout=GLANCE)
+
+    until(go, lambda wait: link.wait_for(timeout=wait))
 
 
 def test_the_figures_of_the_paper_are_on_the_first_screen(judged):
