@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.hands import GLANCE, SLOW, SOON, fill, until, upload
+from tests.hands import SLOW, SOON, fill, upload
 from tests.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -87,19 +87,7 @@ def drawn(page, key: str, timeout: int = SLOW) -> dict[str, int]:
 
 
 def show(page, section: str) -> None:
-    """Go to a section; a page that lost its parts is loaded again from its address."""
-    link = page.get_by_role("navigation", name="On this page").get_by_role("link", name=section)
-
-    def go() -> None:
-        if not link.count():
-            page.wait_for_timeout(GLANCE)
-        if not link.count():
-            print("loaded again:", page.url, page.locator("body").inner_text()[:2000])
-            page.reload()
-            link.wait_for(timeout=SLOW)
-        link.click(timeout=GLANCE)
-
-    until(go, lambda wait: link.wait_for(timeout=wait))
+    page.get_by_role("navigation", name="On this page").get_by_role("link", name=section).click()
 
 
 def test_the_figures_of_the_paper_are_on_the_first_screen(judged):
@@ -115,6 +103,17 @@ def test_the_figures_of_the_paper_are_on_the_first_screen(judged):
     for key in ("map_realization", "map_e_type"):
         assert judged.evaluate(INK, key) > 2
         assert judged.locator(f".st-key-{key}").bounding_box()["y"] < 450
+
+
+def test_a_link_to_a_section_scrolls_and_leaves_the_address_alone(judged):
+    before = judged.url, judged.evaluate("history.length")
+    show(judged, "Patterns")
+    heading = judged.get_by_role("heading", name="Patterns")
+    judged.wait_for_function(
+        "heading => Math.abs(heading.getBoundingClientRect().y) < 300",
+        arg=heading.element_handle(), timeout=SOON,
+    )  # fmt: skip
+    assert (judged.url, judged.evaluate("history.length")) == before
 
 
 def test_the_summary_is_said_in_words(judged):

@@ -20,3 +20,17 @@
     return stays ? history.replaceState(state, title, url) : history.pushesPages(state, title, url);
   };
 })();
+
+// A link within a page scrolls and leaves the address alone: Streamlit would take another address for
+// a step in the history and draw the page anew.
+(() => {
+  if (document.scrollsToParts) return;
+  document.scrollsToParts = true;
+  document.addEventListener('click', (event) => {
+    const link = event.target.closest?.('a[href^="#"]');
+    const part = link && document.getElementById(link.hash.slice(1));
+    if (!part) return;
+    event.preventDefault();
+    part.scrollIntoView();
+  });
+})();
