@@ -8,8 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from ccwsim.figures.scaling import blank_plane
 from ccwsim.figures.setting_marks import SYMBOLS, setting_colours
-from ccwsim.figures.style import Theme, blank_chart
+from ccwsim.figures.style import Theme
 from ccwsim.metrics import Scaling
 
 
@@ -36,11 +37,7 @@ def compared_scaling_chart(
         Which realization of each setting is ringed, counted from 0.
     theme : Theme
     """
-    titles = [
-        f"axis {k + 1} ({100 * share:.0f} % of the spread)"
-        for k, share in enumerate(scaling.explained)
-    ]
-    chart = blank_chart(theme, height=height, x_title=titles[0], y_title=titles[1])
+    chart = blank_plane(scaling.explained, theme, height)
     rings = []
     for k, name in enumerate(names):
         own = scaling.positions[owner == k]

@@ -8,7 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.style import Theme, blank_chart
+from ccwsim.figures.scaling import blank_plane
+from ccwsim.figures.style import Theme
 
 SYMBOLS = ("circle", "square", "triangle-up", "cross", "x", "star")
 
@@ -37,9 +38,7 @@ def grouped_scaling_chart(
         Share of the spread that each axis shows.
     theme : Theme
     """
-    titles = [f"axis {k + 1} ({100 * share:.0f} % of the spread)" for k, share in
-              enumerate(explained)]  # fmt: skip
-    chart = blank_chart(theme, height=height, x_title=titles[0], y_title=titles[1])
+    chart = blank_plane(explained, theme, height)
     for k, (name, colour) in enumerate(zip(names, colours, strict=True)):
         own = positions[owner == k]
         chart.add_trace(

@@ -32,10 +32,7 @@ def scaling_chart(
     numbers : ndarray of int, shape (n,)
         What the realizations are called.
     """
-    titles = [
-        f"axis {k + 1} ({100 * share:.0f} % of the spread)" for k, share in enumerate(explained)
-    ]
-    chart = blank_chart(theme, height=height, x_title=titles[0], y_title=titles[1])
+    chart = blank_plane(explained, theme, height)
     x, y = positions.T
     chart.add_trace(
         _points(x[1:], y[1:], "realizations", theme.ink, 9, "circle").update(
@@ -74,3 +71,11 @@ def _points(
         selected={"marker": {"opacity": 1}},
         unselected={"marker": {"opacity": 1}, "textfont": {"color": colour}},
     )  # fmt: skip
+
+
+def blank_plane(explained: NDArray[np.float64], theme: Theme, height: int) -> go.Figure:
+    """Return an empty MDS plot, whose axes say which share of the spread they show."""
+    titles = [
+        f"axis {k + 1} ({100 * share:.0f} % of the spread)" for k, share in enumerate(explained)
+    ]
+    return blank_chart(theme, height=height, x_title=titles[0], y_title=titles[1])

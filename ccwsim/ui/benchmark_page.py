@@ -13,8 +13,8 @@ from ccwsim.ui.benchmark_csv import timings_csv
 from ccwsim.ui.benchmark_results import draw_data, draw_grids
 from ccwsim.ui.benchmark_words import WHAT_CAN_BE_COMPARED, why_ended
 from ccwsim.ui.facts import seconds
+from ccwsim.ui.jobs import held_up
 from ccwsim.ui.page import guarded
-from ccwsim.ui.run import SLOW_START
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.timing_run import TimingRun
@@ -69,10 +69,9 @@ def _follow(state: State, kind: Kind) -> None:
 def progress_text(run: TimingRun) -> str:
     """Say how far a run is."""
     job = run.job
-    if job is None or job.cancelled:
-        return "Stopping …"
-    if job.fraction == 0 and job.seconds > SLOW_START:
-        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    if said := held_up(job):
+        return said
+    assert job is not None
     n = len(run.timings)
     text = f"{n} of {len(run.cases)} settings"
     if n < len(run.cases):

@@ -8,10 +8,10 @@ from ccwsim.comparison import FEWEST, Comparison, add_curves, compare
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.ui.compare_choice import called, settings_of
 from ccwsim.ui.compare_state import Asked, Run
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import Cancel, Job, Progress, held_up
 from ccwsim.ui.page import guarded
 from ccwsim.ui.resolve import data_of, image_of
-from ccwsim.ui.run import POLL_EVERY, SLOW_START, failed
+from ccwsim.ui.run import POLL_EVERY, failed
 from ccwsim.ui.state import State
 
 
@@ -118,10 +118,8 @@ def follow_comparison(state: State, n_parts: int) -> None:
 def said_progress(job: Job[Comparison]) -> str:
     """Say how far a comparison is."""
     run: Run = job.about
-    if job.cancelled:
-        return "Stopping …"
-    if job.fraction == 0 and job.seconds > SLOW_START:
-        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    if said := held_up(job):
+        return said
     total, known = run.asked.n * len(run.asked.settings), run.so_far
     text = f"{job.n_done} of {total} realizations"
     if job.n_done >= total:

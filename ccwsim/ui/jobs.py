@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from threading import Event, Thread
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 Result = TypeVar("Result")
 Progress = Callable[[float, int], None]
 Cancel = Callable[[], bool]
+SLOW_START = 0.8
+"""Seconds without progress after which the kernels must be compiling."""
 
 
 class Job(Generic[Result]):
@@ -111,3 +114,38 @@ class Job(Generic[Result]):
         if self.fraction < 0.02:
             return None
         return self.seconds * (1 - self.fraction) / self.fraction
+
+
+def held_up(job: Job | None) -> str:
+    """Say why a job does not get on, for a progress bar: it is being stopped, or kernels compile.
+
+    Returns
+    -------
+    str
+        Empty where it gets on.
+    """
+    if job is None or job.cancelled:
+        return "Stopping …"
+    if job.fraction == 0 and job.seconds > SLOW_START:
+        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    return ""
+
+
+class BackgroundRun(ABC):
+    """Something that works on a thread from `start` on, with its own results to look at."""
+
+    job: Job | None
+
+    def start(self) -> Self:
+        """Begin, on a thread."""
+        self.job = Job(self._work)
+        return self
+
+    @abstractmethod
+    def _work(self, progress: Progress, cancel: Cancel) -> Any:
+        """Do the work; what it returns is the result of the job."""
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished

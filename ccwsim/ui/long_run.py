@@ -14,7 +14,7 @@ from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.parameters import Parameters
 from ccwsim.simulation import simulate
 from ccwsim.training_image import TrainingImage
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 from ccwsim.workers import n_cores
 
 CELLS_A_BATCH = 4_000_000
@@ -26,7 +26,7 @@ LARGEST_LAG = 100
 
 
 @dataclass
-class LongRun:
+class LongRun(BackgroundRun):
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -58,11 +58,6 @@ class LongRun:
     n_wrong: int = 0
     nbytes: int = 0
     job: Job | None = None
-
-    def start(self) -> LongRun:
-        """Begin, on a thread."""
-        self.job = Job(self._work, about=self.n)
-        return self
 
     def _work(self, progress: Progress, cancel: Cancel) -> None:
         sides = (*self.grid.shape, *self.training_image.shape)

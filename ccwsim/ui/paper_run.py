@@ -18,14 +18,14 @@ from ccwsim.paper import (
     reproduce,
 )
 from ccwsim.report import report_html
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 
 VARIABLE = "CCWSIM_DATA"
 """Environment variable of the server that names the folder of the authors' files."""
 
 
 @dataclass
-class PaperRun:
+class PaperRun(BackgroundRun):
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -49,11 +49,6 @@ class PaperRun:
     report: bytes = b""
     job: Job | None = None
 
-    def start(self) -> PaperRun:
-        """Begin, on a thread."""
-        self.job = Job(self._work, about=self.quick)
-        return self
-
     def _work(self, progress: Progress, cancel: Cancel) -> None:
         extent = QUICK if self.quick else FULL
         found = reproduce(
@@ -62,11 +57,6 @@ class PaperRun:
         if found.finished:
             self.report = report_html(document_of(found)).encode()
         self.result = found
-
-    @property
-    def going(self) -> bool:
-        """Whether it has not come to an end."""
-        return self.job is not None and not self.job.finished
 
 
 @dataclass

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from html import escape
 
 from ccwsim.paper import EXPERIMENTS, Finished, Inputs, summary, verdict_of
+from ccwsim.ui.jobs import held_up
 from ccwsim.ui.paper_run import PaperRun
-from ccwsim.ui.run import SLOW_START
 
 INTRODUCTION = (
     "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
@@ -33,10 +33,9 @@ def said_inputs(inputs: Inputs) -> str:
 def progress_text(run: PaperRun) -> str:
     """Say how far a run is, by the name of the experiment."""
     job = run.job
-    if job is None or job.cancelled:
-        return "Stopping …"
-    if job.fraction == 0 and job.seconds > SLOW_START:
-        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    if said := held_up(job):
+        return said
+    assert job is not None
     n = len(run.finished)
     if n >= len(EXPERIMENTS):
         return "Writing the report …"

@@ -10,7 +10,7 @@ from ccwsim.ensemble import Ensemble
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.simulation import simulate
 from ccwsim.ui.choices import Choices
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import Cancel, Job, Progress, held_up
 from ccwsim.ui.live_run import LiveRun, first_part
 from ccwsim.ui.past_runs import PastRun
 from ccwsim.ui.resolve import data_of, image_of
@@ -20,8 +20,6 @@ from ccwsim.ui.state import State
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
 POLL_EVERY = 0.25
-SLOW_START = 0.8
-"""Seconds without progress after which the kernels must be compiling."""
 
 
 def start_run(state: State) -> None:
@@ -136,10 +134,8 @@ def follow_run(state: State) -> None:
 
 def progress_text(job: Job[Ensemble]) -> str:
     """Say how far a run is."""
-    if job.cancelled:
-        return "Stopping …"
-    if job.fraction == 0 and job.seconds > SLOW_START:
-        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+    if said := held_up(job):
+        return said
     text = f"{job.n_done} of {job.about.n_realizations} realizations"
     left = job.seconds_left
     if job.seconds > 2 and left is not None:

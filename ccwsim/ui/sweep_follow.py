@@ -7,8 +7,8 @@ import time
 import streamlit as st
 
 from ccwsim.ui.facts import seconds
+from ccwsim.ui.jobs import held_up
 from ccwsim.ui.page import guarded
-from ccwsim.ui.run import SLOW_START
 from ccwsim.ui.state import State
 from ccwsim.ui.sweep_run import SweepRun
 
@@ -36,11 +36,9 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 def progress_text(run: SweepRun) -> str:
     """Say how far a sweep is."""
     job = run.job
+    if said := held_up(job):
+        return said
     assert job is not None
-    if job.cancelled:
-        return "Stopping …"
-    if job.fraction == 0 and job.seconds > SLOW_START:
-        return "Compiling the kernels for this machine: some seconds, on the first run only …"
     text = f"{job.n_done} of {len(run.settings)} settings"
     left = run.seconds_left
     if job.seconds > 1 and left is not None:

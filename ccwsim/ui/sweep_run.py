@@ -10,7 +10,7 @@ from ccwsim.hard_data import HardData
 from ccwsim.parameters import Parameters
 from ccwsim.sweep import Row, Sweep, sweep
 from ccwsim.training_image import TrainingImage
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""
@@ -18,7 +18,7 @@ MOST_KEPT = 4
 
 
 @dataclass
-class SweepRun:
+class SweepRun(BackgroundRun):
     """A sweep that is going on, or has come to an end.
 
     Attributes
@@ -55,11 +55,6 @@ class SweepRun:
     tiles: list[bytes] = field(default_factory=list)
     first_at: tuple[float, float] | None = None
 
-    def start(self) -> SweepRun:
-        """Begin, on a thread."""
-        self.job = Job(self._work, about=len(self.settings))
-        return self
-
     def _work(self, progress: Progress, cancel: Cancel) -> Sweep:
         def report(share: float, n_done: int) -> None:
             if self.first_at is None and self.rows:
@@ -82,11 +77,6 @@ class SweepRun:
         if now - share < 0.02:
             return None
         return (time.monotonic() - moment) * (1 - now) / (now - share)
-
-    @property
-    def going(self) -> bool:
-        """Whether it is still at work."""
-        return self.job is not None and not self.job.finished
 
     @property
     def found(self) -> Sweep:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from ccwsim.timing import Timing, time_cases
 from ccwsim.timing_case import TimingCase
 from ccwsim.training_image import TrainingImage
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 
 
 @dataclass
-class TimingRun:
+class TimingRun(BackgroundRun):
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -29,18 +29,8 @@ class TimingRun:
     timings: list[Timing] = field(default_factory=list)
     job: Job | None = None
 
-    def start(self) -> TimingRun:
-        """Begin, on a thread."""
-        self.job = Job(self._work, about=self.cases)
-        return self
-
     def _work(self, progress: Progress, cancel: Cancel) -> None:
         for timing in time_cases(
             self.training_image, self.cases, self.n_realizations, self.seed, progress, cancel
         ):
             self.timings.append(timing)
-
-    @property
-    def going(self) -> bool:
-        """Whether it has not come to an end."""
-        return self.job is not None and not self.job.finished

@@ -32,7 +32,7 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
         "Simulates many realizations of the study of this page and keeps only what they say "
         "together: E-type, entropy, proportions and curves, in memory that does not grow."
     )
-    going = run is not None and run.job is not None and not run.job.finished
+    going = run is not None and run.going
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         field(
             st.number_input, "Realizations", key="n_long", value=state.validation.n_long,
@@ -64,9 +64,10 @@ def start(state: State) -> None:
 def _follow(state: State, colours: Sequence[str]) -> None:
     with guarded():
         run = state.validation.long_run
-        if run is None or run.job is None or run.job.finished:
+        if run is None or not run.going:
             st.rerun()
         job = run.job
+        assert job is not None
         left = job.seconds_left
         text = f"{job.n_done:,} of {run.n:,} realizations"
         if left is not None:
