@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.arrays import as_array
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Grid:
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
                 raise CCWSIMError(
-                    f"grid {name} = {value!r} must be a whole number of cells, at least 1"
+                    f"grid {name} = {shown(value)} must be a whole number of cells, at least 1"
                 )
             object.__setattr__(self, name, int(value))
         for name in ("cell_size", "origin"):
@@ -67,7 +67,7 @@ class Grid:
         if isinstance(shape, Grid):
             return shape
         if as_array(shape, "grid_shape").shape != (2,):
-            raise CCWSIMError(f"grid_shape = {shape!r} must be two numbers, rows and columns")
+            raise CCWSIMError(f"grid_shape = {shown(shape)} must be two numbers, rows and columns")
         return cls(shape[0], shape[1])
 
     @property
@@ -119,5 +119,5 @@ def _two_numbers(name: str, pair: object) -> tuple[float, float]:
     except (TypeError, ValueError):
         x = y = np.nan
     if not np.isfinite([x, y]).all():
-        raise CCWSIMError(f"grid {name} = {pair!r} must be two numbers, along x and y")
+        raise CCWSIMError(f"grid {name} = {shown(pair)} must be two numbers, along x and y")
     return x, y

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ccwsim.arrays import digest
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
@@ -159,7 +159,7 @@ def _whole(p: Parameters, name: str, low: int, high: int) -> None:
     value = getattr(p, name)
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or not low <= value <= high:
-        raise CCWSIMError(f"{name} = {value!r} must be a whole number from {low} to {high}")
+        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number from {low} to {high}")
     object.__setattr__(p, name, int(value))
 
 
@@ -170,20 +170,22 @@ def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bo
     )
     if not number or not low <= value <= high or (open_below and value == low):
         above = "more than" if open_below else "from"
-        raise CCWSIMError(f"{name} = {value!r} must be a number {above} {low:g}, up to {high:g}")
+        raise CCWSIMError(
+            f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
+        )
     object.__setattr__(p, name, float(value))
 
 
 def _one_of(p: Parameters, name: str, choices: tuple[str, ...]) -> None:
     value = getattr(p, name)
     if not isinstance(value, str) or value not in choices:
-        raise CCWSIMError(f"{name} = {value!r} must be one of {', '.join(choices)}")
+        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(choices)}")
 
 
 def _yes_or_no(p: Parameters, name: str) -> None:
     value = getattr(p, name)
     if not isinstance(value, (bool, np.bool_)):
-        raise CCWSIMError(f"{name} = {value!r} must be True or False")
+        raise CCWSIMError(f"{name} = {shown(value)} must be True or False")
     object.__setattr__(p, name, bool(value))
 
 

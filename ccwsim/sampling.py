@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
@@ -69,7 +69,7 @@ def sample_wells(
     """
     shape = _shape(truth)
     if direction not in DIRECTIONS:
-        raise CCWSIMError(f'direction = {direction!r} must be "N-S" or "E-W"')
+        raise CCWSIMError(f'direction = {shown(direction)} must be "N-S" or "E-W"')
     along, across = shape if direction == "N-S" else shape[::-1]
     n, every = _counted("the number of wells", n), _counted("every", every)
     wells = RandomState(seed).choice(across, min(n, across), replace=False)
@@ -116,5 +116,5 @@ def _shape(truth: NDArray[np.integer]) -> tuple[int, int]:
 
 def _counted(name: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise CCWSIMError(f"{name} = {value!r} must be a whole number, at least 1")
+        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number, at least 1")
     return int(value)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
 from ccwsim.parameters import Parameters, legal_sizes
@@ -77,7 +77,7 @@ def counted(name: str, value: object, *, least: int) -> int:
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if whole and least <= value < 2**63:  # type: ignore[operator]
         return int(value)  # type: ignore[arg-type]
-    raise CCWSIMError(f"{name} = {value!r} must be a whole number, at least {least}")
+    raise CCWSIMError(f"{name} = {shown(value)} must be a whole number, at least {least}")
 
 
 def _check_template(training_image: TrainingImage, p: Parameters) -> None:

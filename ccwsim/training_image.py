@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.arrays import as_array, as_integers, digest, frozen, smallest_integers
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 
 MAX_FACIES = 254
 """Facies are bytes in the kernels, and 255 marks a cell that is not simulated yet."""
@@ -80,7 +80,7 @@ class TrainingImage:
         if names is None:
             return tuple(f"facies {code}" for code in self.codes)
         if not isinstance(names, Sequence):
-            raise CCWSIMError(f"facies names: a list of names is needed, not {names!r}")
+            raise CCWSIMError(f"facies names: a list of names is needed, not {shown(names)}")
         if len(names) != self.n_facies:
             raise CCWSIMError(
                 f"facies names: {len(names)} were given for {self.n_facies} facies "

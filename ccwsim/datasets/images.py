@@ -9,7 +9,7 @@ from numpy.random import RandomState
 
 from ccwsim.datasets import files
 from ccwsim.datasets.catalogue import DATASETS, Dataset
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.training_image import TrainingImage
 
 SMALLEST, LARGEST = 64, 1024
@@ -114,13 +114,15 @@ def describe(name: str) -> str:
 
 def _dataset(name: str) -> Dataset:
     if name not in DATASETS:
-        raise CCWSIMError(f"training image {name!r} is unknown; there are {', '.join(DATASETS)}")
+        raise CCWSIMError(
+            f"training image {shown(name)} is unknown; there are {', '.join(DATASETS)}"
+        )
     return DATASETS[name]
 
 
 def _checked_seed(seed: int) -> int:
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**32:
-        raise CCWSIMError(f"seed = {seed!r} must be a whole number from 0 to {2**32 - 1}")
+        raise CCWSIMError(f"seed = {shown(seed)} must be a whole number from 0 to {2**32 - 1}")
     return int(seed)
 
 
@@ -129,7 +131,7 @@ def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
     fitting = [n for n in sides if isinstance(n, (int, np.integer)) and SMALLEST <= n <= LARGEST]
     if len(sides) != 2 or len(fitting) != 2:
         raise CCWSIMError(
-            f"shape = {shape!r} must be two whole numbers (rows, columns) from {SMALLEST} to "
+            f"shape = {shown(shape)} must be two whole numbers (rows, columns) from {SMALLEST} to "
             f"{LARGEST}"
         )
     return int(shape[0]), int(shape[1])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.datasets import files
 from ccwsim.datasets.catalogue import SURVEYS, Survey
 from ccwsim.datasets.images import generate
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
 from ccwsim.training_image import TrainingImage
@@ -130,5 +130,5 @@ def scattered_data(
 
 def _survey(name: str) -> Survey:
     if name not in SURVEYS:
-        raise CCWSIMError(f"hard data {name!r} are unknown; there are {', '.join(SURVEYS)}")
+        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(SURVEYS)}")
     return SURVEYS[name]

@@ -6,7 +6,7 @@ import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from typing import Any
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.executors.batches import Batches
 from ccwsim.executors.cluster import Cluster
 from ccwsim.executors.pool import Pool
@@ -41,5 +41,5 @@ def runner_of(executor: Any, n_workers: int | None) -> Runner:
         return Batches(Cluster(executor))
     raise CCWSIMError(
         f"executor: an Executor of concurrent.futures or a distributed.Client is needed, not "
-        f"{executor!r}"
+        f"{shown(executor)}"
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.arrays import as_integers
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.training_image import MAX_FACIES
 
 MAX_CODES = 32
@@ -137,9 +137,13 @@ def _edges(classes: object) -> NDArray[np.float64]:
     except (TypeError, ValueError):
         edges = np.empty((0, 0))
     if edges.ndim != 1 or not edges.size or not np.isfinite(edges).all():
-        raise CCWSIMError(f"classes or threshold = {classes!r} must be a number or a list of them")
+        raise CCWSIMError(
+            f"classes or threshold = {shown(classes)} must be a number or a list of them"
+        )
     if (np.diff(edges) <= 0).any() or len(edges) >= MAX_FACIES:
-        raise CCWSIMError(f"classes = {classes!r} must be ascending edges, fewer than {MAX_FACIES}")
+        raise CCWSIMError(
+            f"classes = {shown(classes)} must be ascending edges, fewer than {MAX_FACIES}"
+        )
     return edges
 
 

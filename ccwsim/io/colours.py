@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 
 MAX_COLOURS = 16
 """More different colours in a picture come from blur or shading, not from facies."""
@@ -147,5 +147,5 @@ def _k_means(points: NDArray, weights: NDArray, n: int) -> NDArray[np.intp]:
 def _rgb(colour: str) -> tuple[int, ...]:
     digits = str(colour).removeprefix("#")
     if not re.fullmatch("[0-9a-fA-F]{6}", digits):
-        raise CCWSIMError(f"{colour!r} is not a colour; write it as #rrggbb")
+        raise CCWSIMError(f"{shown(colour)} is not a colour; write it as #rrggbb")
     return tuple(bytes.fromhex(digits))

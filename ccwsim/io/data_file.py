@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.limits import check_cells
 
 MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
@@ -65,7 +65,7 @@ class DataFile:
             found = [n for n in names if n == variable]
             found = found or [n for n in names if n.lower() == str(variable).lower()]
             if len(found) != 1:
-                raise CCWSIMError(f"{self.name} has no variable {variable!r}; it has {there}")
+                raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
             return found[0]
         liked = [n for n in names if n.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
@@ -108,7 +108,7 @@ class DataFile:
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
     whole = all(isinstance(s, (int, np.integer)) and not isinstance(s, bool) for s in shape)
     if len(shape) not in (2, 3) or not whole:
-        raise CCWSIMError(f"{name}: shape = {shape!r} must be (rows, columns)")
+        raise CCWSIMError(f"{name}: shape = {shown(shape)} must be (rows, columns)")
     cells = check_cells(name, tuple(int(s) for s in shape))
     if n != cells and (len(shape) == 3 or n % cells):
         said = " × ".join(map(str, shape))
@@ -158,7 +158,7 @@ def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:
         or isinstance(slice_index, bool)
         or not 0 <= slice_index < n
     ):
-        given = "" if slice_index is None else f", not {slice_index!r}"
+        given = "" if slice_index is None else f", not {shown(slice_index)}"
         raise CCWSIMError(
             f"{name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
         )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.arrays import frozen
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.data_file import MISSING_CODES, DataFile, layer
 from ccwsim.io.limits import MAX_POINTS
 from ccwsim.io.opening import open_file
@@ -121,7 +121,7 @@ def read_points(
     ([[3.0, 4.0]], [1.0], [2])
     """
     if coordinates not in (None, "world", "cells"):
-        raise CCWSIMError(f'coordinates = {coordinates!r} must be "world" or "cells"')
+        raise CCWSIMError(f'coordinates = {shown(coordinates)} must be "world" or "cells"')
     file = open_file(path_or_file)
     if isinstance(file, Picture):
         raise CCWSIMError(f"{file.name} is a picture; hard data come as a table or a grid")

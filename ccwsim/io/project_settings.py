@@ -8,7 +8,7 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any, get_args
 
 from ccwsim.choices import EMap, Shown
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
 from ccwsim.parameters import Parameters
 from ccwsim.study import counted
@@ -53,7 +53,7 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
         raise CCWSIMError(f"{name} is no project of CCWSIM")
     said = given.get("version")
     if not isinstance(said, int) or said < 1:
-        raise CCWSIMError(f"{name}: version {said!r} of the file is unknown; save it again")
+        raise CCWSIMError(f"{name}: version {shown(said)} of the file is unknown; save it again")
     if said > version:
         raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this one")
     image = _take(given, "training_image", dict, name)
@@ -99,7 +99,7 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
     for pair in given:
         ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
         if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
-            raise CCWSIMError(f"{name}: {pair!r} is no code and colour; save it again")
+            raise CCWSIMError(f"{name}: {shown(pair)} is no code and colour; save it again")
     return tuple((code, colour) for code, colour in given)
 
 
@@ -118,7 +118,7 @@ def _known(given: dict[str, Any], kind: type, name: str) -> dict[str, Any]:
 def _shown(given: dict[str, Any], name: str) -> Shown:
     e_type: Any = given.get("e_type")
     if e_type not in get_args(EMap):
-        raise CCWSIMError(f"{name}: {e_type!r} is no map of uncertainty")
+        raise CCWSIMError(f"{name}: {shown(e_type)} is no map of uncertainty")
     return Shown(
         counted(f"{name}: realization", given.get("realization"), least=0),
         counted(f"{name}: facies", given.get("facies"), least=0),

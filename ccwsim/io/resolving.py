@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.hard_data import HardData
 from ccwsim.io.collisions import COLLISION_CHOICES, settled
 from ccwsim.io.placing import PlacedPoints
@@ -108,7 +108,7 @@ def resolve_points(
 
 def _check_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise CCWSIMError(f"{name} = {value!r} must be one of {', '.join(allowed)}")
+        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
 
 
 def _said_collision(placed: PlacedPoints) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.metrics.divergence import divergences
 from ccwsim.metrics.patterns import FACTORS, PATTERN_SIZE, pyramid_histograms
 from ccwsim.metrics.scaling import Scaling, classical_scaling
@@ -88,7 +88,7 @@ class Anodi:
 
     def _row(self, name: str) -> int:
         if name not in self.names:
-            raise CCWSIMError(f"ensemble {name!r} is not one of {', '.join(self.names)}")
+            raise CCWSIMError(f"ensemble {shown(name)} is not one of {', '.join(self.names)}")
         return self.names.index(name)
 
 
@@ -170,7 +170,9 @@ def _means(divergence: NDArray, owner: NDArray, n_ensembles: int) -> tuple[NDArr
 def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     weights = 0.5 ** np.arange(1, n + 1) if given is None else np.asarray(given, dtype=float)
     if weights.shape != (n,) or not n or weights.min() < 0 or not weights.sum() > 0:
-        raise CCWSIMError(f"weights {given!r} must be one number from 0 on for each of {n} factors")
+        raise CCWSIMError(
+            f"weights {shown(given)} must be one number from 0 on for each of {n} factors"
+        )
     return weights / weights.sum()
 
 

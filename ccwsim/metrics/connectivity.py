@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
 from ccwsim.metrics.stack import Fraction, as_stack, map_parallel
@@ -70,7 +70,7 @@ def connected_bodies(
     3
     """
     if neighbours not in _TOUCHING:
-        raise CCWSIMError(f"neighbours = {neighbours!r} must be 4 or 8")
+        raise CCWSIMError(f"neighbours = {shown(neighbours)} must be 4 or 8")
     inside = np.asarray(image) == facies
     labels = np.empty(inside.shape, np.int32)
     ndimage.label(inside, _TOUCHING[neighbours], output=labels)

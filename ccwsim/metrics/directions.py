@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
 """One lag of each named direction in rows (to the north) and columns (to the east)."""
@@ -37,7 +37,7 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
     if isinstance(direction, str):
         if direction not in STEPS:
             known = ", ".join(STEPS)
-            raise CCWSIMError(f"direction {direction!r} must be one of {known}, or an azimuth")
+            raise CCWSIMError(f"direction {shown(direction)} must be one of {known}, or an azimuth")
         return np.outer(lags, STEPS[direction]).astype(np.int64)
     if isinstance(direction, (int, float, np.number)):
         if not np.isfinite(direction):
@@ -46,7 +46,7 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
         return np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
     whole = all(isinstance(v, (int, np.integer)) for v in direction)
     if len(direction) != 2 or not whole or not any(direction):
-        raise CCWSIMError(f"direction {direction!r} must be two whole numbers, not both 0")
+        raise CCWSIMError(f"direction {shown(direction)} must be two whole numbers, not both 0")
     return np.outer(lags, direction).astype(np.int64)
 
 
@@ -65,7 +65,7 @@ def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64
     """
     array = np.asarray(lags)
     if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0 or array.min() < 0:
-        raise CCWSIMError(f"lags = {lags!r} must be whole numbers of steps from 0 on")
+        raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps from 0 on")
     return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
 
 

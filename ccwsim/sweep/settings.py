@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.parameters import Parameters
 
 RANGED = {
@@ -76,7 +76,7 @@ def settings(
     """
     for name, values in ranges.items():
         if name not in RANGED:
-            raise CCWSIMError(f"{name!r} has no range: choose from {', '.join(RANGED)}")
+            raise CCWSIMError(f"{shown(name)} has no range: choose from {', '.join(RANGED)}")
         if not len(values):
             raise CCWSIMError(f"{name} has no value to try: give at least one")
     names = [name for name in RANGED if name in ranges]
