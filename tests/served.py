@@ -11,7 +11,7 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
 CHROMIUM = Path("/usr/bin/chromium")
@@ -28,20 +28,49 @@ ARGUMENTS = [
 PATIENCE = 60.0
 
 
+class Server(NamedTuple):
+    """A server that runs: where it is, and its process."""
+
+    address: str
+    process: subprocess.Popen
+
+
 @contextmanager
 def served(root: Path = ROOT) -> Iterator[str]:
     """Start the dashboard of a checkout, yield its address, and stop it again."""
-    port = _free_port()
-    server = subprocess.Popen(
-        [sys.executable, "-m", "streamlit", "run", "app.py", "--server.headless=true",
-         f"--server.port={port}", "--server.address=127.0.0.1", "--server.fileWatcherType=none"],
-        cwd=root, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": str(root)},
-    )  # fmt: skip
+    with started(root) as server:
+        yield server.address
+
+
+@contextmanager
+def started(
+    root: Path = ROOT, *options: str, port: int = 0, log: Path | None = None
+) -> Iterator[Server]:
+    """Start the dashboard with options of Streamlit, yield it, and stop it again.
+
+    Parameters
+    ----------
+    root : Path
+        Of the checkout.
+    options : str
+        Such as "--server.disconnectedSessionTTL=5".
+    port : int
+        0 for a free one.
+    log : Path, optional
+        Takes what the server says.
+    """
+    port = port or free_port()
+    with open(log or os.devnull, "ab") as said:
+        server = subprocess.Popen(
+            [sys.executable, "-m", "streamlit", "run", "app.py", "--server.headless=true",
+             f"--server.port={port}", "--server.address=127.0.0.1",
+             "--server.fileWatcherType=none", *options],
+            cwd=root, stdout=said, stderr=said, env={**os.environ, "PYTHONPATH": str(root)},
+        )  # fmt: skip
     address = f"http://127.0.0.1:{port}"
     try:
         _wait_until_healthy(server, address)
-        yield address
+        yield Server(address, server)
     finally:
         server.terminate()
         try:
@@ -78,7 +107,8 @@ def _wait_until_healthy(server: subprocess.Popen, address: str) -> None:
     raise RuntimeError(f"the server was not up after {PATIENCE:.0f} s")
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """Return a port that nothing listens on."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

@@ -107,7 +107,7 @@ def _advice(state: State) -> None:
         return
     image = image_of(state.choices.image)
     try:
-        found = _diagnosed(image.digest, image)
+        found = _diagnosed((image.digest, image.facies_names), image)
     except CCWSIMError as error:  # too small to judge, which is no fault of the study
         st.caption(f"No advice: {error}.")
         return
@@ -115,7 +115,8 @@ def _advice(state: State) -> None:
 
 
 @st.cache_data(max_entries=16, show_spinner="Looking at the training image …")
-def _diagnosed(digest: str, _image: TrainingImage) -> Diagnosis:
+def _diagnosed(key: tuple, _image: TrainingImage) -> Diagnosis:
+    """Return the diagnosis; it calls facies by names, which another user's may not share."""
     return diagnose(_image)
 
 

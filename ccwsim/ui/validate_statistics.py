@@ -196,5 +196,6 @@ def truth(
 
 
 def looks(image: TrainingImage) -> Statistic[Diagnosis]:
-    """Return what a training image is like."""
-    return Statistic(("diagnosis", image.digest), lambda progress: diagnose(image))
+    """Return what a training image is like; it calls facies by the names of this user."""
+    key = ("diagnosis", image.digest, image.facies_names)
+    return Statistic(key, lambda progress: diagnose(image))

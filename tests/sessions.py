@@ -1,0 +1,289 @@
+"""Sessions of the dashboard without a browser: the messages that a browser would send and get.
+
+A session asks for a page, changes its widgets, gives it files, and draws again the parts that say
+so, until the page is at rest. What was drawn is there to look at: pictures of maps, errors, words.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import urllib.request
+import uuid
+from dataclasses import dataclass, field
+from typing import Any
+from urllib.parse import urlsplit
+
+from streamlit.proto.BackMsg_pb2 import BackMsg
+from streamlit.proto.ClientState_pb2 import ClientState
+from streamlit.proto.Element_pb2 import Element
+from streamlit.proto.ForwardMsg_pb2 import ForwardMsg
+from streamlit.proto.WidgetStates_pb2 import WidgetState
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+PATIENCE = 300.0
+"""Seconds after which a page that does not come to rest is given up."""
+COOKIE = "_streamlit_xsrf"
+
+
+class Stuck(RuntimeError):
+    """A page did not come to rest, or lacks what was looked for."""
+
+
+@dataclass
+class Session:
+    """One tab of one user.
+
+    Parameters
+    ----------
+    address : str
+        Of the server, such as http://127.0.0.1:8501.
+    page : str
+        The name of a page in the address, such as "validate".
+    query : str
+        What stands behind the address.
+
+    Attributes
+    ----------
+    elements : dict of tuple to Element
+        What is on the page, by its place.
+    errors : list of str
+        Errors that Streamlit itself showed, since the session began.
+    received : list of bytes, optional
+        Takes every message as it came.
+    """
+
+    address: str
+    page: str = "simulate"
+    query: str = ""
+    elements: dict[tuple[int, ...], Element] = field(default_factory=dict)
+    errors: list[str] = field(default_factory=list)
+    received: list[bytes] | None = None
+
+    def __enter__(self) -> Session:
+        where = urlsplit(self.address)
+        self._cookie = self._xsrf()
+        self._socket = connect(
+            f"ws://{where.netloc}/_stcore/stream", max_size=None,
+            subprotocols=[Subprotocol("streamlit")],
+            additional_headers={"Origin": self.address, "Cookie": f"{COOKIE}={self._cookie}"},
+            compression=None, open_timeout=PATIENCE, close_timeout=5, ping_interval=None,
+        )  # fmt: skip
+        self._states: dict[str, WidgetState] = {}
+        self._repeats: dict[str, float] = {}
+        self._script, self._id, self._running = "", "", False
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._socket.close()
+
+    def open(self, page: str | None = None, query: str | None = None) -> Session:
+        """Ask for a page and wait until it is at rest."""
+        self.page = self.page if page is None else page
+        self.query = self.query if query is None else query
+        self._script = ""
+        self._states.clear()
+        self._ask()
+        return self.settle()
+
+    def change(self, **values: object) -> Session:
+        """Set widgets by their keys, all at once, and wait until the page is at rest."""
+        for name, value in values.items():
+            self._set(name, value)
+        self._ask()
+        self._states = {k: s for k, s in self._states.items() if not s.trigger_value}
+        return self.settle()
+
+    def click(self, name: str) -> Session:
+        """Press a button."""
+        return self.change(**{name: "pressed"})
+
+    def upload(self, name: str, file_name: str, content: bytes) -> Session:
+        """Give a file to an uploader."""
+        widget = self.widget(name)
+        message = BackMsg()
+        message.file_urls_request.request_id = uuid.uuid4().hex
+        message.file_urls_request.file_names.append(file_name)
+        message.file_urls_request.session_id = self._id
+        self._socket.send(message.SerializeToString())
+        (urls,) = self._until("file_urls_response").file_urls_response.file_urls
+        self._put(urls.upload_url, file_name, content)
+        state = WidgetState(id=widget.id)
+        state.file_uploader_state_value.uploaded_file_info.add(
+            name=file_name, size=len(content), file_id=urls.file_id, file_urls=urls
+        )
+        self._states[widget.id] = state
+        self._ask()
+        return self.settle()
+
+    def settle(self) -> Session:
+        """Draw what asks to be drawn again, until nothing does."""
+        end = time.monotonic() + PATIENCE
+        self._finish()
+        while self._repeats:
+            if time.monotonic() > end:
+                raise Stuck(f"{self.page}?{self.query} did not come to rest: {self.words()[:20]}")
+            name, interval = min(self._repeats.items(), key=lambda pair: pair[1])
+            self._take_until(time.monotonic() + interval)
+            if name in self._repeats:
+                self._ask(fragment=name)
+            self._finish()
+        return self
+
+    # what is on the page
+
+    def widget(self, name: str) -> Any:
+        """Return a widget by its key; one that took the place of another has spaces after it."""
+        found = [w for w in map(_content, self.elements.values()) if _key(w) == name]
+        if not found:
+            raise Stuck(f"there is no {name} on {self.page}; it says {self.words()[:20]}")
+        return found[-1]
+
+    def part(self, name: str) -> dict[str, Any]:
+        """Return what a component of the page was given, by its key."""
+        return json.loads(self.widget(name).json)
+
+    def words(self) -> list[str]:
+        """Return all that is said in alerts and HTML."""
+        kinds = {"alert": "body", "html": "body", "markdown": "body"}
+        contents = ((e.WhichOneof("type"), _content(e)) for e in self.elements.values())
+        return [getattr(c, kinds[kind]) for kind, c in contents if kind in kinds
+                and not getattr(c, kinds[kind]).lstrip().startswith(("<style", "<script", "<i></i>"))]  # fmt: skip
+
+    def alerts(self) -> list[str]:
+        """Return what errors and warnings say."""
+        return [e.alert.body for e in self.elements.values() if e.HasField("alert")]
+
+    # messages
+
+    def _ask(self, fragment: str = "") -> None:
+        message = BackMsg()
+        state: ClientState = message.rerun_script
+        state.query_string = self.query
+        if self._script:
+            state.page_script_hash = self._script
+        else:
+            state.page_name = self.page
+        state.fragment_id = fragment
+        state.is_auto_rerun = bool(fragment)
+        state.context_info.url = f"{self.address}/{self.page}"
+        state.widget_states.widgets.extend(self._states.values())
+        self._running = True
+        self._socket.send(message.SerializeToString())
+
+    def _set(self, name: str, value: object) -> None:
+        widget = self.widget(name)
+        state = WidgetState(id=widget.id)
+        if value == "pressed":
+            state.trigger_value = True
+        elif isinstance(value, bool):
+            state.bool_value = value
+        elif isinstance(value, int):
+            state.int_value = value
+        elif isinstance(value, float):
+            state.double_value = value
+        else:
+            state.string_value = str(value)
+        self._states[widget.id] = state
+
+    def _finish(self) -> None:
+        """Wait until nothing runs; a run that asks for another one is not the last."""
+        while self._running:
+            self._until("script_finished")
+
+    def _until(self, kind: str) -> ForwardMsg:
+        end = time.monotonic() + PATIENCE
+        while True:
+            message = self._next(end - time.monotonic())
+            if message is None:
+                raise Stuck(f"{self.page}?{self.query}: no {kind}")
+            if message.WhichOneof("type") == kind:
+                return message
+
+    def _take_until(self, end: float) -> None:
+        while self._next(max(end - time.monotonic(), 0.0)) is not None:
+            pass
+
+    def _next(self, seconds: float) -> ForwardMsg | None:
+        try:
+            content = self._socket.recv(timeout=max(seconds, 0.0))
+        except TimeoutError:
+            return None
+        if self.received is not None:
+            self.received.append(bytes(content))  # type: ignore[arg-type]
+        message = ForwardMsg()
+        message.ParseFromString(content)  # type: ignore[arg-type]
+        self._take(message)
+        return message
+
+    def _take(self, message: ForwardMsg) -> None:
+        kind = message.WhichOneof("type")
+        if kind == "new_session":
+            self._begin(message)
+        elif kind == "delta":
+            self._draw(message)
+        elif kind == "auto_rerun":
+            self._repeats[message.auto_rerun.fragment_id] = message.auto_rerun.interval
+        elif kind == "stop_auto_rerun":
+            for name in message.stop_auto_rerun.fragment_ids:
+                self._repeats.pop(name, None)
+        elif kind == "page_info_changed":
+            self.query = message.page_info_changed.query_string
+        elif kind == "script_finished":
+            self._running = message.script_finished == ForwardMsg.FINISHED_EARLY_FOR_RERUN
+        elif kind == "session_event":
+            event = message.session_event
+            if event.HasField("script_compilation_exception"):
+                self.errors.append(event.script_compilation_exception.message)
+
+    def _begin(self, message: ForwardMsg) -> None:
+        self._running = True
+        new = message.new_session
+        self._script = new.page_script_hash
+        self._id = new.initialize.session_id or self._id
+        if not message.metadata.run.fragment_ids:
+            self.elements.clear()
+            self._repeats.clear()
+
+    def _draw(self, message: ForwardMsg) -> None:
+        place = tuple(message.metadata.delta_path)
+        kind = message.delta.WhichOneof("type")
+        for other in [p for p in self.elements if p[: len(place)] == place]:
+            if kind == "new_element" or other == place:
+                del self.elements[other]
+        if kind == "new_element":
+            self.elements[place] = message.delta.new_element
+            if message.delta.new_element.HasField("exception"):
+                self.errors.append(message.delta.new_element.exception.message)
+
+    # files
+
+    def _xsrf(self) -> str:
+        with urllib.request.urlopen(f"{self.address}/_stcore/health", timeout=60) as answer:
+            for line in answer.headers.get_all("Set-Cookie") or ():
+                if line.startswith(f"{COOKIE}="):
+                    return line.split(";")[0].removeprefix(f"{COOKIE}=").strip(chr(34))
+        return ""
+
+    def _put(self, url: str, name: str, content: bytes) -> None:
+        edge = uuid.uuid4().hex
+        head = (f'--{edge}\r\nContent-Disposition: form-data; name="{name}"; filename="{name}"\r\n'
+                "Content-Type: application/octet-stream\r\n\r\n")  # fmt: skip
+        request = urllib.request.Request(
+            f"{self.address}{url}", head.encode() + content + f"\r\n--{edge}--\r\n".encode(),
+            {"Content-Type": f"multipart/form-data; boundary={edge}", "X-Xsrftoken": self._cookie,
+             "Cookie": f"{COOKIE}={self._cookie}"}, method="PUT",
+        )  # fmt: skip
+        with urllib.request.urlopen(request, timeout=PATIENCE):
+            pass
+
+
+def _content(element: Element) -> Any:
+    return getattr(element, element.WhichOneof("type") or "empty")
+
+
+def _key(content: Any) -> str:
+    """Return the key that the page gave a widget; its id ends with it."""
+    whole = str(getattr(content, "id", ""))
+    return whole.split("-", 2)[2].rstrip() if whole.startswith("$$ID-") else ""
