@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 from contextlib import suppress
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -25,6 +26,7 @@ from ccwsim import (
 from ccwsim.choices import Shown
 from ccwsim.cli.program import main
 from ccwsim.io import project_as_bytes
+from ccwsim.io.limits import OF_UPLOADS, limited
 from ccwsim.study import Study
 
 PARAMETERS = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
@@ -134,13 +136,13 @@ def test_a_broken_project_is_said_in_words(what):
         read_project(make())
 
 
-def test_a_project_that_unpacks_to_too_much_is_not_unpacked(monkeypatch):
-    monkeypatch.setattr("ccwsim.io.limits.MAX_BYTES", 4000)
+def test_a_project_that_unpacks_to_too_much_is_not_unpacked():
     bomb = BytesIO(project_as_bytes(a_project()))
     assert len(bomb.getvalue()) < 4000
     study = a_project().study
     big = Study(TrainingImage(np.zeros((99, 99))), study.grid, study.parameters)
-    with pytest.raises(CCWSIMError, match="more than"):
+    small = limited(replace(OF_UPLOADS, bytes=4000, unpacked=4000))
+    with small, pytest.raises(CCWSIMError, match="more than"):
         read_project(BytesIO(project_as_bytes(Project(big))))
 
 

@@ -127,10 +127,23 @@ def distinct_names(names: list[str]) -> list[str]:
     out: list[str] = []
     seen: set[str] = set()
     for k, name in enumerate(names, start=1):
-        own = name.strip()[:80] or f"column {k}"
-        out.append(own if own not in seen else f"{own} ({k})")
-        seen.add(out[-1])
+        own = printable(name) or f"column {k}"
+        while own in seen:
+            own = f"{own} ({k})"
+        out.append(own)
+        seen.add(own)
     return out
+
+
+def printable(name: str, most: int = 80) -> str:
+    """Return a name from a file as it can be shown: on one line and short.
+
+    Examples
+    --------
+    >>> printable(" sand" + chr(7) + chr(10))
+    'sand'
+    """
+    return "".join(c for c in name[: 10 * most] if c.isprintable()).strip()[:most]
 
 
 def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:

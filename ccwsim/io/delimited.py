@@ -7,15 +7,9 @@ from numpy.typing import NDArray
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.limits import MAX_CELLS, MAX_VARIABLES, check_cells
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_lines, check_time, limits
 from ccwsim.io.numbers import numbers_in
 from ccwsim.io.separators import field_number, has_decimal_comma, separator_of, split_fields
-
-MAX_LINES = 5_000_000
-"""Larger tables should come as SGeMS grids or NumPy arrays."""
-
-MAX_FIELDS = 5_000_000
-"""Fields that are read one by one, where a column holds text or an empty field."""
 
 _COMMENT = (b"#", b"%", b"//")
 
@@ -34,9 +28,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     >>> {k: v.tolist() for k, v in file.variables.items()}
     {'x': [10.5], 'y': [2.0], 'facies': [1.0]}
     """
-    if content.count(b"\n") > MAX_LINES:
-        raise CCWSIMError(f"{name}: more than {MAX_LINES} lines; bring an SGeMS grid or npy file")
-    lines, numbers, remark = _filled_lines(content)
+    check_lines(name, content.count(b"\n"))
+    lines, numbers, remark = _filled_lines(content, name)
     if not lines:
         raise CCWSIMError(f"{name}: the file holds no values")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines[1:21] or lines]
@@ -49,6 +42,9 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
     n = len(names) if headed else len(split_fields(body[0].decode("latin-1"), separator))
+    if headed and n > MAX_VARIABLES:
+        raise CCWSIMError(f"{name}: {n} columns are more than {MAX_VARIABLES}")
+    check_cells(name, (len(body), n))
     values = _fast(body, name, n, separator, comma)
     if values is None:
         values = _by_field(body, numbers, name, n, separator, comma)
@@ -58,8 +54,6 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         return DataFile(
             "text matrix", name, {"matrix": matrix}, lines=at, south_first=False, asks_up=True
         )
-    if n > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {n} columns are more than {MAX_VARIABLES}")
     columns = dict(zip(distinct_names(names), np.ascontiguousarray(values.T), strict=True))
     texts = [key for key, column in columns.items() if headed and np.isnan(column).all()]
     kept = {key: column for key, column in columns.items() if key not in texts}
@@ -68,15 +62,20 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     return DataFile("table in text", name, kept, is_table=True, lines=at)
 
 
-def _filled_lines(content: bytes) -> tuple[list[bytes], list[int], str]:
+def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
     """Lines that hold something, their numbers, and the last comment before them."""
     lines: list[bytes] = []
     numbers: list[int] = []
     remark = ""
     for k, line in enumerate(content.split(b"\n"), start=1):
+        if len(line) > limits().line_bytes:
+            raise CCWSIMError(
+                f"{name}, line {k}: {len(line)} bytes are more than {limits().line_bytes} in a "
+                "line; break it up"
+            )
         bare = line.strip(b" \r")
         if bare.startswith(_COMMENT):
-            remark = bare.lstrip(b"#%/ ").decode("utf-8", "replace") if not lines else remark
+            remark = bare[:2000].lstrip(b"#%/ ").decode("utf-8", "replace") if not lines else remark
         elif bare.strip():
             lines.append(bare)
             numbers.append(k)
@@ -104,7 +103,6 @@ def _by_field(
     body: list[bytes], numbers: list[int], name: str, n: int, separator: str | None, comma: bool
 ) -> NDArray[np.float64]:
     """Field by field: empty ones become NaN, columns of words NaN throughout."""
-    check_cells(name, (len(body), n))
     table: list[list[str]] = []
     for line, number in zip(body, numbers, strict=True):
         fields = split_fields(line.decode("utf-8", "replace"), separator)
@@ -113,8 +111,10 @@ def _by_field(
         if len(fields) != n:
             raise CCWSIMError(f"{name}, line {number}: {len(fields)} fields where {n} are needed")
         table.append(fields)
-        if len(table) * n > min(MAX_FIELDS, MAX_CELLS):
+        if len(table) * n > limits().fields:
             raise CCWSIMError(f"{name}: words or empty fields in a table this large; clean it")
+        if len(table) % 1000 == 0:
+            check_time(name)
     columns = [_column(column, numbers, name, comma) for column in zip(*table, strict=True)]
     return np.stack(columns, axis=1)
 

@@ -8,6 +8,9 @@ from ccwsim.io.limits import check_cells
 from ccwsim.io.numbers import is_number, numbers_in
 
 MAX_HEADER = 4096
+"""Bytes of a line of the header."""
+
+MAX_HEADER_LINES = 100
 _KEYS = (
     "ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy",
     "nodata_value",
@@ -66,6 +69,8 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
     header: dict[str, float] = {}
     at, line = 0, 1
     while at < len(content):
+        if line > MAX_HEADER_LINES:
+            raise CCWSIMError(f"{name}: more than {MAX_HEADER_LINES} lines of header; mend it")
         end = content.find(b"\n", at, at + MAX_HEADER)
         end = end if end >= 0 else min(len(content), at + MAX_HEADER)
         words = content[at:end].decode("latin-1").split()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.io.data_file import MISSING_CODES, DataFile, distinct_names
-from ccwsim.io.limits import MAX_POINTS, MAX_VARIABLES, check_cells
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.io.numbers import is_number, numbers_in
 
 MAX_HEADER_LINE = 1000
@@ -147,7 +147,7 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
     rows = values.reshape(-1, n)
     if title.isdecimal() and len(title) < 9 and n > 1 and len(rows) < int(title):
         raise CCWSIMError(f"{name} promises {title} points in line 1, but {len(rows)} follow")
-    few = len(rows) <= MAX_POINTS and content.count(b"\n") <= 3 * MAX_POINTS
+    few = len(rows) <= limits().points and content.count(b"\n") <= 3 * limits().points
     lines = _line_numbers(content, name, start, n) if few else None
     columns = dict(zip(names, np.ascontiguousarray(rows.T), strict=True))
     return DataFile(

@@ -1,22 +1,145 @@
-"""How much a file may hold: checked before memory is taken for it."""
+"""How much a file may hold: checked before memory is taken for it.
+
+Two sets of limits: a script may read what its machine holds, and an upload to a public server no
+more than a page can show. `limited` says which set holds, for all readers called inside it.
+"""
 
 from __future__ import annotations
 
-from math import prod
+import os
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, fields, replace
+from math import inf, prod
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 
-MAX_BYTES = 512 * 2**20
-"""Largest file, and largest unpacked content of a packed one, in bytes."""
-
-MAX_CELLS = 50_000_000
-"""Most values that a file may hold, over all its variables."""
-
-MAX_POINTS = 1_000_000
-"""Most hard data that a file may hold."""
+MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Most variables or arrays that a file may hold."""
+"""Most variables of a file: one is picked from a list."""
+
+MAX_MEMBERS = 2000
+"""Most members of a zip: Python makes an object of each before anything else can be looked at."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much a file may hold.
+
+    Attributes
+    ----------
+    bytes : int
+        Of the file.
+    unpacked : int
+        Bytes that all parts of a packed file may have together: they are held at once.
+    ratio : int
+        Bytes that may come out of one packed byte, where a part has more than a megabyte.
+    cells : int
+        Values over all variables, and pixels of a picture.
+    points : int
+        Hard data: each is looked at while realizations are simulated, and drawn.
+    lines : int
+        Lines of a table in text: each is an object of its own while it is read.
+    line_bytes : int
+        Bytes of one of them, for the same reason.
+    fields : int
+        Fields of a table with words or gaps, which are read one by one.
+    seconds : float
+        For reading it.
+    """
+
+    bytes: int
+    unpacked: int
+    ratio: float
+    cells: int
+    points: int
+    lines: int
+    line_bytes: int
+    fields: int
+    seconds: float
+
+
+OF_SCRIPTS = Limits(
+    bytes=16 * 1024 * MIB, unpacked=64 * 1024 * MIB, ratio=inf, cells=4_000_000_000,
+    points=10_000_000, lines=200_000_000, line_bytes=1024 * MIB, fields=100_000_000, seconds=inf,
+)  # fmt: skip
+"""For one's own files: what no real file has. A header is not believed beyond what follows it."""
+
+OF_UPLOADS = Limits(
+    bytes=64 * MIB, unpacked=128 * MIB, ratio=1000, cells=4_000_000, points=100_000,
+    lines=500_000, line_bytes=MIB, fields=500_000, seconds=20.0,
+)  # fmt: skip
+"""For strangers' files: the largest image of the paper has 2000 × 2000 cells."""
+
+VARIABLES = {
+    "bytes": "CCWSIM_MAX_UPLOAD_BYTES",
+    "unpacked": "CCWSIM_MAX_UPLOAD_UNPACKED_BYTES",
+    "cells": "CCWSIM_MAX_UPLOAD_CELLS",
+    "points": "CCWSIM_MAX_UPLOAD_POINTS",
+    "lines": "CCWSIM_MAX_UPLOAD_LINES",
+    "seconds": "CCWSIM_MAX_UPLOAD_SECONDS",
+}
+"""The environment variables by which the owner of a server sets limits of uploads."""
+
+_HELD: ContextVar[tuple[Limits, float]] = ContextVar("limits", default=(OF_SCRIPTS, inf))
+
+
+def upload_limits(environment: Mapping[str, str] | None = None) -> Limits:
+    """Return the limits of uploads, as the owner of the server set them.
+
+    Raises
+    ------
+    CCWSIMError
+        For a variable that is no number above 0.
+
+    Examples
+    --------
+    >>> upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": "1000000"}).cells
+    1000000
+    """
+    given = os.environ if environment is None else environment
+    kinds = {field.name: type(getattr(OF_UPLOADS, field.name)) for field in fields(Limits)}
+    own = {}
+    for name, variable in VARIABLES.items():
+        said = given.get(variable, "").strip()
+        if said:
+            own[name] = _number(variable, said, kinds[name])
+    return replace(OF_UPLOADS, **own)
+
+
+def limits() -> Limits:
+    """Return the limits that hold here: those of scripts, where nothing else was said."""
+    return _HELD.get()[0]
+
+
+@contextmanager
+def limited(to: Limits) -> Iterator[None]:
+    """Read under these limits; the time counts from here.
+
+    Examples
+    --------
+    >>> with limited(OF_UPLOADS):
+    ...     limits().cells
+    4000000
+    """
+    token = _HELD.set((to, time.monotonic() + to.seconds))
+    try:
+        yield
+    finally:
+        _HELD.reset(token)
+
+
+def check_time(name: str) -> None:
+    """Say so where a file takes longer to read than it may; to be asked again and again."""
+    to, end = _HELD.get()
+    if time.monotonic() > end:
+        raise CCWSIMError(
+            f"{name} takes longer than {to.seconds:g} s to read; cut a smaller piece, or save it "
+            "as npy"
+        )
 
 
 def check_cells(name: str, shape: tuple[int, ...]) -> int:
@@ -25,35 +148,76 @@ def check_cells(name: str, shape: tuple[int, ...]) -> int:
     Raises
     ------
     CCWSIMError
-        For sizes below 1 or more than `MAX_CELLS` values.
+        For sizes below 1, or more values than a file may hold.
 
     Examples
     --------
     >>> check_cells("ti.npy", (20, 30))
     600
     """
-    said = " × ".join(map(str, shape))
+    said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
         raise CCWSIMError(f"{name}: a grid of {said} cells is empty; every size must be 1 or more")
-    if prod(shape) > MAX_CELLS:
-        raise CCWSIMError(f"{name}: {said} values are more than {MAX_CELLS}; cut a smaller piece")
-    return prod(shape)
+    n = prod(shape) if len(shape) <= 32 else inf
+    if n > limits().cells:
+        raise CCWSIMError(f"{name}: {said} values are more than {limits().cells}; {_SMALLER}")
+    return int(n)
 
 
-def check_bytes(name: str, n_bytes: int) -> None:
-    """Say so where a file or its unpacked content is too large.
+def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
+    """Say so where a file, or what is packed in it, is too large.
 
     Raises
     ------
     CCWSIMError
-        For more than `MAX_BYTES`.
+        For more bytes than it may have.
 
     Examples
     --------
     >>> check_bytes("ti.npy", 128)
     """
-    if n_bytes > MAX_BYTES:
+    most = limits().unpacked if unpacked else limits().bytes
+    if n_bytes > most:
+        verb = " unpacks to" if unpacked else " has"
         raise CCWSIMError(
-            f"{name}: {n_bytes / 2**20:.0f} MB are more than {MAX_BYTES // 2**20} MB; "
-            "cut a smaller piece"
+            f"{name}{verb} {_megabytes(n_bytes)} MB, more than {_megabytes(most)} MB; {_SMALLER}"
         )
+
+
+def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
+    """Say so where so much comes out of so little that it can be no data.
+
+    Examples
+    --------
+    >>> check_packing("ti.npz", 5000, 600_000)
+    """
+    if n_bytes > MIB and n_bytes > limits().ratio * max(n_packed, 1):
+        raise CCWSIMError(
+            f"{name}: {n_bytes} bytes packed into {n_packed} hold nothing; save it without packing"
+        )
+
+
+def check_lines(name: str, n_lines: int) -> None:
+    """Say so where a text has more lines than it may have."""
+    if n_lines > limits().lines:
+        raise CCWSIMError(
+            f"{name}: {n_lines} lines are more than {limits().lines}; bring an SGeMS grid or an "
+            "npy file, or cut a smaller piece"
+        )
+
+
+_SMALLER = "cut a smaller piece, or read it in a script"
+
+
+def _megabytes(n_bytes: int) -> str:
+    return f"{n_bytes / MIB:.3g}" if n_bytes < 1000 * MIB else f"{n_bytes // MIB}"
+
+
+def _number(variable: str, said: str, kind: type) -> float:
+    try:
+        value = kind(said)
+    except (ValueError, OverflowError):
+        value = 0
+    if not value > 0:
+        raise CCWSIMError(f"{variable} = {shown(said)} must be a number above 0; correct it")
+    return value

@@ -15,8 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.errors import CCWSIMError
-from ccwsim.io.data_file import DataFile
-from ccwsim.io.limits import MAX_BYTES, MAX_VARIABLES, check_cells
+from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.limits import (
+    MAX_VARIABLES,
+    check_bytes,
+    check_cells,
+    check_packing,
+    check_time,
+    limits,
+)
 
 _TYPES = {
     1: "i1",
@@ -33,6 +40,8 @@ _TYPES = {
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
+_START, _BLOCK = 2000, 4 * 2**20
+"""Bytes of a packed variable that hold its header; bytes that are unpacked at a time."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -56,10 +65,11 @@ def read_matlab(content: bytes, name: str) -> DataFile:
     if order is None:
         raise CCWSIMError(f"{name}: the MATLAB header is broken; save it again with -v7")
     grids: dict[str, NDArray] = {}
-    for kind, element in _elements(content[128:], order, name):
+    for kind, element in _elements(memoryview(content)[128:], order, name):
         array = _named_array(element, order, name) if kind == _MATRIX else None
-        if array is not None and array[1].ndim in (2, 3):
+        if array is not None:
             grids[array[0]] = _as_grid(array[1])
+            check_cells(name, (sum(grid.size for grid in grids.values()),))
     if not grids:
         raise CCWSIMError(f"{name}: no array of real numbers with rows and columns in it")
     return DataFile("MATLAB file", name, grids, asks_up=True)
@@ -70,14 +80,15 @@ def _as_grid(array: NDArray) -> NDArray:
     return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
-def _elements(content: bytes, order: str, name: str) -> Iterator[tuple[int, bytes]]:
+def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int, memoryview]]:
     """The top-level elements, unpacked."""
-    at, n, left = 0, 0, MAX_BYTES
+    at, n, left = 0, 0, limits().unpacked
     while at + 8 <= len(content):
+        check_time(name)
         kind, data, at = _element(content, at, order, name)
         if kind == _COMPRESSED:
             at -= -len(data) % 8  # packed elements are not padded
-            data = _unpacked(data, left, name)
+            data = memoryview(_unpacked(data, left, order, name))
             left -= len(data)
             kind, data, _ = _element(data, 0, order, name)
         n += 1
@@ -86,18 +97,33 @@ def _elements(content: bytes, order: str, name: str) -> Iterator[tuple[int, byte
         yield kind, data
 
 
-def _unpacked(data: bytes, left: int, name: str) -> bytes:
+def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
+    """A packed element; its size and its cells are looked at before it is unpacked."""
     stream = zlib.decompressobj()
     try:
-        out = stream.decompress(data, left + 1)
+        start = stream.decompress(data, _START)
+        if len(start) < 8:
+            raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+        kind, size = np.frombuffer(start, order + "u4", count=2).tolist()
+        if kind == _MATRIX:
+            _shape_and_name(memoryview(start)[8:], order, name)
+        else:
+            size = 0
+        size += 8
+        check_bytes(name, limits().unpacked - left + size, unpacked=True)
+        check_packing(name, len(data), size)
+        parts = [start]
+        while (more := size - sum(map(len, parts))) > 0:
+            check_time(name)
+            parts.append(stream.decompress(stream.unconsumed_tail, min(more, _BLOCK)))
+            if not parts[-1]:
+                break
     except zlib.error as error:
         raise CCWSIMError(f"{name}: a packed variable is broken; save it again") from error
-    if len(out) > left:
-        raise CCWSIMError(f"{name} unpacks to more than {MAX_BYTES // 2**20} MB; cut it smaller")
-    return out
+    return b"".join(parts)
 
 
-def _element(content: bytes, at: int, order: str, name: str) -> tuple[int, bytes, int]:
+def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, memoryview, int]:
     """Type, data and end of the element at byte `at`."""
     if at + 8 > len(content):
         raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
@@ -113,21 +139,34 @@ def _element(content: bytes, at: int, order: str, name: str) -> tuple[int, bytes
     return kind, content[start : start + size], end
 
 
-def _named_array(content: bytes, order: str, name: str) -> tuple[str, NDArray] | None:
-    """Name and values of a matrix element; None for what is no array of real numbers."""
+def _shape_and_name(
+    content: memoryview, order: str, name: str
+) -> tuple[tuple[int, ...], str, int] | None:
+    """Shape and name of a matrix element, and where its values begin; None for no real grid."""
     _, flags, at = _element(content, 0, order, name)
     _, sizes, at = _element(content, at, order, name)
-    _, label, at = _element(content, at, order, name)
     if len(flags) < 4 or len(sizes) % 4:
         raise CCWSIMError(f"{name}: a variable has a broken header; save it again")
     word = int(np.frombuffer(flags, order + "u4", count=1)[0])
     if word & 0xFF not in _NUMERIC_CLASSES or (word >> 8) & _COMPLEX:
         return None
+    if len(sizes) not in (8, 12):  # neither two nor three dimensions
+        return None
+    _, label, at = _element(content, at, order, name)
     shape = tuple(np.frombuffer(sizes, order + "i4").tolist())
-    key = label.decode("latin-1")[:80]
-    if len(shape) < 2 or prod(shape) == 0:
+    key = printable(bytes(label[:800]).decode("latin-1"))
+    if prod(shape) == 0:
         return None
     check_cells(f"{name}, {key}", shape)
+    return shape, key, at
+
+
+def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArray] | None:
+    """Name and values of a matrix element; None for what is no array of real numbers."""
+    found = _shape_and_name(content, order, name)
+    if found is None:
+        return None
+    shape, key, at = found
     kind, data, _ = _element(content, at, order, name)
     if kind not in _TYPES or len(data) != prod(shape) * np.dtype(_TYPES[kind]).itemsize:
         raise CCWSIMError(f"{name}, {key}: the values do not fill {shape}; save it again")

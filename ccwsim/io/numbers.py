@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.errors import CCWSIMError
-from ccwsim.io.limits import MAX_CELLS
+from ccwsim.io.limits import check_time, limits
 
-CHUNK = 8 * 2**20
+CHUNK = 2**20
 """Bytes split into words at a time, so that memory stays small."""
 
 MAX_WORD = 80
@@ -66,8 +66,9 @@ def numbers_in(
         chunk = content[at:end]
         parts.append(_parsed(chunk, name, line))
         n += len(parts[-1])
-        if n > MAX_CELLS:
-            raise CCWSIMError(f"{name}: more than {MAX_CELLS} values; cut a smaller piece")
+        if n > limits().cells:
+            raise CCWSIMError(f"{name}: more than {limits().cells} values; cut a smaller piece")
+        check_time(name)
         line += chunk.count(b"\n")
         at = end
     return np.concatenate(parts) if parts else np.empty(0)

@@ -12,6 +12,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.errors import CCWSIMError
+from ccwsim.io.bare_pictures import bare_picture
 from ccwsim.io.classes import Classes, classify
 from ccwsim.io.colours import MAX_COLOURS, colours_for, distinct_colours, grey_of, nearest_colours
 from ccwsim.io.data_file import DataFile
@@ -59,8 +60,13 @@ def read_picture(content: bytes, name: str) -> Picture | DataFile:
     >>> read_picture(content.getvalue(), "a.png").rgb.shape
     (2, 3, 3)
     """
+    content = bare_picture(content, name, f"{_TAG}\0{_CODES}".encode())
     try:
         image = Image.open(BytesIO(content), formats=_FORMATS)
+    except Image.DecompressionBombError as error:
+        raise CCWSIMError(
+            f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
+        ) from error
     except Exception as error:  # Pillow's readers raise a dozen types for broken files
         raise CCWSIMError(f"{name}: the picture cannot be read; save it again as PNG") from error
     check_cells(name, (image.height, image.width))

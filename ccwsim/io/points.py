@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ccwsim.arrays import frozen
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.data_file import MISSING_CODES, DataFile, layer
-from ccwsim.io.limits import MAX_POINTS
+from ccwsim.io.limits import limits
 from ccwsim.io.opening import open_file
 from ccwsim.io.pictures import Picture
 from ccwsim.io.point_columns import height_column, place_columns, value_column
@@ -142,8 +142,9 @@ def _of_table(file: DataFile, variable: str | None, coordinates: str | None) -> 
     rest = [name for name in names if name not in (first, second)]
     key = value_column(file, rest, variable)
     columns = file.variables
-    if len(columns[key]) > MAX_POINTS or file.lines is None:
-        raise CCWSIMError(f"{file.name}: more than {MAX_POINTS} rows; these are no hard data")
+    _check_few(file.name, len(columns[key]), "rows")
+    if file.lines is None:
+        raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
     height = height_column(rest, key)
     if height and len(np.unique(columns[height])) > 1:
         notes.append(f"The column {height} has several values; data are seen from above.")
@@ -171,9 +172,7 @@ def _of_grid(
             f"simulation grid has {grid_shape[0]} and {grid_shape[1]}; make them the same"
         )
     known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
-    n = np.count_nonzero(known)
-    if n > MAX_POINTS:
-        raise CCWSIMError(f"{file.name}: {n} known cells are more than {MAX_POINTS} hard data")
+    _check_few(file.name, int(np.count_nonzero(known)), "known cells")
     places = np.argwhere(known)
     lines = np.flatnonzero(known) + 1
     return _known(file, key, places, cells[known], lines, False, "cell", [])
@@ -184,8 +183,7 @@ def _known(
     world: bool, counted: str, notes: list[str],
 ) -> ImportedPoints:  # fmt: skip
     """Rows with a value; one that has a value but no place is an error."""
-    if len(values) > MAX_POINTS:
-        raise CCWSIMError(f"{file.name}: more than {MAX_POINTS} rows; these are no hard data")
+    _check_few(file.name, len(values), "rows")
     values, places = values.astype(np.float64), places.astype(np.float64)
     known = file.known(values) & ~np.isin(values, MISSING_CODES)
     points = ImportedPoints(
@@ -199,6 +197,14 @@ def _known(
         bad = np.flatnonzero(~np.isfinite(points.values))
         raise CCWSIMError(f"{file.name}, {points.named(bad)}: the value is not finite; correct it")
     return points
+
+
+def _check_few(name: str, n: int, what: str) -> None:
+    if n > limits().points:
+        raise CCWSIMError(
+            f"{name}: {n} {what} are more than {limits().points} hard data; a grid without gaps "
+            "is no hard data"
+        )
 
 
 def _is_list(values: NDArray, in_text: bool, grid_shape: tuple[int, int] | None) -> bool:

@@ -16,8 +16,8 @@ from ccwsim.ensemble import Ensemble
 from ccwsim.errors import CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
+from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
-from ccwsim.io.limits import check_bytes
 from ccwsim.io.numpy_files import read_npy
 from ccwsim.io.project_settings import Settings, checked
 from ccwsim.io.source import PathOrFile, read_bytes
@@ -187,31 +187,21 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
     """The members that a project has, whose sizes are looked at before they are unpacked."""
     if not content.startswith(b"PK"):
         raise CCWSIMError(f"{name} is no project of CCWSIM; choose a file that was saved as one")
-    try:
-        with zipfile.ZipFile(BytesIO(content)) as archive:
-            infos = {info.filename: info for info in archive.infolist()}
-            missing = [own for own in (SETTINGS, IMAGE, DATA) if own not in infos]
-            if missing or len(archive.infolist()) > MOST_MEMBERS:
-                what = f"{missing[0]} is missing" if missing else "it holds too many files"
-                raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
-            own = [infos[own] for own in (SETTINGS, IMAGE, DATA)]
-            check_bytes(name, sum(info.file_size for info in own))
-            if own[0].file_size > LARGEST_SETTINGS:
-                raise CCWSIMError(f"{name}: {SETTINGS} is too large for the settings of a study")
-            return {info.filename: _unpacked(archive, info) for info in own}
-    except CCWSIMError:
-        raise
-    except Exception as error:  # zipfile and zlib raise a dozen types for broken archives
-        raise CCWSIMError(f"{name}: the zip file is broken ({error}); get it again") from error
-
-
-def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
-    with archive.open(info) as member:
-        return member.read(info.file_size)  # no more than it said, whatever is in it
+    with opened_archive(content, name) as archive:
+        wanted = [SETTINGS, IMAGE, DATA]
+        missing = [own for own in wanted if own not in archive.infos]
+        if missing or archive.n_members > MOST_MEMBERS:
+            what = f"{missing[0]} is missing" if missing else "it holds too many files"
+            raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
+        archive.check(wanted)
+        if archive.infos[SETTINGS].file_size > LARGEST_SETTINGS:
+            raise CCWSIMError(f"{name}: {SETTINGS} is too large for the settings of a study")
+        return {own: archive.read(own) for own in wanted}
 
 
 def _json(content: bytes, name: str) -> Any:
     try:
         return json.loads(content.decode())
     except (ValueError, RecursionError) as error:
-        raise CCWSIMError(f"{name}: {SETTINGS} is no JSON ({error}); save it again") from error
+        reason = " ".join(str(error).split())[:100]
+        raise CCWSIMError(f"{name}: {SETTINGS} is no JSON ({reason}); save it again") from error

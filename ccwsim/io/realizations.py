@@ -13,13 +13,15 @@ from ccwsim.ensemble import Ensemble
 from ccwsim.errors import CCWSIMError
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.gslib import grid_as_bytes
-from ccwsim.io.limits import MAX_CELLS
 from ccwsim.io.parameters_json import parameters_to_json
 from ccwsim.io.pictures import picture_as_bytes
 from ccwsim.io.source import PathOrFile
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "png")
 """Formats of realizations, by their endings."""
+
+MAX_PIXELS = 50_000_000
+"""Of one picture of all realizations; programs that show pictures take no more."""
 
 GAP = 4
 """White cells between the maps of a contact sheet."""
@@ -129,7 +131,7 @@ def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
     columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
     rows = ceil(n / columns)
     shape = (rows * (ny + GAP) - GAP, columns * (nx + GAP) - GAP)
-    if shape[0] * shape[1] > MAX_CELLS or max(shape) > 65_000:
+    if shape[0] * shape[1] > MAX_PIXELS or max(shape) > 65_000:
         raise CCWSIMError(f"{n} realizations make too large a picture; write fewer, or npz")
     sheet = np.full(shape, white, np.uint8)
     for k, one in enumerate(indices):

@@ -8,7 +8,8 @@ from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
 
 from ccwsim.errors import CCWSIMError
-from ccwsim.io.limits import MAX_BYTES, check_bytes
+from ccwsim.io.data_file import printable
+from ccwsim.io.limits import check_bytes, limits
 
 
 class Readable(Protocol):
@@ -46,7 +47,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
     Raises
     ------
     CCWSIMError
-        For a file that cannot be read, is empty, or is larger than `MAX_BYTES`.
+        For a file that cannot be read, is empty, or is larger than it may be.
 
     Examples
     --------
@@ -99,7 +100,7 @@ def _of_path(path: Path) -> tuple[bytes, str]:
             raise CCWSIMError(f"{path} is not a file")
         check_bytes(path.name, path.stat().st_size)
         with path.open("rb") as file:
-            return file.read(MAX_BYTES + 1), path.name
+            return file.read(limits().bytes + 1), printable(path.name) or "file"
     except (OSError, ValueError) as error:
         if isinstance(error, CCWSIMError):
             raise
@@ -114,7 +115,7 @@ def _of_object(file: Any) -> tuple[bytes, str]:
     try:
         if hasattr(file, "seek"):
             file.seek(0)
-        content = file.read(MAX_BYTES + 1)
+        content = file.read(limits().bytes + 1)
     except (OSError, ValueError) as error:
         raise CCWSIMError(f"{name} cannot be read: {error}") from error
     if isinstance(content, str):
@@ -127,4 +128,4 @@ def _shown(name: object) -> str:
     if not isinstance(name, str):
         return "file"
     base = name.replace("\\", "/").rsplit("/", 1)[-1]
-    return "".join(c for c in base if c.isprintable())[:80] or "file"
+    return printable(base) or "file"

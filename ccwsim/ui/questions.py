@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.io import FileSummary, inspect
+from ccwsim.io.limits import limited, upload_limits
 from ccwsim.ui.choices import Answers, Upload
 from ccwsim.ui.fields import field
 from ccwsim.ui.resolve import opened
@@ -22,7 +23,8 @@ Write = Callable[[Answers], None]
 
 @st.cache_resource(max_entries=8, show_spinner=False)
 def _summary(digest: str, _upload: Upload) -> FileSummary:
-    return inspect(opened(_upload))
+    with limited(upload_limits()):
+        return inspect(opened(_upload))
 
 
 def summary_of(upload: Upload) -> FileSummary | None:

@@ -18,6 +18,7 @@ from ccwsim.io import (
     read_training_image,
     resolve_points,
 )
+from ccwsim.io.limits import limited, upload_limits
 from ccwsim.parameters import Parameters
 from ccwsim.sampling import sample_random
 from ccwsim.simulation import simulate
@@ -56,7 +57,8 @@ def _image(digest: str, _choice: ImageChoice) -> TrainingImage:
 def _read_image(choice: ImageChoice) -> TrainingImage:
     if choice.upload is None:
         return datasets.load(choice.bundled)
-    return read_training_image(opened(choice.upload), **dict(choice.answers))
+    with limited(upload_limits()):
+        return read_training_image(opened(choice.upload), **dict(choice.answers))
 
 
 def opened(upload: Upload) -> BytesIO:
@@ -102,7 +104,8 @@ def imported_data(choices: Choices) -> HardDataImport:
 def _of_file(
     key: tuple, _upload: Upload, _choice: DataChoice, _grid: Grid, _image: TrainingImage
 ) -> HardDataImport:
-    return import_hard_data(opened(_upload), _grid, _image, **dict(_choice.answers))
+    with limited(upload_limits()):
+        return import_hard_data(opened(_upload), _grid, _image, **dict(_choice.answers))
 
 
 def _settled(

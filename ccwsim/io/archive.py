@@ -1,0 +1,96 @@
+"""Zip files, such as `.npz` and projects: looked at before anything in them is unpacked."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
+
+from ccwsim.errors import CCWSIMError
+from ccwsim.io.limits import MAX_MEMBERS, check_bytes, check_packing, check_time
+
+_ENTRY = b"PK\x01\x02"
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_BLOCK = 4 * 2**20
+
+
+class Archive:
+    """The members of a zip file, by their names; `opened_archive` makes one.
+
+    Attributes
+    ----------
+    infos : dict of str to ZipInfo
+        What the file says of each member; the names are the file's, and no paths.
+    """
+
+    def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
+        self._archive, self._name = archive, name
+        self.infos = {info.filename: info for info in archive.infolist()}
+        self.n_members = len(archive.infolist())
+
+    def check(self, members: list[str]) -> None:
+        """Say so where these members are packed in a strange way or unpack to too much.
+
+        Raises
+        ------
+        CCWSIMError
+        """
+        infos = [self.infos[member] for member in members]
+        for info in infos:
+            if info.compress_type not in _METHODS or info.flag_bits & 1:
+                raise CCWSIMError(f"{self._name}: it is packed in a way not read; save it again")
+            check_packing(self._name, info.compress_size, info.file_size)
+        check_bytes(self._name, sum(max(info.file_size, 0) for info in infos), unpacked=True)
+
+    def start(self, member: str, n_bytes: int) -> bytes:
+        """Return the first bytes of a member."""
+        with self._archive.open(self.infos[member]) as file:
+            return file.read(n_bytes)
+
+    def read(self, member: str) -> bytes:
+        """Return a member; no more than it says that it has, whatever is in it."""
+        left = self.infos[member].file_size
+        parts = []
+        with self._archive.open(self.infos[member]) as file:
+            while left > 0:
+                check_time(self._name)
+                parts.append(file.read(min(left, _BLOCK)))
+                left -= len(parts[-1])
+                if not parts[-1]:
+                    raise EOFError("a member ends early")
+        return b"".join(parts)
+
+
+@contextmanager
+def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
+    """Yield the members of a zip file; any trouble with it is said in words.
+
+    Raises
+    ------
+    CCWSIMError
+        For a broken file, and one of too many members.
+
+    Examples
+    --------
+    >>> content = BytesIO()
+    >>> with zipfile.ZipFile(content, "w") as file:
+    ...     file.writestr("a.txt", b"sand")
+    >>> with opened_archive(content.getvalue(), "a.zip") as archive:
+    ...     archive.read("a.txt")
+    b'sand'
+    """
+    entries = content.count(_ENTRY)  # each becomes an object as soon as the file is opened
+    if entries > MAX_MEMBERS:
+        raise CCWSIMError(f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; {_MEND}")
+    try:
+        with zipfile.ZipFile(BytesIO(content)) as archive:
+            yield Archive(archive, name)
+    except CCWSIMError:
+        raise
+    except Exception as error:  # zipfile and zlib raise a dozen types for broken archives
+        reason = " ".join(str(error).split())[:100]
+        raise CCWSIMError(f"{name}: the zip file is broken ({reason}); get it again") from error
+
+
+_MEND = "save only what is needed"
