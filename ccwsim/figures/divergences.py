@@ -41,8 +41,8 @@ def divergence_chart(
             )
         )  # fmt: skip
     for name, values, colour, symbol, side in (
-        ("between realizations", between, theme.ink, "circle", "top center"),
-        ("to the training image", within, theme.reference, "diamond", "bottom center"),
+        ("between realizations", between, theme.ink, "circle", "top left"),
+        ("to the training image", within, theme.reference, "diamond", "bottom left"),
     ):
         chart.add_trace(
             go.Scatter(

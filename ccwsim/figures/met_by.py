@@ -42,7 +42,9 @@ def met_by_chart(
         tickmode="array",
         tickvals=list(names),
         showline=False,
-        ticks="",
+        ticks="outside",
+        tickcolor="rgba(0,0,0,0)",  # keeps the names off the bars
+        ticklen=6,
         tickfont={"size": 13, "color": theme.ink},
     )
     return chart.update_layout(hovermode="closest")

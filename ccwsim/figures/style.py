@@ -69,6 +69,7 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"family": FONT, "size": 13, "color": theme.ink},
         "showlegend": False,
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": theme.quiet, "activecolor": theme.ink},
         "hovermode": "x unified",
         "hoverlabel": {
             "bgcolor": theme.paper, "bordercolor": theme.hairline, "font": {"size": 13},

@@ -19,7 +19,7 @@ from ccwsim.ui.steps import pair, panel_title, step_note
 
 MUCH_WORK = 3_000_000_000
 """Terms of scores above which the patches up to the end are laid only when asked for."""
-SMALL = 220
+SMALL = 204
 
 
 def draw_mending(state: State, trace: Trace, colours: list[str], theme: Theme) -> None:
@@ -105,20 +105,21 @@ def _where(trace: Trace, windows: list[MendedWindow], colours: list[str], theme:
 
 def _windows(trace: Trace, windows: list[MendedWindow], colours: list[str], theme: Theme) -> None:
     own = [w for w in windows if not w.scar]
-    for window in own:
-        _window(trace, window, colours, theme)
+    said = [window_words(window) for window in windows if not window.fits]
     if own and not any(window.fits for window in own):
-        st.html('<p class="caption">Then the window of a datum nearby brought this one too.</p>')
-    for window in windows:
-        if window.scar:
-            _window(trace, window, colours, theme)
+        said.append("Then the window of a datum nearby brought this one too.")
+    if said:
+        st.html("".join(f'<p class="caption">{words}</p>' for words in said))
+    with st.container(
+        horizontal=True, vertical_alignment="bottom", gap="medium", key="how_pairs"
+    ):  # fmt: skip
+        for window in windows:
+            if window.fits:
+                _window(trace, window, colours, theme)
 
 
 def _window(trace: Trace, w: MendedWindow, colours: list[str], theme: Theme) -> None:
-    """Draw one window that was tried: how it was, and how it is where a patch fitted."""
-    st.html(f'<p class="caption">{window_words(w)}</p>')
-    if not w.fits:
-        return
+    """Draw one window where a patch fitted: how it was, and how it is."""
     image = trace.study.training_image
     inside = [
         [row - w.row, column - w.column, int(facies)]
@@ -135,6 +136,7 @@ def _window(trace: Trace, w: MendedWindow, colours: list[str], theme: Theme) -> 
 
     key = f"{w.datum}_{w.size}_{w.scar}"
     with st.container(width=2 * SMALL + 16, key=f"how_window_{key}"):
+        st.html(f'<p class="caption">{window_words(w)}</p>')
         for place, name, cells in zip(
             pair(), ("before", "after"), (w.before, w.after), strict=True
         ):
