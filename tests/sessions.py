@@ -148,8 +148,8 @@ class Session:
         """Return all that is said in alerts and HTML."""
         kinds = {"alert": "body", "html": "body", "markdown": "body"}
         contents = ((e.WhichOneof("type"), _content(e)) for e in self.elements.values())
-        return [getattr(c, kinds[kind]) for kind, c in contents if kind in kinds
-                and not getattr(c, kinds[kind]).lstrip().startswith(("<style", "<script", "<i></i>"))]  # fmt: skip
+        said = [getattr(c, kinds[kind]).lstrip() for kind, c in contents if kind in kinds]
+        return [text for text in said if not text.startswith(("<style", "<script", "<i></i>"))]
 
     def alerts(self) -> list[str]:
         """Return what errors and warnings say."""

@@ -13,7 +13,8 @@ from ccwsim.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.errors import CCWSIMError
 from ccwsim.io import Project, project_as_bytes, training_image_as_bytes
 from ccwsim.study import Study
-from ccwsim.ui.page import PAGES, plain
+from ccwsim.ui.literal import plain
+from ccwsim.ui.page import PAGES
 from ccwsim.ui.projects import file_name, open_project, project_of
 from ccwsim.ui.run import collect, start_run
 from ccwsim.ui.share import report_of
@@ -86,7 +87,7 @@ def test_an_address_says_what_it_cannot_carry_and_the_next_reader_is_told():
 
 
 def test_a_note_is_shown_as_it_is():
-    assert plain("<b>*a*</b> [x](y)") == r"\<b\>\*a\*\</b\> \[x\]\(y\)"
+    assert plain("<b>*a*</b> [x](y)") == r"\<b>\*a\*\</b> \[x\](y)"
 
 
 def an_own_study() -> State:

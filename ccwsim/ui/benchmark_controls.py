@@ -28,6 +28,7 @@ from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.timing_run import TimingRun
+from ccwsim.ui.trouble import safely
 
 Kind = Literal["grids", "data"]
 CASES: dict[Kind, Callable[[State], list[TimingCase]]] = {
@@ -133,7 +134,8 @@ def _realizations(state: State, kind: Kind) -> None:
 
 def _button(state: State, kind: Kind) -> None:
     st.button(
-        "Measure", key=f"measure_{kind}", type="primary", on_click=start, args=(state, kind),
+        "Measure", key=f"measure_{kind}", type="primary", on_click=safely(start),
+        args=(state, kind),
         disabled=state.benchmark.running is not None,
     )  # fmt: skip
 

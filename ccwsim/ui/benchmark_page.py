@@ -18,6 +18,7 @@ from ccwsim.ui.page import guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.timing_run import TimingRun
+from ccwsim.ui.trouble import safely
 
 STYLE = Path(__file__).with_name("benchmark.css")
 POLL_EVERY = 0.5
@@ -61,7 +62,7 @@ def _follow(state: State, kind: Kind) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key=f"progress_{kind}"):
             st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
-            st.button("Cancel", key=f"cancel_{kind}", on_click=run.job.cancel,
+            st.button("Cancel", key=f"cancel_{kind}", on_click=safely(run.job.cancel),
                       disabled=run.job.cancelled)  # fmt: skip
         DRAW[kind](state)
 

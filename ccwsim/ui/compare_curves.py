@@ -13,6 +13,7 @@ from ccwsim.ui.compare_words import nearest
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.state import State
 from ccwsim.ui.titled_chart import titled_chart
+from ccwsim.ui.trouble import safely
 
 SIGNS = {"variogram": ("Variogram", "γ"), "connection": ("Connection", "τ")}
 SAME_TAU = 0.01
@@ -28,7 +29,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         if state.comparing.job is None:
             st.button(
                 f"Work out the curves of {image.facies_names[facies]}", key="want_curves",
-                on_click=want_curves, args=(state,),
+                on_click=safely(want_curves), args=(state,),
             )  # fmt: skip
         else:
             st.html('<div class="unseen curves"></div>')

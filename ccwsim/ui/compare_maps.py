@@ -19,6 +19,7 @@ from ccwsim.ui.page import chart_theme
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
 from ccwsim.ui.titled_chart import titled_chart
+from ccwsim.ui.trouble import safely
 
 NARROWEST = 0.8
 """The training image's column is never narrower than this share of a setting's."""
@@ -62,7 +63,7 @@ def _controls(state: State, found: Comparison) -> None:
         panel_title(f"Realization {state.comparing.shown + 1} of {n}")
         for step, label, name in ((-1, "‹", "previous"), (1, "›", "next")):
             st.button(
-                label, key=f"shown_{name}", on_click=_step, args=(state, n, step),
+                label, key=f"shown_{name}", on_click=safely(_step), args=(state, n, step),
                 help=f"The {name} realization of all settings", disabled=n == 1,
             )  # fmt: skip
         st.html('<div class="panel below">Below it the E-type</div>', width="content")

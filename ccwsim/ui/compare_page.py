@@ -27,6 +27,7 @@ from ccwsim.ui.page import guarded
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
+from ccwsim.ui.trouble import safely
 
 STYLE = Path(__file__).with_name("compare.css")
 MOST_REALIZATIONS = 100
@@ -56,7 +57,8 @@ def draw_top(state: State, problem: str) -> None:
             write=lambda n: setattr(here, "n", int(n)),
         )  # fmt: skip
         st.button(
-            "Compare", key="compare", type="primary", on_click=start_comparison, args=(state,),
+            "Compare", key="compare", type="primary", on_click=safely(start_comparison),
+            args=(state,),
             disabled=bool(problem), help=problem or None,
         )  # fmt: skip
         _draw_files(here.found)

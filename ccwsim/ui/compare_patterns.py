@@ -17,6 +17,7 @@ from ccwsim.ui.page import chart_theme
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title, step_note
 from ccwsim.ui.titled_chart import titled_chart
+from ccwsim.ui.trouble import safely
 
 
 def draw_patterns(state: State, found: Comparison) -> None:
@@ -54,7 +55,7 @@ def _plot(state: State, found: Comparison) -> None:
 
         draw_point_key(found.names)
         st.plotly_chart(
-            chart, key=f"chart_{key}", theme=None, alt=alt, on_select=chosen,
+            chart, key=f"chart_{key}", theme=None, alt=alt, on_select=safely(chosen),
             selection_mode="points",
             config={"displaylogo": False, "modeBarButtons": [["toImage"]]},
         )  # fmt: skip

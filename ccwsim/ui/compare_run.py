@@ -13,6 +13,7 @@ from ccwsim.ui.page import guarded
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.run import POLL_EVERY, failed
 from ccwsim.ui.state import State
+from ccwsim.ui.trouble import safely
 
 
 def asked_of(state: State) -> Asked:
@@ -112,7 +113,7 @@ def follow_comparison(state: State, n_parts: int) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key="progress"):
             st.progress(min(job.fraction, 1.0), text=said_progress(job))
-            st.button("Cancel", key="cancel", on_click=job.cancel, disabled=job.cancelled)
+            st.button("Cancel", key="cancel", on_click=safely(job.cancel), disabled=job.cancelled)
 
 
 def said_progress(job: Job[Comparison]) -> str:

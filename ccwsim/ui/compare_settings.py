@@ -26,6 +26,7 @@ from ccwsim.ui.method_step import parameter_field
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import pair
+from ccwsim.ui.trouble import safely
 
 SIMULATE = "pages/simulate.py"
 COMMON = (
@@ -93,7 +94,7 @@ def _common(state: State, k: int, letter: str, p: Parameters) -> None:
 def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]) -> None:
     with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
         if st.button(
-            "Use these", key=f"use_{letter}", on_click=use_setting, args=(state, k),
+            "Use these", key=f"use_{letter}", on_click=safely(use_setting), args=(state, k),
             help="Take this setting to Simulate"
             + ("." if k == 0 else "; what the study had takes its place here."),
         ):  # fmt: skip
@@ -103,16 +104,18 @@ def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]
                 if j != k:
                     st.button(
                         f"Setting {other}", key=f"copy_{letter}_from_{other}", width="stretch",
-                        on_click=copy_setting, args=(state, k, j),
+                        on_click=safely(copy_setting), args=(state, k, j),
                     )  # fmt: skip
         if k:
             st.button(
-                "Remove", key=f"remove_{letter}", on_click=remove_setting, args=(state, k),
+                "Remove", key=f"remove_{letter}", on_click=safely(remove_setting), args=(state, k),
                 disabled=len(settings) == FEWEST,
                 help="Two settings are needed." if len(settings) == FEWEST else None,
             )  # fmt: skip
         elif len(settings) < MOST:
-            st.button("Add a setting", key="add_setting", on_click=add_setting, args=(state,))
+            st.button(
+                "Add a setting", key="add_setting", on_click=safely(add_setting), args=(state,)
+            )
 
 
 def _go_to_simulate() -> None:

@@ -28,6 +28,7 @@ from ccwsim.ui.run import start_run
 from ccwsim.ui.run_step import problem_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title, step_note
+from ccwsim.ui.trouble import safely
 
 STYLE = Path(__file__).with_name("editor.css")
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
@@ -86,7 +87,7 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
         draw_sampling(state)
         draw_export(state, data)
         st.button(
-            "Clear", key="clear", disabled=not data.n, on_click=take,
+            "Clear", key="clear", disabled=not data.n, on_click=safely(take),
             args=(state, DataChoice("placed", placed=HardData())),
             help="Take all data away; undo brings them back.",
         )  # fmt: skip

@@ -21,6 +21,7 @@ from ccwsim.ui.image_step import THUMB, colours_of, pretty
 from ccwsim.ui.resolve import data_of, image_of, imported_data
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note, step_title
+from ccwsim.ui.trouble import safely
 
 SOURCES = {
     "none": "none",
@@ -146,7 +147,7 @@ def _bundled(state: State, current: DataChoice) -> None:
 
 def _file(state: State, current: DataChoice) -> None:
     st.file_uploader(
-        "Points or a grid with gaps", type=TYPES, key="data_file", on_change=_uploaded,
+        "Points or a grid with gaps", type=TYPES, key="data_file", on_change=safely(_uploaded),
         args=(state,), help="CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; "
         "MATLAB v5",
     )  # fmt: skip
@@ -183,7 +184,7 @@ def _report(state: State, current: DataChoice) -> None:
     except CCWSIMError as error:
         st.error(str(error))
         if state.data_draft is not None:
-            st.button("Keep the data as they were", on_click=_drop_draft, args=(state,))
+            st.button("Keep the data as they were", on_click=safely(_drop_draft), args=(state,))
     else:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:

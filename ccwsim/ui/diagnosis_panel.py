@@ -14,6 +14,7 @@ from ccwsim.training_image import TrainingImage
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.steps import panel_title, step_note
 from ccwsim.ui.titled_chart import titled_chart
+from ccwsim.ui.trouble import safely
 
 NAMES = {
     "template_size": "Template",
@@ -84,7 +85,7 @@ def draw_advice(
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
         st.button(
-            "Use these values", key="use_advice", on_click=use, args=(advised,),
+            "Use these values", key="use_advice", on_click=safely(use), args=(advised,),
             help="Takes them into the study; run it to see what they change.",
         )  # fmt: skip
 

@@ -20,6 +20,7 @@ from ccwsim.ui.editor_actions import take_edits
 from ccwsim.ui.maps import CANVAS, CellMap, facies_map, map_content, points_of
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.state import State
+from ccwsim.ui.trouble import safely
 
 KEY = "editor"
 MAX_HEIGHT = 620
@@ -67,7 +68,7 @@ def draw_canvas(
         if edits:
             take_edits(state, edits)
 
-    component()(key=KEY, data=content, on_edits_change=edited)
+    component()(key=KEY, data=content, on_edits_change=safely(edited))
 
 
 def empty_map(grid: Grid) -> CellMap:

@@ -15,13 +15,15 @@ from ccwsim.ui.data_step import TYPES, problem_of_data, use_data
 from ccwsim.ui.editor_actions import moment_of
 from ccwsim.ui.resolve import imported_data
 from ccwsim.ui.state import State
+from ccwsim.ui.trouble import safely
 
 
 def draw_import(state: State) -> None:
     """Draw a menu to open a file of hard data, with its questions."""
     with st.popover("Import", key="import_menu"):
         st.file_uploader(
-            "Points or a grid with gaps", type=TYPES, key="import_file", on_change=_uploaded,
+            "Points or a grid with gaps", type=TYPES, key="import_file",
+            on_change=safely(_uploaded),
             args=(state,), help="CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; "
             "MATLAB v5",
         )  # fmt: skip
@@ -39,7 +41,7 @@ def draw_problem(state: State, problem: str) -> None:
     )
     st.button(
         "Start without data", key="start_empty",
-        on_click=lambda: state.change(data=DataChoice("placed", placed=HardData())),
+        on_click=safely(lambda: state.change(data=DataChoice("placed", placed=HardData()))),
     )  # fmt: skip
 
 
@@ -83,7 +85,9 @@ def _report(state: State, draft: DataChoice) -> None:
             st.caption(note)
     ask_data(draft, lambda answers: use_file(state, replace(draft, answers=answers)))
     if state.data_draft is not None:
-        st.button("Keep the data as they are", key="import_drop", on_click=_drop, args=(state,))
+        st.button(
+            "Keep the data as they are", key="import_drop", on_click=safely(_drop), args=(state,)
+        )
 
 
 def _notes(state: State, draft: DataChoice) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from ccwsim.ui.image_step import TYPES, problem_of_image
 from ccwsim.ui.questions import ask_image
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
+from ccwsim.ui.trouble import safely
 
 WAYS = {
     "random": "cells at random",
@@ -44,7 +45,7 @@ def draw_sampling(state: State) -> None:
         if own:
             _ask_reference(state)
         _ask_way(state)
-        st.button("Take these data", key="sample_take", on_click=sample, args=(state,))
+        st.button("Take these data", key="sample_take", on_click=safely(sample), args=(state,))
 
 
 def sample(state: State) -> None:
@@ -101,7 +102,8 @@ def _read_from(state: State, own: bool) -> None:
 def _ask_reference(state: State) -> None:
     choice = state.editor.reference_choice
     st.file_uploader(
-        "Reference image", type=TYPES, key="reference_file", on_change=_uploaded, args=(state,),
+        "Reference image", type=TYPES, key="reference_file", on_change=safely(_uploaded),
+        args=(state,),
         help="A field of the size of the grid, in any format of a training image.",
     )  # fmt: skip
     if choice is not None and choice.upload is not None:

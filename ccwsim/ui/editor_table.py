@@ -18,6 +18,7 @@ from ccwsim.ui.editor_actions import take_data
 from ccwsim.ui.fields import field
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
+from ccwsim.ui.trouble import safely
 
 WORLD, CELLS = ["x", "y", "facies"], ["row", "col", "facies"]
 HEIGHT = 420
@@ -44,7 +45,7 @@ def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
     )
     st.data_editor(
         table.base, key=key, num_rows="dynamic", height=HEIGHT, width="stretch", hide_index=True,
-        on_change=_edited, args=(state, key, image),
+        on_change=safely(_edited), args=(state, key, image),
         column_config={
             **{name: st.column_config.NumberColumn(width=72) for name in table.base.columns},
             "facies": st.column_config.NumberColumn(width=72, help=names),

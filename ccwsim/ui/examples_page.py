@@ -26,6 +26,7 @@ from ccwsim.ui.quiz_page import draw_quiz
 from ccwsim.ui.run import PATIENCE
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
+from ccwsim.ui.trouble import safely
 from ccwsim.ui.workbench import Failure
 
 STYLE = Path(__file__).with_name("examples.css")
@@ -48,7 +49,7 @@ def draw_examples(state: State) -> None:
         draw_class_link(state)
         if here.kept is not None:
             st.button(
-                "Back to my study", key="back_to_own", on_click=back_to_own, args=(state,),
+                "Back to my study", key="back_to_own", on_click=safely(back_to_own), args=(state,),
                 help="Brings back what you had before the first example, with its results.",
             )  # fmt: skip
     with st.container(key="results"):
@@ -95,11 +96,11 @@ def _card(state: State, number: int, example: Example, deadline: float) -> bool:
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
         opened = st.button(
             "Open", key=f"open_{example.name}", help="Makes it the study and runs it.",
-            on_click=_guarded, args=(open_example, state, example),
+            on_click=safely(_guarded), args=(open_example, state, example),
         )  # fmt: skip
         compared = bool(example.others) and st.button(
             "Compare", key=f"compare_{example.name}",
-            on_click=_guarded, args=(compare_example, state, example),
+            on_click=safely(_guarded), args=(compare_example, state, example),
             help="Its settings side by side, with their figures.",
         )  # fmt: skip
     if opened or compared:

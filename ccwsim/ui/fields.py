@@ -8,6 +8,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.parameters import parameter_table
+from ccwsim.ui.trouble import safely
 
 MOST_VERSIONS = 16
 PARAMETERS = {row["name"]: row for row in parameter_table()}
@@ -47,7 +48,7 @@ def field(
         if not replaced and new is not None and all(one in offered for one in chosen):
             write(new)
 
-    return widget(label, key=name, on_change=changed, **starting_at(widget, value, options))
+    return widget(label, key=name, on_change=safely(changed), **starting_at(widget, value, options))
 
 
 def _version(key: str, value: Any) -> int:

@@ -18,6 +18,7 @@ from ccwsim.ui.image_step import colours_of
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
+from ccwsim.ui.trouble import safely
 
 STYLE = Path(__file__).with_name("how.css")
 
@@ -72,7 +73,7 @@ def _page(state: State) -> None:
         st.warning(str(error))
         st.button(
             "Follow ccwsim here", key="how_ccwsim", type="primary",
-            on_click=lambda: set_own(state, method="ccwsim"),
+            on_click=safely(lambda: set_own(state, method="ccwsim")),
         )  # fmt: skip
         return
     trace = trace_of(state)

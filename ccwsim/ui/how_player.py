@@ -16,6 +16,7 @@ from ccwsim.ui.how_words import said_shape
 from ccwsim.ui.maps import canvas_component
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
+from ccwsim.ui.trouble import safely
 
 EVERY = 0.8
 """Seconds a patch is shown while it plays."""
@@ -40,7 +41,7 @@ def draw_player(state: State, trace: Trace) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
         st.button(
             "Previous", key="how_previous", icon=":material/chevron_left:",
-            disabled=how.patch == 0, on_click=lambda: how.go(max(how.patch - 1, 0)),
+            disabled=how.patch == 0, on_click=safely(lambda: how.go(max(how.patch - 1, 0))),
         )  # fmt: skip
         with st.container(key="how_slide"):
             field(
@@ -50,11 +51,11 @@ def draw_player(state: State, trace: Trace) -> None:
             )  # fmt: skip
         st.button(
             "Next", key="how_next", icon=":material/chevron_right:",
-            disabled=how.patch + 1 == n, on_click=lambda: how.go(min(how.patch + 1, n - 1)),
+            disabled=how.patch + 1 == n, on_click=safely(lambda: how.go(min(how.patch + 1, n - 1))),
         )  # fmt: skip
         st.button(
             "Stop" if how.playing else "Play", key="how_play", type="primary",
-            on_click=_play, args=(how, n),
+            on_click=safely(_play), args=(how, n),
         )  # fmt: skip
     _keys(how, n)
 
@@ -118,7 +119,9 @@ def draw_setting(state: State) -> None:
         )  # fmt: skip
         if how.parameters is not None:
             st.button(
-                "Use this setting", key="how_use", on_click=use_own, args=(state,),
+                "Use this setting", key="how_use", on_click=safely(use_own), args=(state,),
                 help="Takes it to the study, and so to Simulate.",
             )  # fmt: skip
-            st.button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
+            st.button(
+                "Back to the study's", key="how_back", on_click=safely(forget_own), args=(state,)
+            )

@@ -19,6 +19,7 @@ from ccwsim.ui.questions import ask_image
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note, step_title
+from ccwsim.ui.trouble import safely
 
 THUMB = 76
 MOST_FACIES = 12
@@ -90,7 +91,8 @@ def _menu(state: State) -> None:
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
     st.file_uploader(
-        "or a file of yours", type=TYPES, key="image_file", on_change=_uploaded, args=(state,),
+        "or a file of yours", type=TYPES, key="image_file", on_change=safely(_uploaded),
+        args=(state,),
         help="SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture",
     )  # fmt: skip
     if current.upload:
@@ -143,7 +145,7 @@ def _answers(state: State, current: ImageChoice) -> None:
         lambda answers: use_image(state, replace(current, answers=answers)),
     )  # fmt: skip
     if problem:
-        st.button("Keep the image as it was", on_click=_drop_draft, args=(state,))
+        st.button("Keep the image as it was", on_click=safely(_drop_draft), args=(state,))
 
 
 def _drop_draft(state: State) -> None:

@@ -18,6 +18,7 @@ from ccwsim.figures import CIVIDIS, index_png, ramp
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
 from ccwsim.training_image import TrainingImage
+from ccwsim.ui.trouble import safely
 
 CANVAS = Path(__file__).parent / "canvas"
 N_STEPS = 200
@@ -182,7 +183,15 @@ def map_content(
 def canvas_component(name: str) -> Any:
     """Return the component whose parts are `canvas/<name>.html`, `.css` and `.js`."""
     html, css, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in KINDS)
-    return v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
+    drawn = v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
+
+    def draw(**options: Any) -> Any:
+        told: dict[str, Any] = {
+            name: safely(act) for name, act in options.items() if name.startswith("on_")
+        }
+        return drawn(**{**options, **told})
+
+    return draw
 
 
 KINDS = ("html", "css", "js")

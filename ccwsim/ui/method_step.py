@@ -10,6 +10,7 @@ from ccwsim.ui.fitting import fitted, levels, overlap_sizes, template_sizes
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import pair, step_title
+from ccwsim.ui.trouble import safely
 
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
@@ -56,7 +57,7 @@ def method_step(state: State) -> None:
         for name in PARAMETERS:
             if name not in ON_TOP:
                 parameter_field(p, name, change(name))
-        st.button("Back to the defaults", on_click=lambda: _reset(state))
+        st.button("Back to the defaults", on_click=safely(lambda: _reset(state)))
 
 
 def set_parameters(state: State, **changes: object) -> None:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.figures import Theme, theme_named
-from ccwsim.ui.address import follow_study, take_address
+from ccwsim.ui.address import take_address
+from ccwsim.ui.guarding import guarded
+from ccwsim.ui.literal import plain
 from ccwsim.ui.share import draw_share
 from ccwsim.ui.state import KEY, State, session_state
+from ccwsim.ui.trouble import safely
 
 ROOT = Path(__file__).parents[2]
 ASSETS = ROOT / "assets"
@@ -63,30 +63,10 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     if first:
         with guarded():
             take_address(state)
-    _top(title, state)
     with guarded():
+        _top(title, state)
+    with guarded(whole=True):
         body(state)
-
-
-@contextmanager
-def guarded() -> Iterator[None]:
-    """Say errors in words and keep the state; for the body of a page and of each fragment.
-
-    What was changed goes into the address.
-    """
-    try:
-        yield
-    except CCWSIMError as error:
-        st.error(str(error))
-    except Exception as error:
-        if _is_control_flow(error):
-            raise
-        st.error(
-            "This part could not be drawn. Your study and its results are kept: change a setting "
-            f"or reload. The reason, for a report: {type(error).__name__}: {error}"
-        )
-    if KEY in st.session_state:
-        follow_study(session_state())
 
 
 def theme_name() -> str:
@@ -107,18 +87,7 @@ def _top(title: str, state: State) -> None:
     if state.told:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.told))
-            st.button("Close", key="told_close", on_click=_read, args=(state,))
-
-
-def plain(words: str) -> str:
-    """Return words that came from elsewhere so that a page shows them as they are.
-
-    Examples
-    --------
-    >>> plain("a*b [c]")
-    'a\\\\*b \\\\[c\\\\]'
-    """
-    return re.sub(r"([\\`*_{}\[\]()#+!|<>$~:-])", r"\\\1", words)
+            st.button("Close", key="told_close", on_click=safely(_read), args=(state,))
 
 
 def _read(state: State) -> None:
@@ -137,8 +106,3 @@ def _menu(title: str) -> None:
         here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
         script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
         st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
-
-
-def _is_control_flow(error: Exception) -> bool:
-    """Reruns and stops travel as exceptions of Streamlit's own runner."""
-    return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

@@ -21,6 +21,7 @@ from ccwsim.ui.paper_words import (
 )
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
+from ccwsim.ui.trouble import safely
 
 STYLE = Path(__file__).with_name("paper.css")
 POLL_EVERY = 0.5
@@ -72,7 +73,7 @@ def _controls(state: State) -> None:
         )  # fmt: skip
         st.button(
             "Run the experiments" if paper.run is None else "Run again", key="paper_start",
-            type="primary", on_click=start, args=(state,),
+            type="primary", on_click=safely(start), args=(state,),
         )  # fmt: skip
         duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[paper.quick]}."
         st.html(f'<span class="takes">{duration}</span>')
@@ -86,7 +87,7 @@ def _follow(state: State) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key="progress"):
             st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
-            st.button("Cancel", key="paper_cancel", on_click=run.job.cancel,
+            st.button("Cancel", key="paper_cancel", on_click=safely(run.job.cancel),
                       disabled=run.job.cancelled)  # fmt: skip
         st.html(verdict_list(run.finished))
 

@@ -24,6 +24,7 @@ from ccwsim.ui.resolve import image_of
 from ccwsim.ui.run import PATIENCE, POLL_EVERY, failed
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
+from ccwsim.ui.trouble import safely
 
 KEY = "quiz_pictures"
 HIGHEST = 4
@@ -120,7 +121,7 @@ def _controls(state: State) -> None:
             st.checkbox, "Refine", key="quiz_refine", value=quiz.refine, write=change("refine"),
             help=help_of("refine"),
         )  # fmt: skip
-        st.button("Next round", key="quiz_next", type="primary", on_click=begin_round,
+        st.button("Next round", key="quiz_next", type="primary", on_click=safely(begin_round),
                   args=(state,))  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from ccwsim.ui.past_runs import PastRun
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.scheduler import executor_of_environment
 from ccwsim.ui.state import State
+from ccwsim.ui.trouble import safely
 
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
@@ -129,7 +130,7 @@ def follow_run(state: State) -> None:
         st.rerun()
     with st.container(horizontal=True, vertical_alignment="center", key="progress"):
         st.progress(min(job.fraction, 1.0), text=progress_text(job))
-        st.button("Cancel", key="cancel", on_click=job.cancel, disabled=job.cancelled)
+        st.button("Cancel", key="cancel", on_click=safely(job.cancel), disabled=job.cancelled)
 
 
 def progress_text(job: Job[Ensemble]) -> str:

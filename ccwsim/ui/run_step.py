@@ -11,6 +11,7 @@ from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.run import start_run
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import pair, step_title
+from ccwsim.ui.trouble import safely
 
 MOST_REALIZATIONS = 1000
 LARGEST_SEED = 2**31 - 1
@@ -46,7 +47,7 @@ def run_button(state: State, key: str) -> None:
     """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
     problem = problem_of(state)
     st.button(
-        "Run", key=key, type="primary", on_click=start_run, args=(state,),
+        "Run", key=key, type="primary", on_click=safely(start_run), args=(state,),
         disabled=bool(problem), help=problem or None, width="stretch",
     )  # fmt: skip
 

@@ -18,6 +18,7 @@ from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note, step_title
 from ccwsim.ui.sweep_ranges import MOST, plan_of, ranges_of, seconds_of, values_on_offer
 from ccwsim.ui.sweep_run import SweepRun
+from ccwsim.ui.trouble import safely
 
 MOST_REALIZATIONS = 50
 LABELS = {
@@ -42,7 +43,9 @@ def draw_controls(state: State) -> None:
         with st.container(key=f"range_{name}"):
             _range(state, name, values, ranges[name])
     if state.sweep.ranges:
-        st.button("Back to what suits the study", key="ranges_back", on_click=_back, args=(state,))
+        st.button(
+            "Back to what suits the study", key="ranges_back", on_click=safely(_back), args=(state,)
+        )
     step_title(3, "Realizations")
     field(
         st.number_input, "Of each setting", key="n_swept", value=state.sweep.n_realizations,
@@ -61,7 +64,7 @@ def sweep_button(state: State, key: str) -> None:
     n = 0 if problem else len(plan_of(state))
     label = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
     st.button(
-        label, key=key, type="primary", on_click=start, args=(state,), width="stretch",
+        label, key=key, type="primary", on_click=safely(start), args=(state,), width="stretch",
         disabled=bool(problem) or going, help="A sweep is running." if going else problem or None,
     )  # fmt: skip
 

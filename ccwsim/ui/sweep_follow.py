@@ -11,6 +11,7 @@ from ccwsim.ui.jobs import held_up
 from ccwsim.ui.page import guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.sweep_run import SweepRun
+from ccwsim.ui.trouble import safely
 
 POLL_EVERY = 0.5
 LOOK_EVERY = 1.5
@@ -30,7 +31,9 @@ def follow_sweep(state: State, drawn_at: float) -> None:
         assert job is not None
         with st.container(horizontal=True, vertical_alignment="center", key="sweep_progress"):
             st.progress(min(job.fraction, 1.0), text=progress_text(run))
-            st.button("Cancel", key="sweep_cancel", on_click=job.cancel, disabled=job.cancelled)
+            st.button(
+                "Cancel", key="sweep_cancel", on_click=safely(job.cancel), disabled=job.cancelled
+            )
 
 
 def progress_text(run: SweepRun) -> str:

@@ -25,6 +25,7 @@ from ccwsim.ui.sweep_setting import draw_numbers, draw_realization, use_button
 from ccwsim.ui.sweep_table import csv_button, draw_table
 from ccwsim.ui.sweep_tiles import draw_planned_tiles, draw_tiles
 from ccwsim.ui.titled_chart import chart_menu
+from ccwsim.ui.trouble import safely
 
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
@@ -184,7 +185,7 @@ def _selectable(state: State, chart: Any) -> None:
             choose(state, int(clicked[0]))
 
     st.plotly_chart(
-        chart, key="chart_sweep", theme=None, on_select=chosen, selection_mode="points",
+        chart, key="chart_sweep", theme=None, on_select=safely(chosen), selection_mode="points",
         alt="Settings by CPU time and error; a line joins those that no other beats",
         config={"displayModeBar": False},
     )  # fmt: skip

@@ -16,6 +16,7 @@ from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
 from ccwsim.ui.sweep_ranges import use_setting
 from ccwsim.ui.sweep_run import SweepRun
+from ccwsim.ui.trouble import safely
 
 MAP_HEIGHT = 392
 
@@ -29,7 +30,8 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
         for step, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
             st.button(
-                sign, key=f"swept_{name}", on_click=_step, args=(state, step, n), disabled=n == 1,
+                sign, key=f"swept_{name}", on_click=safely(_step), args=(state, step, n),
+                disabled=n == 1,
                 help=f"The {name} realization; the first {n} are kept",
             )  # fmt: skip
     said = label(row.parameters, RANGED)
@@ -77,7 +79,7 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
     """Draw a button that takes a setting into the study and goes to where it is simulated."""
     pressed = st.button(
-        text, key=key, on_click=use_setting, args=(state, parameters),
+        text, key=key, on_click=safely(use_setting), args=(state, parameters),
         type="primary" if key == "use_setting" else "secondary",
         help="Takes it into the study and goes to Simulate.",
     )  # fmt: skip

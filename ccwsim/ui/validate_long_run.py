@@ -18,6 +18,7 @@ from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.titled_chart import titled_chart
+from ccwsim.ui.trouble import safely
 from ccwsim.ui.validate_uncertainty import draw_three
 
 POLL_EVERY = 1.0
@@ -41,7 +42,9 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
             "many.", write=lambda n: setattr(state.validation, "n_long", int(n)),
         )  # fmt: skip
         if not going:
-            st.button("Start", key="long_start", type="primary", on_click=start, args=(state,))
+            st.button(
+                "Start", key="long_start", type="primary", on_click=safely(start), args=(state,)
+            )
     if run is not None and not belongs(run, ensemble):
         step_note("The latest long run was of another study.")
     elif going:
@@ -74,7 +77,7 @@ def _follow(state: State, colours: Sequence[str]) -> None:
             text += f" · {seconds(left)} left"
         with st.container(horizontal=True, vertical_alignment="center", key="long_progress"):
             st.progress(min(job.fraction, 1.0), text="Stopping …" if job.cancelled else text)
-            st.button("Stop", key="long_stop", on_click=job.cancel, disabled=job.cancelled)
+            st.button("Stop", key="long_stop", on_click=safely(job.cancel), disabled=job.cancelled)
         _show(run, state, colours)
 
 

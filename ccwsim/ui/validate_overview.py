@@ -20,6 +20,7 @@ from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
 from ccwsim.ui.titled_chart import titled_chart
+from ccwsim.ui.trouble import safely
 from ccwsim.ui.validate_panel import begin, panel
 from ccwsim.ui.validate_statistics import MOST_COMPARED, curves, patterns
 
@@ -74,7 +75,7 @@ def _realization(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}")
         for step, label, name in ((-1, "‹", "previous"), (1, "›", "next")):
             st.button(
-                label, key=f"shown_{name}", on_click=_step, args=(state, step),
+                label, key=f"shown_{name}", on_click=safely(_step), args=(state, step),
                 help=f"The {name} realization", disabled=ensemble.n == 1,
             )  # fmt: skip
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
@@ -118,7 +119,8 @@ def _selectable(state: State, n: int, chart: Any, key: str, alt: str) -> None:
             state.shown = min(max(int(clicked[0]), 0), n - 1)
 
     st.plotly_chart(
-        chart, key=f"chart_{key}", theme=None, alt=alt, on_select=chosen, selection_mode="points",
+        chart, key=f"chart_{key}", theme=None, alt=alt, on_select=safely(chosen),
+        selection_mode="points",
         config={"displaylogo": False, "modeBarButtons": [["toImage"]]},
     )  # fmt: skip
 

@@ -15,6 +15,7 @@ from ccwsim.ui.run import start_run
 from ccwsim.ui.run_step import MOST_REALIZATIONS, problem_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
+from ccwsim.ui.trouble import safely
 from ccwsim.ui.validate_overview import draw_curves_row, draw_look, shown_elsewhere
 from ccwsim.ui.validate_panel import begin
 from ccwsim.ui.validate_sections import draw_links, draw_sections
@@ -70,6 +71,6 @@ def draw_controls(state: State, ensemble: Ensemble) -> None:
         )  # fmt: skip
         problem = problem_of(state)
         st.button(
-            "Run", key="run", type="primary", on_click=start_run, args=(state,),
+            "Run", key="run", type="primary", on_click=safely(start_run), args=(state,),
             disabled=bool(problem), help=problem or None,
         )  # fmt: skip

@@ -11,6 +11,7 @@ import streamlit as st
 from ccwsim.ui.run import PATIENCE
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
+from ccwsim.ui.trouble import safely
 from ccwsim.ui.workbench import Failure, Statistic
 
 Value = TypeVar("Value")
@@ -61,7 +62,7 @@ def panel(
             with st.container(key=f"dim_{place}"):
                 v.drawn[place]()
         if v.bench.stopped:
-            st.button("Stopped: work it out", key=f"go_on_{place}", on_click=v.bench.go_on)
+            st.button("Stopped: work it out", key=f"go_on_{place}", on_click=safely(v.bench.go_on))
         else:
             st.html(
                 '<div class="working" role="progressbar" aria-label="working it out"><i></i></div>'
@@ -107,7 +108,7 @@ def _follow(state: State, waiting: dict[str, Statistic], begun: float) -> None:
             st.html(
                 f'<div class="note">Working out {n} more {"figures" if n > 1 else "figure"}</div>'
             )
-            st.button("Stop", key="stop_work", on_click=_stop, args=(state,))
+            st.button("Stop", key="stop_work", on_click=safely(_stop), args=(state,))
 
 
 def _stop(state: State) -> None:
