@@ -7,6 +7,7 @@ import streamlit as st
 from ccwsim.ui.compare_page import draw_results, draw_style, draw_top, is_old, problem_of
 from ccwsim.ui.compare_run import collect_comparison, follow_comparison, start_comparison
 from ccwsim.ui.examples_note import draw_opened
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import show_page
 from ccwsim.ui.run import PATIENCE
 from ccwsim.ui.state import State
@@ -29,9 +30,9 @@ def compare_page(state: State) -> None:
             if is_old(state):
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if problem:
-            st.error(problem)
+            st.error(plain(problem))
         if here.message:
-            st.warning(here.message)
+            st.warning(plain(here.message))
     with st.container(key="results"):
         draw_results(state, here.job is not None)
 

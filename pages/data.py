@@ -6,6 +6,7 @@ import streamlit as st
 
 from ccwsim.ui.data_editor import draw_editor
 from ccwsim.ui.editor_actions import needs_run
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import show_page
 from ccwsim.ui.run import PATIENCE, collect, follow_run, start_run
 from ccwsim.ui.state import State
@@ -23,7 +24,7 @@ def data_page(state: State) -> None:
             if state.ensemble is not None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if state.message:
-            st.warning(state.message)
+            st.warning(plain(state.message))
     with st.container(key="results"):
         draw_editor(state)
 

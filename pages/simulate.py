@@ -6,6 +6,7 @@ import streamlit as st
 
 from ccwsim.ui.examples_note import draw_opened
 from ccwsim.ui.history import draw_history
+from ccwsim.ui.literal import plain
 from ccwsim.ui.live import dim_and_wait, keep_up
 from ccwsim.ui.page import show_page
 from ccwsim.ui.results import draw_results
@@ -27,7 +28,7 @@ def simulate_page(state: State) -> None:
         if state.job is not None:
             follow_run(state)
         if state.message:
-            st.warning(state.message)
+            st.warning(plain(state.message))
     with st.container(key="results"):
         draw_results(state)
     with st.container(key="history"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import show_page
 from ccwsim.ui.results import draw_ghost
 from ccwsim.ui.run import PATIENCE, collect, follow_run, start_run
@@ -26,7 +27,7 @@ def validate_page(state: State) -> None:
             if state.ensemble is not None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if state.message:
-            st.warning(state.message)
+            st.warning(plain(state.message))
     with st.container(key="results"):
         if state.ensemble is not None:
             draw_validation(state, state.ensemble)

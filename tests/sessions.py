@@ -155,6 +155,11 @@ class Session:
         """Return what errors and warnings say."""
         return [e.alert.body for e in self.elements.values() if e.HasField("alert")]
 
+    def styles(self) -> list[str]:
+        """Return what style sheets and style attributes of the page say."""
+        bodies = [e.html.body for e in self.elements.values() if e.HasField("html")]
+        return [body for body in bodies if "style" in body]
+
     # messages
 
     def _ask(self, fragment: str = "") -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from ccwsim.figures.names import as_written
 from ccwsim.figures.setting_marks import SYMBOLS, setting_colours
 from ccwsim.figures.style import Theme, blank_chart
 
@@ -38,6 +39,7 @@ def compared_proportions_chart(
         Shares of cells in the realizations of each setting.
     theme : Theme
     """
+    facies = as_written(facies)
     n, block = len(facies), len(names) + 1
     chart = blank_chart(
         theme,

@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from ccwsim.figures.names import as_written
 from ccwsim.figures.style import Theme, blank_chart
 
 
@@ -37,6 +38,7 @@ def proportions_chart(
         One "#rrggbb" a facies.
     theme : Theme
     """
+    names = as_written(names)
     chart = blank_chart(
         theme, height=proportions_height(len(names)), x_title="share of cells (%)", y_title=""
     ).update_layout(hovermode="closest")

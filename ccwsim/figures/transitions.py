@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from ccwsim.figures.curves import Bundle, curves_chart
+from ccwsim.figures.names import as_written
 from ccwsim.figures.style import Theme, blank_chart
 
 ROW_HEIGHT = 172
@@ -33,6 +34,7 @@ def transiogram_chart(
         Of all facies.
     theme : Theme
     """
+    names = as_written(names)
     titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
     chart = make_subplots(
         len(tails), len(heads), subplot_titles=titles, shared_xaxes=True, shared_yaxes=True,

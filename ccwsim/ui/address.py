@@ -1,4 +1,4 @@
-"""The address of a page follows the study, and a study starts from the address."""
+"""A study starts from the address of a page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 import streamlit as st
 
 from ccwsim.errors import CCWSIMError
-from ccwsim.sharing import link_of, meant, read_link
+from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.choices import Choices, DataChoice, Shown
 from ccwsim.ui.class_link import own_seed
 from ccwsim.ui.fitting import fitted_to_image
@@ -45,26 +45,9 @@ def together(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     return fitting, tuple(notes)
 
 
-def shown_of(state: State) -> Shown:
-    """Return what of the results is looked at."""
-    return Shown(state.shown, state.facies, state.e_type)
-
-
 def show(state: State, shown: Shown) -> None:
     """Look at something of the results."""
     state.shown, state.facies, state.e_type = shown.realization, shown.facies, shown.e_type
-
-
-def follow_study(state: State) -> None:
-    """Write the study behind the address, where it is not there; the page is not drawn again."""
-    there = {name: st.query_params.get_all(name) for name in st.query_params}
-    kept = {name: values for name, values in there.items() if not meant(name)}
-    wanted = {**kept, **link_of(state.choices, shown_of(state))}
-    word = urlencode(wanted, doseq=True)
-    # what the browser told may be older than what it was sent last
-    if word != state.address or wanted != there:
-        st.query_params.from_dict(wanted)
-        state.address = word
 
 
 def link_here(choices: Choices, shown: Shown) -> str:

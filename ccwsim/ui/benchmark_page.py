@@ -14,6 +14,7 @@ from ccwsim.ui.benchmark_results import draw_data, draw_grids
 from ccwsim.ui.benchmark_words import WHAT_CAN_BE_COMPARED, why_ended
 from ccwsim.ui.facts import seconds
 from ccwsim.ui.jobs import held_up
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
@@ -33,7 +34,7 @@ def draw_benchmark(state: State) -> None:
         _download(state)
     step_note(WHAT_CAN_BE_COMPARED)
     if state.benchmark.message:
-        st.error(state.benchmark.message)
+        st.error(plain(state.benchmark.message))
     st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
     draw_grid_controls(state)
     draw_part(state, "grids")
@@ -50,7 +51,7 @@ def draw_part(state: State, kind: Kind) -> None:
             _follow(state, kind)
             return
         if run and why_ended(run):
-            st.warning(why_ended(run))
+            st.warning(plain(why_ended(run)))
         DRAW[kind](state)
 
 

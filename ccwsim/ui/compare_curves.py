@@ -10,6 +10,7 @@ from ccwsim.figures import compared_curves_chart
 from ccwsim.ui.compare_name import draw_curve_key
 from ccwsim.ui.compare_run import has_curves, want_curves
 from ccwsim.ui.compare_words import nearest
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.state import State
 from ccwsim.ui.titled_chart import titled_chart
@@ -28,7 +29,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     if not has_curves(found, facies):
         if state.comparing.job is None:
             st.button(
-                f"Work out the curves of {image.facies_names[facies]}", key="want_curves",
+                f"Work out the curves of {plain(image.facies_names[facies])}", key="want_curves",
                 on_click=safely(want_curves), args=(state,),
             )  # fmt: skip
         else:

@@ -21,6 +21,7 @@ from ccwsim.ui.facts import draw_facts
 from ccwsim.ui.fields import field
 from ccwsim.ui.gallery import draw_gallery
 from ccwsim.ui.image_step import colours_of
+from ccwsim.ui.literal import plain
 from ccwsim.ui.maps import draw_map, facies_map, points_of
 from ccwsim.ui.page import guarded
 from ccwsim.ui.resolve import data_of, image_of
@@ -100,7 +101,7 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
             start_run(state)
             st.rerun()
     if state.editor.message:
-        st.warning(state.editor.message)
+        st.warning(plain(state.editor.message))
 
 
 def said_answer(state: State, ensemble: Ensemble) -> str:

@@ -18,6 +18,7 @@ from ccwsim.ui.choices import Choices, DataChoice, DataSource, Upload
 from ccwsim.ui.data_questions import ask_data
 from ccwsim.ui.fields import field
 from ccwsim.ui.image_step import THUMB, colours_of, pretty
+from ccwsim.ui.literal import plain
 from ccwsim.ui.resolve import data_of, image_of, imported_data
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note, step_title
@@ -47,11 +48,11 @@ def data_step(state: State) -> None:
             with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
                 st.page_link("pages/data.py", label="Edit on a map")
     if problem:
-        st.error(problem)
+        st.error(plain(problem))
     draft = state.data_draft
     if draft is not None and draft.upload is not None:
         problem = problem_of_data(replace(state.choices, data=draft))
-        st.error(f"{problem or 'Not taken yet'}. The study keeps the data that it has.")
+        st.error(plain(f"{problem or 'Not taken yet'}. The study keeps the data that it has."))
 
 
 def problem_of_data(choices: Choices) -> str:
@@ -152,7 +153,7 @@ def _file(state: State, current: DataChoice) -> None:
         "MATLAB v5",
     )  # fmt: skip
     if current.upload is not None:
-        st.caption(f"From your file {current.upload.name}".replace("_", r"\_"))
+        st.caption(plain(f"From your file {current.upload.name}"))
 
 
 def _uploaded(state: State) -> None:
@@ -182,13 +183,13 @@ def _report(state: State, current: DataChoice) -> None:
     try:
         report = imported_data(replace(state.choices, data=current))
     except CCWSIMError as error:
-        st.error(str(error))
+        st.error(plain(str(error)))
         if state.data_draft is not None:
             st.button("Keep the data as they were", on_click=safely(_drop_draft), args=(state,))
     else:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
-            st.caption(note)
+            st.caption(plain(note))
     ask_data(current, lambda answers: use_data(state, replace(current, answers=answers)))
 
 

@@ -13,6 +13,7 @@ from ccwsim.ui.choices import DataChoice, Upload
 from ccwsim.ui.data_questions import ask_data
 from ccwsim.ui.data_step import TYPES, problem_of_data, use_data
 from ccwsim.ui.editor_actions import moment_of
+from ccwsim.ui.literal import plain
 from ccwsim.ui.resolve import imported_data
 from ccwsim.ui.state import State
 from ccwsim.ui.trouble import safely
@@ -34,7 +35,7 @@ def draw_import(state: State) -> None:
 
 def draw_problem(state: State, problem: str) -> None:
     """Say why the hard data of the study cannot be used, and ask what is to be done."""
-    st.error(problem)
+    st.error(plain(problem))
     ask_data(
         state.choices.data,
         lambda answers: state.change(data=replace(state.choices.data, answers=answers)),
@@ -75,14 +76,14 @@ def _uploaded(state: State) -> None:
 
 def _report(state: State, draft: DataChoice) -> None:
     assert draft.upload is not None
-    st.caption(f"From your file {draft.upload.name}".replace("_", r"\_"))
+    st.caption(plain(f"From your file {draft.upload.name}"))
     choices = replace(state.choices, data=draft)
     problem = problem_of_data(choices)
     if problem:
-        st.error(f"{problem}. The study keeps the data that it has.")
+        st.error(plain(f"{problem}. The study keeps the data that it has."))
     else:
         for note in _notes(state, draft):
-            st.caption(note)
+            st.caption(plain(note))
     ask_data(draft, lambda answers: use_file(state, replace(draft, answers=answers)))
     if state.data_draft is not None:
         st.button(

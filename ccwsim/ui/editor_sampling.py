@@ -16,6 +16,7 @@ from ccwsim.ui.editor_actions import fits, take_data
 from ccwsim.ui.editor_state import Sampling
 from ccwsim.ui.fields import field
 from ccwsim.ui.image_step import TYPES, problem_of_image
+from ccwsim.ui.literal import plain
 from ccwsim.ui.questions import ask_image
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
@@ -109,7 +110,7 @@ def _ask_reference(state: State) -> None:
     if choice is not None and choice.upload is not None:
         problem = problem_of_image(choice)
         if problem:
-            st.error(problem)
+            st.error(plain(problem))
         ask_image(choice.upload, choice.answers, lambda answers: _answer(state, answers))
 
 

@@ -16,6 +16,7 @@ from ccwsim.hard_data import HardData
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.editor_actions import take_data
 from ccwsim.ui.fields import field
+from ccwsim.ui.literal import plain
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
 from ccwsim.ui.trouble import safely
@@ -52,7 +53,7 @@ def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
         },
     )  # fmt: skip
     for note in table.notes:
-        st.caption(note)
+        st.caption(plain(note))
 
 
 def _stands_for(state: State, digest: str, image: TrainingImage) -> tuple:

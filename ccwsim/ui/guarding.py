@@ -7,8 +7,8 @@ from contextlib import contextmanager
 
 import streamlit as st
 
-from ccwsim.ui.address import follow_study
 from ccwsim.ui.choices import Choices
+from ccwsim.ui.following import follow_study
 from ccwsim.ui.state import KEY, session_state
 from ccwsim.ui.trouble import TROUBLE, is_control_flow, safely, worded
 

@@ -15,6 +15,7 @@ from ccwsim.ui.how_player import EVERY, draw_player, draw_setting, tick
 from ccwsim.ui.how_steps import draw_steps
 from ccwsim.ui.how_trace import parameters_of, set_own, trace_of
 from ccwsim.ui.image_step import colours_of
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title
@@ -70,7 +71,7 @@ def _page(state: State) -> None:
         check_traceable(parameters_of(state))
     except CCWSIMError as error:
         state.how.leave()
-        st.warning(str(error))
+        st.warning(plain(str(error)))
         st.button(
             "Follow ccwsim here", key="how_ccwsim", type="primary",
             on_click=safely(lambda: set_own(state, method="ccwsim")),

@@ -15,6 +15,7 @@ from ccwsim.ui.choices import Choices, ImageChoice, Upload
 from ccwsim.ui.diagnosis_panel import draw_advice
 from ccwsim.ui.fields import field
 from ccwsim.ui.fitting import fitted, fitted_to_image
+from ccwsim.ui.literal import plain
 from ccwsim.ui.questions import ask_image
 from ccwsim.ui.resolve import image_of
 from ccwsim.ui.state import State
@@ -40,7 +41,7 @@ def image_step(state: State) -> None:
                 _menu(state)
     if state.image_draft is not None:
         problem = problem_of_image(state.image_draft)
-        st.error(f"{problem or 'Not taken yet'}. The study keeps the image that it has.")
+        st.error(plain(f"{problem or 'Not taken yet'}. The study keeps the image that it has."))
 
 
 def problem_of_image(choice: ImageChoice) -> str:
@@ -96,7 +97,7 @@ def _menu(state: State) -> None:
         help="SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture",
     )  # fmt: skip
     if current.upload:
-        st.caption(f"From your file {current.upload.name}".replace("_", r"\_"))
+        st.caption(plain(f"From your file {current.upload.name}"))
         _answers(state, current)
     _turns(state)
     _facies(state)
@@ -111,7 +112,7 @@ def _advice(state: State) -> None:
     try:
         found = _diagnosed((image.digest, image.facies_names), image)
     except CCWSIMError as error:  # too small to judge, which is no fault of the study
-        st.caption(f"No advice: {error}.")
+        st.caption(plain(f"No advice: {error}."))
         return
     draw_advice(found, image, state.choices.parameters, lambda chosen: use_advice(state, chosen))
 
@@ -139,7 +140,7 @@ def _answers(state: State, current: ImageChoice) -> None:
     assert current.upload is not None
     problem = problem_of_image(current)
     if problem:
-        st.error(problem)
+        st.error(plain(problem))
     ask_image(
         current.upload, current.answers,
         lambda answers: use_image(state, replace(current, answers=answers)),

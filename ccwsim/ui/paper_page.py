@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.paper import EXPERIMENTS
 from ccwsim.ui.fields import field
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import guarded
 from ccwsim.ui.paper_run import PaperRun, server_inputs
 from ccwsim.ui.paper_words import (
@@ -36,7 +37,7 @@ def draw_paper(state: State) -> None:
     inputs, problem = server_inputs()
     step_note(said_inputs(inputs))
     if problem:
-        st.warning(problem)
+        st.warning(plain(problem))
     run = state.paper.run
     if run is None or not run.going:
         _controls(state)
@@ -97,7 +98,7 @@ def _ended(run: PaperRun | None) -> None:
         with st.container(horizontal=True, vertical_alignment="center", key="paper_end"):
             words = ended_text(run)
             if run.job is not None and run.job.error is not None:
-                st.error(words)
+                st.error(plain(words))
             else:
                 st.html(f'<p class="facts ran">{words}</p>')
             if run.report:

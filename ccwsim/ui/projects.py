@@ -13,9 +13,10 @@ from ccwsim.io.limits import limited, upload_limits
 from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
 from ccwsim.study import Study
-from ccwsim.ui.address import show, shown_of
+from ccwsim.ui.address import show
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.editor_history import History
+from ccwsim.ui.following import shown_of
 from ccwsim.ui.grid_step import LARGEST
 from ccwsim.ui.resolve import data_of, image_of, opened
 from ccwsim.ui.run import start_run

@@ -16,6 +16,7 @@ from ccwsim.ui.fields import field, help_of
 from ccwsim.ui.fitting import fitted, levels
 from ccwsim.ui.image_step import pretty
 from ccwsim.ui.jobs import Job
+from ccwsim.ui.literal import plain
 from ccwsim.ui.maps import canvas_component
 from ccwsim.ui.page import guarded
 from ccwsim.ui.quiz_reveal import draw_reveal
@@ -40,7 +41,7 @@ def draw_quiz(state: State) -> None:
     if quiz.job is not None and quiz.job.wait(PATIENCE):
         collect_round(quiz)
     if quiz.message:
-        st.error(quiz.message)
+        st.error(plain(quiz.message))
     if quiz.job is not None:
         _follow(state)
     if quiz.round is not None:

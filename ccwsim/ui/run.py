@@ -10,6 +10,7 @@ from ccwsim.ensemble import Ensemble
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.simulation import simulate
 from ccwsim.ui.choices import Choices
+from ccwsim.ui.guarding import guarded
 from ccwsim.ui.jobs import Cancel, Job, Progress, held_up
 from ccwsim.ui.live_run import LiveRun, first_part
 from ccwsim.ui.past_runs import PastRun
@@ -123,6 +124,11 @@ def failed(error: Exception) -> str:
 @st.fragment(run_every=POLL_EVERY)
 def follow_run(state: State) -> None:
     """Show progress where the results will be, with a way to stop; redraw the page at the end."""
+    with guarded():
+        _follow(state)
+
+
+def _follow(state: State) -> None:
     job = state.job
     news = job is not None and job.partial is not None and job.partial is not state.ensemble
     if job is None or job.finished or news:

@@ -11,9 +11,12 @@ from ccwsim.figures import facies_colours
 from ccwsim.io import project_as_bytes
 from ccwsim.report import report_html
 from ccwsim.sharing import REVISED, Again, again, left_out, study_report
-from ccwsim.ui.address import link_here, shown_of
+from ccwsim.ui.address import link_here
 from ccwsim.ui.choices import Choices, Upload
 from ccwsim.ui.facts import facts_of
+from ccwsim.ui.following import shown_of
+from ccwsim.ui.guarding import guarded
+from ccwsim.ui.literal import plain
 from ccwsim.ui.projects import file_name, open_project, project_of, study_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
@@ -22,6 +25,11 @@ from ccwsim.ui.steps import step_note
 @st.fragment
 def draw_share(state: State) -> None:
     """Draw the menu; what is in it is worked out when it is opened."""
+    with guarded():
+        _menu(state)
+
+
+def _menu(state: State) -> None:
     menu = st.popover("Share", key="share", on_change="rerun")
     if not menu.open:
         return
@@ -30,7 +38,7 @@ def draw_share(state: State) -> None:
             study = study_of(state.choices)
             how = again(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
-            st.error(f"{error}. Mend the study before it is shared.")
+            st.error(plain(f"{error}. Mend the study before it is shared."))
         else:
             _link(state)
             _files(state)
@@ -120,7 +128,7 @@ def _open(state: State) -> None:
         else:
             st.rerun()
     if state.opened[1]:
-        st.error(state.opened[1])
+        st.error(plain(state.opened[1]))
 
 
 def _title(words: str) -> None:

@@ -13,6 +13,7 @@ from ccwsim.sweep import Settings
 from ccwsim.ui.facts import seconds
 from ccwsim.ui.fields import PARAMETERS, field
 from ccwsim.ui.image_step import colours_of, pretty
+from ccwsim.ui.literal import plain
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note, step_title
@@ -73,7 +74,7 @@ def draw_plan(state: State) -> None:
     """Say what the ranges come to, or what is wrong with them."""
     problem = problem_of(state)
     if problem:
-        st.warning(problem)
+        st.warning(plain(problem))
     else:
         step_note(said_plan(state, plan_of(state)))
 

@@ -13,6 +13,7 @@ from ccwsim.figures import sweep_chart
 from ccwsim.parameters import Parameters
 from ccwsim.sweep import Recommendation, Sweep, label, pareto_front, recommended, varied
 from ccwsim.ui.fields import field
+from ccwsim.ui.literal import plain
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.state import State
@@ -51,7 +52,7 @@ def draw_found(state: State) -> None:
         run.n_drawn = len(found.rows)
         end = said_end(run)
         if end:
-            st.warning(end)
+            st.warning(plain(end))
         if not run.n_drawn:
             if run.going:
                 draw_waiting(state, run)

@@ -13,6 +13,7 @@ from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.metrics import RunningSummary, connectivity, variogram
 from ccwsim.ui.facts import seconds, three_digits
 from ccwsim.ui.fields import field
+from ccwsim.ui.literal import plain
 from ccwsim.ui.long_run import LongRun
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.state import State
@@ -83,7 +84,7 @@ def _follow(state: State, colours: Sequence[str]) -> None:
 
 def _show(run: LongRun, state: State, colours: Sequence[str]) -> None:
     if run.job is not None and run.job.error is not None:
-        st.error(f"The long run ended early: {run.job.error}")
+        st.error(plain(f"The long run ended early: {run.job.error}"))
     summary = run.summary
     if summary is None:
         return

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import streamlit as st
 
+from ccwsim.ui.guarding import guarded
 from ccwsim.ui.run import PATIENCE
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
@@ -90,6 +91,11 @@ def _follow(state: State, waiting: dict[str, Statistic], begun: float) -> None:
     One fragment for all, not one in each panel: the browser gives up on a fragment whose panel is
     replaced while it draws.
     """
+    with guarded():
+        _fill(state, waiting, begun)
+
+
+def _fill(state: State, waiting: dict[str, Statistic], begun: float) -> None:
     bench = state.validation.bench
     there = [bench.shelf.get(statistic.key) is not None for statistic in waiting.values()]
     if all(there) or (any(there) and time.monotonic() - begun > TOGETHER):
