@@ -6,10 +6,9 @@ from html import escape
 
 import streamlit as st
 
-from ccwsim.figures import DASHES, setting_colours
+from ccwsim.figures import DARK, DASHES, LIGHT, setting_colours
 from ccwsim.figures.setting_marks import SYMBOLS
 from ccwsim.ui.compare_state import LETTERS
-from ccwsim.ui.page import chart_theme
 
 LINES = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """How CSS says a dash; it has no dash-dot."""
@@ -18,8 +17,9 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 
 
 def colour_of(letter: str) -> str:
-    """Return the colour of a setting in the theme that the browser shows."""
-    return setting_colours(chart_theme())[LETTERS.index(letter)]
+    """Return the colour of a setting as a style sheet says it, for both themes."""
+    light, dark = (setting_colours(theme)[LETTERS.index(letter)] for theme in (LIGHT, DARK))
+    return f"light-dark({light}, {dark})"
 
 
 def draw_name(letter: str, note: str) -> None:
@@ -32,7 +32,7 @@ def draw_name(letter: str, note: str) -> None:
 
 def draw_curve_key(letters: tuple[str, ...]) -> None:
     """Write what the lines of the charts are."""
-    entries = [(f"2px solid {chart_theme().reference}", "training image")]
+    entries = [("2px solid var(--reference)", "training image")]
     entries += [
         (f"2px {LINES[dash]} {colour_of(letter)}", f"{letter}, median and 5–95 %")
         for letter, dash in zip(letters, DASHES, strict=False)

@@ -26,7 +26,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     """
     theme = chart_theme()
     name = ensemble.training_image.facies_names[facies]
-    _key(ensemble, theme)
+    _key(ensemble)
     variograms = [variogram_bundle(ensemble, facies, way) for way in ("E-W", "N-S")]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in variograms)
     with st.container(key="charts"):
@@ -85,14 +85,14 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
     draw_chart(chart, "times", "CPU time of each realization")
 
 
-def _key(ensemble: Ensemble, theme: Theme) -> None:
+def _key(ensemble: Ensemble) -> None:
     each = "each realization"
     if ensemble.n > MOST_CURVES:
         each = f"each of the first {MOST_CURVES} realizations"
     st.html(
         '<div class="curve-key">'
-        f'<span><i style="border-top: 2px solid {theme.reference}"></i>training image</span>'
-        f'<span><i style="border-top: 2px solid {theme.ink}"></i>median</span>'
-        f'<span><i style="border-top: 10px solid {theme.band}"></i>5–95 %</span>'
-        f'<span><i style="border-top: 1px solid {theme.each}"></i>{each}</span></div>'
+        '<span><i style="border-top: 2px solid var(--reference)"></i>training image</span>'
+        '<span><i style="border-top: 2px solid var(--ink)"></i>median</span>'
+        '<span><i style="border-top: 10px solid var(--band)"></i>5–95 %</span>'
+        f'<span><i style="border-top: 1px solid var(--each)"></i>{each}</span></div>'
     )

@@ -22,7 +22,8 @@ from ccwsim.ui.steps import panel_title
 from ccwsim.ui.trouble import safely
 
 WORLD, CELLS = ["x", "y", "facies"], ["row", "col", "facies"]
-HEIGHT = 420
+HEIGHT = 497
+"""Pixels: names and fourteen rows, none of them cut."""
 MOST_NOTES = 4
 
 

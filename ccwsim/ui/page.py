@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.figures import Theme, theme_named
+from ccwsim.figures import DARK, LIGHT, Theme, theme_named
 from ccwsim.ui.address import take_address
 from ccwsim.ui.guarding import guarded
 from ccwsim.ui.literal import plain
+from ccwsim.ui.maps import canvas_component
 from ccwsim.ui.share import draw_share
 from ccwsim.ui.state import KEY, State, session_state
 from ccwsim.ui.trouble import safely
@@ -54,10 +56,10 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
         layout="wide",
         initial_sidebar_state=STUDY_WIDTH,
     )
-    theme = chart_theme()
-    own = f":root {{ --ink: {theme.ink}; --paper: {theme.paper}; --hairline: {theme.hairline} }}"
-    st.html(f"<style>{own}\n{STYLE.read_text('utf-8')}</style>")
+    st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
+    # the page is drawn again in the colours of the theme that the reader switches to
+    canvas_component("theme")(key="theme", data={"theme": theme_name()}, on_theme_change=_nothing)
     first = KEY not in st.session_state
     state = session_state()
     if first:
@@ -72,6 +74,15 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 def theme_name() -> str:
     """Return "dark" or "light", whichever the reader's browser shows."""
     return "dark" if st.context.theme.type == "dark" else "light"
+
+
+def own_colours() -> str:
+    """Return the style sheet's names of our own colours, each in the light and the dark theme."""
+    pairs = " ".join(
+        f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
+        for part in fields(Theme)
+    )
+    return f":root {{ color-scheme: {theme_name()}; {pairs} }}"
 
 
 def chart_theme() -> Theme:
@@ -92,6 +103,10 @@ def _top(title: str, state: State) -> None:
 
 def _read(state: State) -> None:
     state.told = ()
+
+
+def _nothing() -> None:
+    """That the page is drawn again is all that is asked."""
 
 
 def _menu(title: str) -> None:

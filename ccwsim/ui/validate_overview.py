@@ -137,15 +137,15 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
 
 def draw_key(ensemble: Ensemble) -> None:
     """Write what the lines of the curves are."""
-    theme, few = chart_theme(), min(ensemble.n, MOST_CURVES)
+    few = min(ensemble.n, MOST_CURVES)
     entries = (
-        (2, theme.reference, "training image"),
-        (2, theme.ink, "median of the realizations"),
-        (10, theme.band, "5–95 % of them"),
-        (1, theme.each, f"each of {few}" if few == ensemble.n else f"each of the first {few}"),
+        (2, "reference", "training image"),
+        (2, "ink", "median of the realizations"),
+        (10, "band", "5–95 % of them"),
+        (1, "each", f"each of {few}" if few == ensemble.n else f"each of the first {few}"),
     )
     lines = "".join(
-        f'<span><i style="border-top: {width}px solid {colour}"></i>{text}</span>'
+        f'<span><i style="border-top: {width}px solid var(--{colour})"></i>{text}</span>'
         for width, colour, text in entries
     )
     st.html(f'<div class="curve-key">{lines}</div>')

@@ -1,0 +1,18 @@
+// Asks for the page to be drawn anew where the reader switches between light and dark: charts carry
+// the colours of the theme in which they were drawn.
+export default function ({ data, parentElement, setTriggerValue }) {
+  const probe = parentElement.querySelector('i');
+  let asked = data.theme;
+  const look = () => {
+    const app = document.querySelector('.stApp');
+    const now = app && getComputedStyle(app).colorScheme === 'dark' ? 'dark' : 'light';
+    // our own colours follow at once, charts when the page has been drawn
+    document.documentElement.style.colorScheme = now;
+    if (now === asked) return;
+    asked = now;
+    setTriggerValue('theme', now);
+  };
+  probe.ontransitionend = look;
+  look();
+  return () => { probe.ontransitionend = null; };
+}
