@@ -102,7 +102,7 @@ def test_a_stop_ends_what_is_at_work_and_it_can_go_on():
 
 @pytest.mark.parametrize(
     ("error", "said"),
-    [(CCWSIMError("too small"), "too small"), (ZeroDivisionError("x"), "ZeroDivisionError"),
+    [(CCWSIMError("too small"), "too small"), (ZeroDivisionError("x"), "number"),
      (MemoryError(), "memory")],
 )  # fmt: skip
 def test_an_error_is_an_answer_and_the_next_is_worked_out(error, said):

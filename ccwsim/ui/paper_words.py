@@ -8,6 +8,7 @@ from html import escape
 from ccwsim.paper import EXPERIMENTS, Finished, Inputs, summary, verdict_of
 from ccwsim.ui.jobs import held_up
 from ccwsim.ui.paper_run import PaperRun
+from ccwsim.ui.trouble import reason
 
 INTRODUCTION = (
     "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
@@ -60,7 +61,7 @@ def ended_text(run: PaperRun) -> str:
     if run.going or run.job is None:
         return ""
     if run.job.error is not None:
-        return f"The run ended early: {type(run.job.error).__name__}: {run.job.error}"
+        return f"The run ended early: {reason(run.job.error)}"
     if run.result is None:
         return ""
     stopped = "Stopped. " if run.result.stopped else ""

@@ -17,7 +17,7 @@ from ccwsim.ui.past_runs import PastRun
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.scheduler import executor_of_environment
 from ccwsim.ui.state import State
-from ccwsim.ui.trouble import safely
+from ccwsim.ui.trouble import reason, safely
 
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
@@ -118,7 +118,7 @@ def failed(error: Exception) -> str:
         return str(error)
     if isinstance(error, MemoryError):
         return "The results do not fit into memory: ask for fewer realizations or a smaller grid."
-    return f"The run failed; your study is kept. The reason: {type(error).__name__}: {error}"
+    return f"The run failed; your study is kept. The reason: {reason(error)}."
 
 
 @st.fragment(run_every=POLL_EVERY)

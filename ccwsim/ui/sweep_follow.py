@@ -11,7 +11,7 @@ from ccwsim.ui.jobs import held_up
 from ccwsim.ui.page import guarded
 from ccwsim.ui.state import State
 from ccwsim.ui.sweep_run import SweepRun
-from ccwsim.ui.trouble import safely
+from ccwsim.ui.trouble import reason, safely
 
 POLL_EVERY = 0.5
 LOOK_EVERY = 1.5
@@ -54,7 +54,7 @@ def said_end(run: SweepRun) -> str:
     found, job = run.found, run.job
     said = []
     if job is not None and job.error is not None:
-        said.append(f"The sweep ended early: {job.error}.")
+        said.append(f"The sweep ended early: {reason(job.error)}.")
     if found.stopped and not run.going:
         n, asked = len(found.rows), found.n_asked
         said.append(f"Stopped after {n} of {asked} settings" + ("; these are shown." if n else "."))

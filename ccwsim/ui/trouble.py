@@ -77,10 +77,28 @@ def worded(error: Exception, what: str) -> str:
     )
 
 
+def reason(error: Exception) -> str:
+    """Return why work on a thread came to nothing, in a few words; its cause goes to the log.
+
+    Examples
+    --------
+    >>> reason(CCWSIMError("the scheduler does not answer"))
+    'the scheduler does not answer'
+    """
+    if isinstance(error, CCWSIMError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "it does not fit into memory; ask for fewer realizations or a smaller grid"
+    return f"it is number {logged(error)} in the server's log, to be reported if it happens again"
+
+
 def logged(error: BaseException) -> str:
-    """Write an error with its traceback to the server's log, and return the number it has there."""
-    number = secrets.token_hex(3)
-    LOG.error("trouble %s: %s", number, type(error).__name__, exc_info=error)
+    """Write an error with its traceback to the server's log, once, and return its number there."""
+    number = getattr(error, "number_in_log", "")
+    if not number:
+        number = secrets.token_hex(3)
+        error.number_in_log = number  # type: ignore[attr-defined]
+        LOG.error("trouble %s: %s", number, type(error).__name__, exc_info=error)
     return number
 
 

@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.trouble import reason
 
 Value = TypeVar("Value")
 Fraction = Callable[[float], None]
@@ -164,4 +165,4 @@ class Workbench:
         except MemoryError:
             return Failure("this does not fit into memory; ask for fewer realizations")
         except Exception as error:
-            return Failure(f"this could not be worked out: {type(error).__name__}: {error}")
+            return Failure(f"this could not be worked out: {reason(error)}")
