@@ -9,6 +9,7 @@ from contextlib import nullcontext
 from threading import Event
 from typing import Protocol
 
+from ccwsim.cores import Cores, Lane, Turn
 from ccwsim.errors import Cancelled, CCWSIMError
 
 LOOK_EVERY = 0.05
@@ -25,6 +26,20 @@ def n_cores() -> int:
     return os.cpu_count() or 1
 
 
+_shared: Cores | None = None
+
+
+def share_cores() -> None:
+    """Let all runs of this process take turns on its cores from now on, as a server should.
+
+    However many runs there are, so many tasks compute at once as there are cores; a run gets no
+    more threads than before.
+    """
+    global _shared
+    if _shared is None:
+        _shared = Cores(n_cores())
+
+
 class Stop(Protocol):
     """Something that says whether work is to stop, such as a `threading.Event`."""
 
@@ -34,10 +49,19 @@ class Stop(Protocol):
 
 
 class Watch:
-    """What a running task and its caller tell each other."""
+    """What a running task and its caller tell each other.
+
+    Attributes
+    ----------
+    share : float
+        How much of the task is done, 0 … 1.
+    turn : Turn or None
+        Its leave to compute, where it shares the cores with others.
+    """
 
     def __init__(self, stop: Stop) -> None:
         self.share = 0.0
+        self.turn: Turn | None = None
         self._stop = stop
 
     def report(self, share: float) -> None:
@@ -52,7 +76,9 @@ class Watch:
         self.check()
 
     def check(self) -> None:
-        """Raise `Cancelled` in a task that was asked to stop."""
+        """Raise `Cancelled` in a task that was asked to stop; let others compute meanwhile."""
+        if self.turn is not None and not self._stop.is_set():
+            self.turn.look_up()
         if self._stop.is_set():
             raise Cancelled("the simulation was stopped")
 
@@ -71,12 +97,12 @@ def run_all(
     the others and is raised. `progress` and `cancel` are called in the caller's own thread.
     A `pool` that is given stays open.
     """
-    stop = Event()
+    stop, lane = Event(), _shared.lane() if _shared else None
     watches = [Watch(stop) for _ in range(n)]
     with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
         futures: list[Future[None]] = []
         try:
-            futures += [_submit(threads, task, k, watches[k]) for k in range(n)]
+            futures += [_submit(threads, task, k, watches[k], lane) for k in range(n)]
             pending = set(futures)
             while pending:
                 finished, pending = wait(pending, LOOK_EVERY)
@@ -88,6 +114,8 @@ def run_all(
                     break
         finally:
             stop.set()
+            if lane:
+                lane.close()
             for future in futures:
                 future.cancel()
             wait(futures)
@@ -95,9 +123,25 @@ def run_all(
 
 
 def _submit(
-    pool: ThreadPoolExecutor, task: Callable[[int, Watch], None], number: int, watch: Watch
+    pool: ThreadPoolExecutor,
+    task: Callable[[int, Watch], None],
+    number: int,
+    watch: Watch,
+    lane: Lane | None,
 ) -> Future[None]:
     try:
-        return pool.submit(task, number, watch)
+        return pool.submit(_in_turn, task, number, watch, lane)
     except RuntimeError as error:
         raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
+
+
+def _in_turn(
+    task: Callable[[int, Watch], None], number: int, watch: Watch, lane: Lane | None
+) -> None:
+    """Run a task when it is its turn; one that was stopped before does not begin."""
+    if lane is None:
+        task(number, watch)
+        return
+    with lane.turn() as watch.turn:
+        watch.check()
+        task(number, watch)

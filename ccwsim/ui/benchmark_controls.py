@@ -91,11 +91,11 @@ def start(state: State, kind: Kind) -> None:
         run = TimingRun(
             image_of(state.choices.image), CASES[kind](state), own.n_realizations,
             state.choices.seed,
-        )  # fmt: skip
+        ).start()  # fmt: skip
     except CCWSIMError as error:
         own.message = str(error)
         return
-    setattr(own, kind, run.start())
+    setattr(own, kind, run)
 
 
 def _row(kind: Kind):

@@ -12,6 +12,7 @@ from ccwsim.comparison import Comparison
 from ccwsim.errors import CCWSIMError
 from ccwsim.figures import facies_colours
 from ccwsim.study import Study
+from ccwsim.ui.admission import Demand, check_limits
 from ccwsim.ui.compare_choice import settings_of
 from ccwsim.ui.compare_curves import draw_curves
 from ccwsim.ui.compare_maps import draw_maps
@@ -73,6 +74,8 @@ def problem_of(state: State) -> str:
         image, data = image_of(choices.image), data_of(choices)
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
+        cells = choices.grid.ny * choices.grid.nx * len(settings_of(state))
+        check_limits(Demand(cells * state.comparing.n, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""

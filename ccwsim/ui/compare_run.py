@@ -6,6 +6,8 @@ import streamlit as st
 
 from ccwsim.comparison import FEWEST, Comparison, add_curves, compare
 from ccwsim.errors import Cancelled, CCWSIMError
+from ccwsim.study import Study
+from ccwsim.ui.admission import Demand, demand_of
 from ccwsim.ui.compare_choice import called, settings_of
 from ccwsim.ui.compare_state import Asked, Run
 from ccwsim.ui.jobs import Cancel, Job, Progress, held_up
@@ -43,7 +45,20 @@ def start_comparison(state: State) -> None:
         )  # fmt: skip
 
     here.message = ""
-    here.job = Job(work, about=run)
+    try:
+        here.job = Job(work, run, _demand(state, asked))
+    except CCWSIMError as error:
+        here.job, here.message = None, str(error)
+
+
+def _demand(state: State, asked: Asked) -> Demand:
+    """Return what a comparison asks of the server: all its realizations are kept."""
+    image, data = image_of(state.choices.image), data_of(state.choices)
+    each = [
+        demand_of(Study(image, asked.grid, p, data, asked.seed), asked.n) for p in asked.settings
+    ]
+    n_cells = sum(demand.n_cells for demand in each)
+    return Demand(n_cells, data.n, sum(demand.n_bytes for demand in each))
 
 
 def want_curves(state: State) -> None:

@@ -1,22 +1,31 @@
-"""Long work on a thread, with progress and cancel; it knows nothing of the page."""
+"""Long work on a thread, in its turn, with progress and cancel; it knows nothing of the page."""
 
 from __future__ import annotations
 
 import time
+import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 from typing import Any, Generic, Self, TypeVar
+
+from ccwsim.errors import Cancelled
+from ccwsim.ui.admission import Demand, admit
+from ccwsim.ui.queue import Place, server_queue
+from ccwsim.ui.sessions import current_session, server_attendance
 
 Result = TypeVar("Result")
 Progress = Callable[[float, int], None]
 Cancel = Callable[[], bool]
 SLOW_START = 0.8
 """Seconds without progress after which the kernels must be compiling."""
+NOTHING = Demand(0)
+_door = Lock()
+"""One job at a time is let in, so that two cannot be promised the same memory."""
 
 
 class Job(Generic[Result]):
-    """A piece of work that runs on its own thread from the moment it is made.
+    """A piece of work that runs on its own thread as soon as the queue of the server lets it.
 
     Parameters
     ----------
@@ -24,6 +33,8 @@ class Job(Generic[Result]):
         Called as work(progress, cancel); what it returns is `result`, what it raises is `error`.
     about : object
         Whatever the caller wants to find on the job again.
+    demand : Demand
+        What it asks of the server.
 
     Attributes
     ----------
@@ -36,6 +47,11 @@ class Job(Generic[Result]):
     result, error
         What came out; None until then.
 
+    Raises
+    ------
+    CCWSIMError
+        Where the server has not got what it demands; nothing is begun then.
+
     Examples
     --------
     >>> job = Job(lambda progress, cancel: 6 * 7)
@@ -43,7 +59,12 @@ class Job(Generic[Result]):
     (True, 42)
     """
 
-    def __init__(self, work: Callable[[Progress, Cancel], Result], about: Any = None) -> None:
+    def __init__(
+        self,
+        work: Callable[[Progress, Cancel], Result],
+        about: Any = None,
+        demand: Demand = NOTHING,
+    ) -> None:
         self.about = about
         self.fraction = 0.0
         self.n_done = 0
@@ -51,21 +72,54 @@ class Job(Generic[Result]):
         self.result: Result | None = None
         self.error: Exception | None = None
         self.collected = False
-        self._started = time.monotonic()
+        self._began: float | None = None
         self._cancelled = Event()
         self._finished = Event()
         self._first = Event()
-        self._work = work
-        Thread(target=self._run, daemon=True).start()
+        self._work: Callable[[Progress, Cancel], Result] | None = work
+        self._n_bytes, self._dropped = demand.n_bytes, False
+        session, self._queue = current_session(), server_queue()
+        self._place = Place(session, self._begin, self.drop, self._still_to_take)
+        with _door:
+            if demand is not NOTHING:
+                admit(demand, self._queue.still_to_take)
+            self._queue.enter(self._place)
+        server_attendance().note(session)
+
+    def _begin(self) -> None:
+        self._began = time.monotonic()
+        try:
+            Thread(target=self._run, daemon=True).start()
+        except RuntimeError as error:  # the system gives no more threads
+            self._end(error)
 
     def _run(self) -> None:
+        error = None
         try:
+            assert self._work is not None
             self.result = self._work(self._report, self._cancelled.is_set)
-        except Exception as error:
-            self.error = error
+        except Exception as raised:
+            error = raised
         finally:
-            self._finished.set()
-            self._first.set()
+            self._end(error)
+
+    def _end(self, error: Exception | None) -> None:
+        """Keep what came out and nothing else, and give the place back."""
+        self.error, self._work = error, None
+        while error is not None:  # what was in the work of a frame would stay with its error
+            traceback.clear_frames(error.__traceback__)
+            error = error.__context__ if isinstance(error.__context__, Exception) else None
+        if self._dropped:
+            self.result = self.partial = None
+            self.error = Cancelled("stopped, as the page was closed")
+        self._finished.set()
+        self._first.set()
+        self._queue.leave(self._place)
+
+    def _still_to_take(self) -> float:
+        if self.cancelled or self.finished:
+            return 0.0
+        return self._n_bytes * (1 - min(self.fraction, 1.0))
 
     def _report(self, fraction: float, n_done: int) -> None:
         self.fraction, self.n_done = fraction, n_done
@@ -76,8 +130,20 @@ class Job(Generic[Result]):
         self._first.set()
 
     def cancel(self) -> None:
-        """Ask the work to stop; it does so when it next looks."""
+        """Ask the work to stop; it does so when it next looks, and at once where it waits."""
         self._cancelled.set()
+        if self._queue.withdraw(self._place):
+            self._end(Cancelled("stopped before it began"))
+
+    def drop(self) -> None:
+        """Stop the work and keep nothing of it: there is nobody to look at it."""
+        self._dropped = True
+        self.cancel()
+
+    @property
+    def position(self) -> int:
+        """Its place among the jobs that wait, 0 where it does not wait."""
+        return self._queue.position(self._place)
 
     @property
     def cancelled(self) -> bool:
@@ -105,8 +171,8 @@ class Job(Generic[Result]):
 
     @property
     def seconds(self) -> float:
-        """Time since the start."""
-        return time.monotonic() - self._started
+        """Time since it began; 0 while it waits."""
+        return 0.0 if self._began is None else time.monotonic() - self._began
 
     @property
     def seconds_left(self) -> float | None:
@@ -117,7 +183,7 @@ class Job(Generic[Result]):
 
 
 def held_up(job: Job | None) -> str:
-    """Say why a job does not get on, for a progress bar: it is being stopped, or kernels compile.
+    """Say why a job does not get on, for a progress bar: it waits, it stops, or kernels compile.
 
     Returns
     -------
@@ -126,9 +192,23 @@ def held_up(job: Job | None) -> str:
     """
     if job is None or job.cancelled:
         return "Stopping …"
+    if position := job.position:
+        return f"Waiting: {ordinal(position)} in the queue"
     if job.fraction == 0 and job.seconds > SLOW_START:
         return "Compiling the kernels for this machine: some seconds, on the first run only …"
     return ""
+
+
+def ordinal(number: int) -> str:
+    """Return the word for a place in a row.
+
+    Examples
+    --------
+    >>> [ordinal(n) for n in (1, 2, 3, 4, 11, 22)]
+    ['1st', '2nd', '3rd', '4th', '11th', '22nd']
+    """
+    special = {1: "st", 2: "nd", 3: "rd"} if number % 100 not in (11, 12, 13) else {}
+    return f"{number}{special.get(number % 10, 'th')}"
 
 
 class BackgroundRun(ABC):
@@ -137,9 +217,19 @@ class BackgroundRun(ABC):
     job: Job | None
 
     def start(self) -> Self:
-        """Begin, on a thread."""
-        self.job = Job(self._work)
+        """Begin, on a thread.
+
+        Raises
+        ------
+        CCWSIMError
+            Where the server has not got what it demands.
+        """
+        self.job = Job(self._work, demand=self.demand())
         return self
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server."""
+        return NOTHING
 
     @abstractmethod
     def _work(self, progress: Progress, cancel: Cancel) -> Any:

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 from ccwsim.ensemble import Ensemble, joined
 from ccwsim.errors import Cancelled
+from ccwsim.ui.admission import Demand
 from ccwsim.ui.choices import Choices
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import NOTHING, Cancel, Job, Progress
 from ccwsim.workers import n_cores
 
 AT_ONCE = 0.3
@@ -33,6 +34,8 @@ class LiveRun(Job[Ensemble]):
         Realizations of the first part.
     wanted : int
         Which realization was large before; it is again as soon as it is there.
+    demand : Demand
+        What it asks of the server.
     """
 
     def __init__(
@@ -41,11 +44,12 @@ class LiveRun(Job[Ensemble]):
         choices: Choices,
         n_first: int,
         wanted: int = 0,
+        demand: Demand = NOTHING,
     ) -> None:
         self._some = some
         self._n, self._n_first = choices.n_realizations, n_first
         self._wanted, self._put = wanted, wanted
-        super().__init__(self._in_parts, about=choices)
+        super().__init__(self._in_parts, choices, demand)
 
     def place_of(self, shown: int, n: int) -> int:
         """Return which of n is large: the wanted one, unless the user chose another since."""

@@ -13,7 +13,9 @@ from ccwsim.hard_data import HardData
 from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.parameters import Parameters
 from ccwsim.simulation import simulate
+from ccwsim.study import Study
 from ccwsim.training_image import TrainingImage
+from ccwsim.ui.admission import Demand, demand_of
 from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 from ccwsim.workers import n_cores
 
@@ -59,13 +61,22 @@ class LongRun(BackgroundRun):
     nbytes: int = 0
     job: Job | None = None
 
+    def demand(self) -> Demand:
+        """Return what it asks of the server: a batch of realizations, and the statistics."""
+        study = Study(self.training_image, self.grid, self.parameters, self.hard_data, self.seed)
+        return demand_of(study, self.n, n_kept=self._batch)
+
+    @property
+    def _batch(self) -> int:
+        cells = self.grid.ny * self.grid.nx
+        return min(max(CELLS_A_BATCH // cells, 1), 4 * n_cores())
+
     def _work(self, progress: Progress, cancel: Cancel) -> None:
         sides = (*self.grid.shape, *self.training_image.shape)
         n_facies, lags = self.training_image.n_facies, min(LARGEST_LAG, min(sides) // 2)
         running = RunningStatistics(self.grid.shape, n_facies, [self.facies], max_lag=lags)
         self.nbytes = running.nbytes
-        batch = min(max(CELLS_A_BATCH // (self.grid.ny * self.grid.nx), 1), 4 * n_cores())
-        looked = 0.0
+        batch, looked = self._batch, 0.0
         while running.n < self.n and not cancel():
             self._add_batch(running, min(batch, self.n - running.n), cancel)
             progress(running.n / self.n, running.n)

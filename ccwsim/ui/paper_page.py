@@ -7,6 +7,7 @@ from pathlib import Path
 
 import streamlit as st
 
+from ccwsim.errors import CCWSIMError
 from ccwsim.paper import EXPERIMENTS
 from ccwsim.ui.fields import field
 from ccwsim.ui.literal import plain
@@ -41,6 +42,8 @@ def draw_paper(state: State) -> None:
     run = state.paper.run
     if run is None or not run.going:
         _controls(state)
+    if state.paper.message:
+        st.warning(plain(state.paper.message))
     with st.container(key="results"):
         if run is not None and run.going:
             _follow(state)
@@ -53,7 +56,11 @@ def start(state: State) -> None:
     if state.paper.run is not None and state.paper.run.going:
         return
     inputs, _ = server_inputs()
-    state.paper.run = PaperRun(inputs, state.paper.quick, state.paper.seed).start()
+    state.paper.message = ""
+    try:
+        state.paper.run = PaperRun(inputs, state.paper.quick, state.paper.seed).start()
+    except CCWSIMError as error:
+        state.paper.message = str(error)
 
 
 def _controls(state: State) -> None:

@@ -10,6 +10,7 @@ from ccwsim.paper import (
     EXPERIMENTS,
     FULL,
     QUICK,
+    Extent,
     Finished,
     Inputs,
     Reproduction,
@@ -18,8 +19,11 @@ from ccwsim.paper import (
     reproduce,
 )
 from ccwsim.report import report_html
+from ccwsim.ui.admission import Demand
 from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 
+BYTES_A_CELL = 8
+"""Memory of an experiment for each cell of its realizations, with statistics and pictures."""
 VARIABLE = "CCWSIM_DATA"
 """Environment variable of the server that names the folder of the authors' files."""
 
@@ -49,10 +53,28 @@ class PaperRun(BackgroundRun):
     report: bytes = b""
     job: Job | None = None
 
+    @property
+    def _extent(self) -> Extent:
+        return QUICK if self.quick else FULL
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: its largest experiment, as they run one by one."""
+        x = self._extent
+        n_cells = max(
+            x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few,
+            max(x.timed_sides) ** 2 * x.n_timed,
+        )  # fmt: skip
+        return Demand(n_cells, 0, BYTES_A_CELL * n_cells)
+
     def _work(self, progress: Progress, cancel: Cancel) -> None:
-        extent = QUICK if self.quick else FULL
         found = reproduce(
-            self.inputs, extent, self.seed, progress, cancel, EXPERIMENTS, self.finished.append
+            self.inputs,
+            self._extent,
+            self.seed,
+            progress,
+            cancel,
+            EXPERIMENTS,
+            self.finished.append,
         )
         if found.finished:
             self.report = report_html(document_of(found)).encode()
@@ -70,11 +92,14 @@ class PaperState:
     seed : int
     run : PaperRun, optional
         The latest.
+    message : str
+        Why one was not started.
     """
 
     quick: bool = False
     seed: int = 0
     run: PaperRun | None = None
+    message: str = ""
 
 
 def server_inputs() -> tuple[Inputs, str]:

@@ -15,7 +15,7 @@ from ccwsim.ui.examples_state import Quiz
 from ccwsim.ui.fields import field, help_of
 from ccwsim.ui.fitting import fitted, levels
 from ccwsim.ui.image_step import pretty
-from ccwsim.ui.jobs import Job
+from ccwsim.ui.jobs import Job, held_up
 from ccwsim.ui.literal import plain
 from ccwsim.ui.maps import canvas_component
 from ccwsim.ui.page import guarded
@@ -175,7 +175,8 @@ def _follow(state: State) -> None:
         if quiz.job is None or quiz.job.finished:
             collect_round(quiz)
             st.rerun()
-        st.html('<div class="note" role="status">Drawing a round …</div>')
+        words = held_up(quiz.job) or "Drawing a round …"
+        st.html(f'<div class="note" role="status">{words}</div>')
 
 
 def _asked(state: State) -> tuple:

@@ -9,6 +9,8 @@ import streamlit as st
 from ccwsim.ensemble import Ensemble
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.simulation import simulate
+from ccwsim.study import Study
+from ccwsim.ui.admission import Demand, check_limits, demand_of
 from ccwsim.ui.choices import Choices
 from ccwsim.ui.guarding import guarded
 from ccwsim.ui.jobs import Cancel, Job, Progress, held_up
@@ -22,22 +24,50 @@ from ccwsim.ui.trouble import reason, safely
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
 POLL_EVERY = 0.25
+ENOUGH_TO_STOP = 1.0
+"""Seconds in which a run that was stopped gives its memory back."""
+Some = Callable[[int, int, Progress, Cancel], Ensemble]
 
 
 def start_run(state: State) -> None:
     """Simulate the study as it is set up; a run that is still going is stopped."""
+    before = state.job
     try:
-        some = part_of(state.choices)
+        some, demand = part_of(state.choices), demand_of_run(state)
+        check_limits(demand)
     except CCWSIMError as error:
         state.message = str(error)
         return
     stop_run(state)
     state.message, state.tried = "", state.choices
+    try:
+        state.job = _begun(state, some, demand)
+    except CCWSIMError as error:
+        if before is None or not before.wait(ENOUGH_TO_STOP):
+            state.message = str(error)
+            return
+        try:  # what the run before had is free by now
+            state.job = _begun(state, some, demand)
+        except CCWSIMError as again:
+            state.message = str(again)
+
+
+def _begun(state: State, some: Some, demand: Demand) -> Job[Ensemble]:
+    """Return the job of the study, which is in the queue."""
+    choices = state.choices
     if state.live:
-        n_first = first_part(state.choices, state.ensemble)
-        state.job = LiveRun(some, state.choices, n_first, wanted=state.shown)
-    else:
-        state.job = Job(simulation_of(state.choices), about=state.choices)
+        n_first = first_part(choices, state.ensemble)
+        return LiveRun(some, choices, n_first, wanted=state.shown, demand=demand)
+    n = choices.n_realizations
+    return Job(lambda progress, cancel: some(0, n, progress, cancel), choices, demand)
+
+
+def demand_of_run(state: State) -> Demand:
+    """Return what the study asks of the server; with Live on parts are put together."""
+    choices = state.choices
+    image, data = image_of(choices.image), data_of(choices)
+    study = Study(image, choices.grid, choices.parameters, data, choices.seed)
+    return demand_of(study, choices.n_realizations, copies=3 if state.live else 1)
 
 
 def stop_run(state: State) -> None:
@@ -53,7 +83,7 @@ def simulation_of(choices: Choices):
     return lambda progress, cancel: some(0, n, progress, cancel)
 
 
-def part_of(choices: Choices) -> Callable[[int, int, Progress, Cancel], Ensemble]:
+def part_of(choices: Choices) -> Some:
     """Return the work of some realizations of a study, as some(first, n, progress, cancel)."""
     image, data = image_of(choices.image), data_of(choices)
 

@@ -6,11 +6,13 @@ import streamlit as st
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.study import Study
+from ccwsim.ui.admission import Demand, check_limits
 from ccwsim.ui.fields import field
+from ccwsim.ui.limits import limits_of_environment
 from ccwsim.ui.resolve import data_of, image_of
 from ccwsim.ui.run import start_run
 from ccwsim.ui.state import State
-from ccwsim.ui.steps import pair, step_title
+from ccwsim.ui.steps import pair, step_note, step_title
 from ccwsim.ui.trouble import safely
 
 MOST_REALIZATIONS = 1000
@@ -35,6 +37,8 @@ def run_step(state: State) -> None:
             help="The same seed gives the same realizations, on any machine.",
             write=lambda n: state.change(seed=int(n)),
         )  # fmt: skip
+    if limits := str(limits_of_environment()):
+        step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
         field(
@@ -58,6 +62,8 @@ def problem_of(state: State) -> str:
     try:
         data = data_of(choices)
         Study(image_of(choices.image), choices.grid, choices.parameters, data, choices.seed)
+        cells = choices.grid.ny * choices.grid.nx
+        check_limits(Demand(cells * choices.n_realizations, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""

@@ -10,6 +10,7 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.sweep import Settings
+from ccwsim.ui.admission import Demand, check_limits
 from ccwsim.ui.facts import seconds
 from ccwsim.ui.fields import PARAMETERS, field
 from ccwsim.ui.image_step import colours_of, pretty
@@ -72,7 +73,7 @@ def sweep_button(state: State, key: str) -> None:
 
 def draw_plan(state: State) -> None:
     """Say what the ranges come to, or what is wrong with them."""
-    problem = problem_of(state)
+    problem = problem_of(state) or state.sweep.message
     if problem:
         st.warning(plain(problem))
     else:
@@ -123,6 +124,12 @@ def problem_of(state: State) -> str:
         return f"No combination fits together. {plan.left_out[0][1]}."
     if len(plan) > MOST:
         return f"{len(plan)} settings; a sweep tries at most {MOST}: take fewer values."
+    cells = state.choices.grid.ny * state.choices.grid.nx
+    try:
+        n_cells = len(plan) * state.sweep.n_realizations * cells
+        check_limits(Demand(n_cells, data_of(state.choices).n))
+    except CCWSIMError as error:
+        return str(error)
     return ""
 
 
@@ -131,10 +138,16 @@ def start(state: State) -> None:
     if problem_of(state):
         return
     choices, image = state.choices, image_of(state.choices.image)
-    state.sweep.run = SweepRun(
+    run = SweepRun(
         image, choices.grid, data_of(choices), choices.seed, plan_of(state).fitting,
         state.sweep.n_realizations, min(state.facies, image.n_facies - 1), colours_of(state),
-    ).start()  # fmt: skip
+    )  # fmt: skip
+    state.sweep.message = ""
+    try:
+        state.sweep.run = run.start()
+    except CCWSIMError as error:
+        state.sweep.message = str(error)
+        return
     state.sweep.chosen, state.sweep.shown = None, 0
 
 

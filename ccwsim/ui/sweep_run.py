@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 
+from ccwsim.errors import CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
 from ccwsim.parameters import Parameters
+from ccwsim.study import Study
 from ccwsim.sweep import Row, Sweep, sweep
 from ccwsim.training_image import TrainingImage
+from ccwsim.ui.admission import Demand, demand_of
 from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 
 CELLS_KEPT = 64_000_000
@@ -54,6 +58,18 @@ class SweepRun(BackgroundRun):
     n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
     first_at: tuple[float, float] | None = None
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: one setting at a time, and what is kept of each."""
+        largest = 0
+        for p in self.settings:
+            with suppress(CCWSIMError):  # one that does not fit is told about among the results
+                study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
+                needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
+                largest = max(largest, needed)
+        cells = self.grid.ny * self.grid.nx * len(self.settings)
+        kept = max(CELLS_KEPT, cells)  # one realization at least
+        return Demand(cells * self.n_realizations, self.hard_data.n, largest + kept)
 
     def _work(self, progress: Progress, cancel: Cancel) -> Sweep:
         def report(share: float, n_done: int) -> None:

@@ -28,6 +28,8 @@ class SweepState:
         Which of its settings is large; None for the recommended one.
     shown : int
         Which of that setting's realizations.
+    message : str
+        Why a sweep was not started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
@@ -36,3 +38,4 @@ class SweepState:
     run: SweepRun | None = None
     chosen: int | None = None
     shown: int = 0
+    message: str = ""

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 
-from ccwsim.timing import Timing, time_cases
+from ccwsim.errors import CCWSIMError
+from ccwsim.grid import Grid
+from ccwsim.study import Study
+from ccwsim.timing import CELLS_AT_ONCE, Timing, time_cases
 from ccwsim.timing_case import TimingCase
 from ccwsim.training_image import TrainingImage
+from ccwsim.ui.admission import Demand, demand_of
 from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
 
 
@@ -28,6 +33,18 @@ class TimingRun(BackgroundRun):
     seed: int
     timings: list[Timing] = field(default_factory=list)
     job: Job | None = None
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: one case at a time."""
+        n_bytes = 0
+        for case in self.cases:
+            with suppress(CCWSIMError):  # one that does not fit ends the run when it is its turn
+                study = Study(self.training_image, Grid(*case.grid_shape), case.parameters)
+                at_once = max(CELLS_AT_ONCE // case.n_cells, 1)
+                needed = demand_of(study, self.n_realizations, n_kept=at_once, n_workers=1)
+                n_bytes = max(n_bytes, needed.n_bytes)
+        n_cells = sum(case.n_cells for case in self.cases) * self.n_realizations
+        return Demand(n_cells, max((case.n_data for case in self.cases), default=0), n_bytes)
 
     def _work(self, progress: Progress, cancel: Cancel) -> None:
         for timing in time_cases(

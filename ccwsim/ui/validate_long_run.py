@@ -9,13 +9,16 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.ensemble import Ensemble
+from ccwsim.errors import CCWSIMError
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.metrics import RunningSummary, connectivity, variogram
 from ccwsim.ui.facts import seconds, three_digits
 from ccwsim.ui.fields import field
+from ccwsim.ui.jobs import held_up
 from ccwsim.ui.literal import plain
 from ccwsim.ui.long_run import LongRun
 from ccwsim.ui.page import chart_theme, guarded
+from ccwsim.ui.run import failed
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import step_note
 from ccwsim.ui.titled_chart import titled_chart
@@ -46,6 +49,8 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
             st.button(
                 "Start", key="long_start", type="primary", on_click=safely(start), args=(state,)
             )
+    if state.validation.long_message:
+        st.warning(plain(state.validation.long_message))
     if run is not None and not belongs(run, ensemble):
         step_note("The latest long run was of another study.")
     elif going:
@@ -58,10 +63,15 @@ def start(state: State) -> None:
     """Start a long run of the study that the realizations came from."""
     ensemble = state.ensemble
     assert ensemble is not None
-    state.validation.long_run = LongRun(
+    run = LongRun(
         ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data,
         ensemble.seed, state.validation.n_long, state.facies,
-    ).start()  # fmt: skip
+    )  # fmt: skip
+    state.validation.long_message = ""
+    try:
+        state.validation.long_run = run.start()
+    except CCWSIMError as error:
+        state.validation.long_message = str(error)
 
 
 @st.fragment(run_every=POLL_EVERY)
@@ -77,14 +87,14 @@ def _follow(state: State, colours: Sequence[str]) -> None:
         if left is not None:
             text += f" · {seconds(left)} left"
         with st.container(horizontal=True, vertical_alignment="center", key="long_progress"):
-            st.progress(min(job.fraction, 1.0), text="Stopping …" if job.cancelled else text)
+            st.progress(min(job.fraction, 1.0), text=held_up(job) or text)
             st.button("Stop", key="long_stop", on_click=safely(job.cancel), disabled=job.cancelled)
         _show(run, state, colours)
 
 
 def _show(run: LongRun, state: State, colours: Sequence[str]) -> None:
     if run.job is not None and run.job.error is not None:
-        st.error(plain(f"The long run ended early: {run.job.error}"))
+        st.error(plain(f"The long run ended early: {failed(run.job.error)}"))
     summary = run.summary
     if summary is None:
         return

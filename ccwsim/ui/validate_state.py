@@ -43,6 +43,8 @@ class Validation:
         How many realizations a long run is asked for.
     long_run : LongRun, optional
         The latest one.
+    long_message : str
+        Why one was not started.
     """
 
     azimuth: int = 45
@@ -55,3 +57,4 @@ class Validation:
     deadline: float = 0.0
     n_long: int = 1000
     long_run: LongRun | None = None
+    long_message: str = ""

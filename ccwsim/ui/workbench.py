@@ -100,7 +100,7 @@ class Workbench:
                 return
             if statistic not in self._pending and statistic != self._current:
                 self._pending.append(statistic)
-            if self._job is None:
+            if self._job is None or self._job.finished:  # one that waited may be dropped
                 self._since = time.monotonic()
                 self._job = Job(self._run)
 

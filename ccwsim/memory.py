@@ -1,0 +1,106 @@
+"""How much memory there is to be had: of the container, where it has less than the machine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path("/")
+UNLIMITED = 1 << 60
+"""Version 1 of control groups says about so many bytes where there is no limit."""
+
+
+def free_memory(root: Path = ROOT) -> int | None:
+    """Return the bytes that can be had without swapping, None where the system does not tell.
+
+    Parameters
+    ----------
+    root : Path
+        Where /proc and /sys are looked for.
+
+    Examples
+    --------
+    >>> free = free_memory()
+    >>> free is None or free > 0
+    True
+    """
+    found = [_of_machine(root), *_of_groups(root)]
+    known = [free for free in found if free is not None]
+    return max(min(known), 0) if known else _of_pages()
+
+
+def used_memory(root: Path = ROOT) -> int | None:
+    """Return the bytes that this process holds, None where the system does not tell."""
+    return _field(root / "proc/self/status", "VmRSS")
+
+
+def _of_machine(root: Path) -> int | None:
+    return _field(root / "proc/meminfo", "MemAvailable")
+
+
+def _of_groups(root: Path) -> list[int | None]:
+    """Return what the control groups of this process leave it, in both versions of them."""
+    found: list[int | None] = []
+    for line in _lines(root / "proc/self/cgroup"):
+        _, kinds, path = [*line.split(":", 2), "", ""][:3]
+        if kinds == "":
+            found += _along(root / "sys/fs/cgroup", path, _of_version_2)
+        elif "memory" in kinds.split(","):
+            found += _along(root / "sys/fs/cgroup/memory", path, _of_version_1)
+    return found
+
+
+def _along(top: Path, path: str, free: Callable[[Path], int | None]) -> list[int | None]:
+    """Return what each group from the process's own up to the top leaves.
+
+    Inside of a container the path may be that of the host, and the top is the container's own.
+    """
+    parts = [part for part in path.split("/") if part not in ("", "..")]
+    return [free(top.joinpath(*parts[:n])) for n in range(len(parts), -1, -1)]
+
+
+def _of_version_2(group: Path) -> int | None:
+    return _left(group, "memory.max", "memory.current", "inactive_file")
+
+
+def _of_version_1(group: Path) -> int | None:
+    return _left(
+        group, "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
+    )  # fmt: skip
+
+
+def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
+    """Return what is left of a limit; files that were read can be dropped, and do not count."""
+    most, used = _number(group / limit), _number(group / usage)
+    if most is None or used is None or most >= UNLIMITED:
+        return None
+    return most - used + (_field(group / "memory.stat", reclaimable, unit=1) or 0)
+
+
+def _of_pages() -> int | None:
+    try:
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None
+
+
+def _field(path: Path, name: str, unit: int = 1024) -> int | None:
+    """Return the number behind a name, as "MemAvailable: 123 kB" has it."""
+    for line in _lines(path):
+        words = line.replace(":", " ").split()
+        if len(words) > 1 and words[0] == name and words[1].isdigit():
+            return int(words[1]) * unit
+    return None
+
+
+def _number(path: Path) -> int | None:
+    text = "".join(_lines(path)).strip()
+    return int(text) if text.isdigit() else None
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_text("utf-8", errors="replace").splitlines()
+    except OSError:
+        return []

@@ -1,0 +1,120 @@
+"""Runs share the cores: the one with the fewest at work is next, and nobody keeps one for long."""
+
+from __future__ import annotations
+
+from threading import Event, Thread
+
+import numpy as np
+import pytest
+
+from ccwsim import Cancelled, Grid, Parameters, TrainingImage, simulate, workers
+from ccwsim.cores import SLICE, Cores, Turn
+from ccwsim.workers import run_all
+
+STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+
+
+class Clock:
+    """A clock that stands still until it is moved."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def asked(cores: Cores, *lanes) -> list[Turn]:
+    turns = [Turn(lane, cores) for lane in lanes]
+    for turn in turns:
+        cores.ask(turn)
+    return turns
+
+
+def having(turns: list[Turn]) -> list[bool]:
+    return [turn.has_core for turn in turns]
+
+
+def test_the_run_with_the_fewest_tasks_at_work_is_next():
+    cores = Cores(2)
+    one, two = cores.lane(), cores.lane()
+    turns = asked(cores, one, one, one, one, two)
+    assert having(turns) == [True, True, False, False, False]
+    cores.give_back(turns[0])
+    assert having(turns) == [False, True, False, False, True]
+    cores.give_back(turns[1])
+    assert having(turns) == [False, False, True, False, True]
+    assert (one.n_busy, two.n_busy) == (1, 1)
+
+
+def test_a_task_gives_its_core_away_after_its_slice_and_only_to_another_run():
+    clock = Clock()
+    cores = Cores(1, clock)
+    one, two = cores.lane(), cores.lane()
+    turns = asked(cores, one, one)
+    clock.now = 10 * SLICE
+    turns[0].look_up()  # it would wait for ever if it gave its core to its own run
+    assert having(turns) == [True, False]
+    (other,) = asked(cores, two)
+    assert cores.swap(turns[0])
+    assert having([*turns, other]) == [False, False, True]
+    clock.now += SLICE / 2
+    other.look_up()
+    assert other.has_core
+
+
+def test_a_lane_that_is_closed_lets_nobody_wait():
+    cores = Cores(1)
+    one, two = cores.lane(), cores.lane()
+    asked(cores, one)
+    (waiting,) = asked(cores, two)
+    two.close()
+    assert waiting.called.is_set()
+    assert not waiting.has_core
+    with two.turn() as late:
+        assert not late.has_core
+    assert not cores.contended
+
+
+@pytest.fixture
+def shared(monkeypatch):
+    cores = Cores(1)
+    monkeypatch.setattr(workers, "_shared", cores)
+    return cores
+
+
+def test_two_runs_both_get_on_and_give_what_each_gives_alone(shared, monkeypatch):
+    alone = [simulate(STRIPES, (400, 400), SMALL, n_realizations=4, seed=s) for s in (1, 2)]
+    monkeypatch.setattr("ccwsim.cores.SLICE", 0.0)  # they change places whenever they look up
+    found: dict[int, object] = {}
+
+    def run(seed: int) -> None:
+        found[seed] = simulate(
+            STRIPES, (400, 400), SMALL, n_realizations=4, seed=seed, n_workers=2
+        ).digest  # fmt: skip
+
+    threads = [Thread(target=run, args=(seed,)) for seed in (1, 2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(120)
+    assert found == {1: alone[0].digest, 2: alone[1].digest}
+    assert not shared.contended
+
+
+def test_a_run_that_waits_for_a_core_can_be_stopped(shared):
+    let_go, busy = Event(), Event()
+
+    def keeps(number, watch):
+        busy.set()
+        assert let_go.wait(60)
+
+    holder = Thread(target=run_all, args=(keeps, 1, 1))
+    holder.start()
+    assert busy.wait(60)
+    with pytest.raises(Cancelled):
+        simulate(STRIPES, Grid(40, 50), SMALL, n_realizations=3, cancel=lambda: True)
+    let_go.set()
+    holder.join(60)
+    assert not shared.contended
+    assert simulate(STRIPES, Grid(40, 50), SMALL).n == 1
