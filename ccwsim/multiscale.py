@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ccwsim.kernels import kernel
-from ccwsim.stages.conditioning import data_ahead
+from ccwsim.stages.bits import make_strips
 from ccwsim.stages.refinement import refine_place
 from ccwsim.stages.similarity import LEFT, TOP
 from ccwsim.tiles import lay_patch
@@ -16,8 +16,8 @@ REACH = 2
 
 @kernel
 def refine_tiles(
-    first, last, n_columns, split_of, splits, image, data, template, overlap, refine, counts, grid,
-    sources, places,
+    first, last, n_columns, split_of, splits, image, bits, data, template, overlap, refine, counts,
+    grid, sources, places,
 ):  # fmt: skip
     """Lay tiles `first` to `last` − 1 at one scale, near the places of the coarser scale.
 
@@ -29,6 +29,8 @@ def refine_tiles(
         Into how many parts, along each axis, a tile may be split.
     image : ndarray of uint8, shape (my, mx)
         The training image of this scale in the path frame.
+    bits : ndarray of uint64, shape (n_planes, my, n_words)
+        The same as `to_bits` gives it.
     data : PlacedData
         Of this scale.
     template, overlap : int
@@ -41,6 +43,7 @@ def refine_tiles(
         Places in the training image of the coarser scale; of this scale on return.
     """
     room = np.empty((template, template), np.bool_)
+    strips = make_strips(bits, template)
     step = template - overlap
     for tile in range(first, last):
         row, column = divmod(tile, n_columns)
@@ -52,9 +55,8 @@ def refine_tiles(
             y0, x0 = row * step + down * (step // parts), column * step + along * (step // parts)
             ty, tx = 2 * np.int64(places[tile, part, 0]), 2 * np.int64(places[tile, part, 1])
             if refine:
-                has_data = data_ahead(data, y0, x0, size)
                 ty, tx = refine_place(
-                    image, grid, data.kept, has_data, y0, x0, size, overlap, shape, REACH, ty, tx
+                    image, bits, grid, data, y0, x0, size, overlap, shape, REACH, ty, tx, strips
                 )
             lay_patch(
                 image, ty, tx, y0, x0, size, overlap, shape, data.kept, room, counts, grid, sources

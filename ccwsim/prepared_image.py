@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.parameters import Parameters
+from ccwsim.stages.bits import to_bits
 from ccwsim.stages.conditioning import MOST_DATA, legal_splits
 from ccwsim.stages.mending import rare_counts
 from ccwsim.stages.path import to_path_frame
@@ -74,6 +75,7 @@ class PreparedImage:
         self._study = study
         self._turned: dict[tuple[int, int], TurnedImage] = {}
         self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
+        self._bits: dict[tuple[int, int], NDArray[np.uint64]] = {}
 
     def turned(self, orientation: int, template_size: int) -> TurnedImage:
         """Return the image turned for one orientation, at the scale that is searched."""
@@ -99,6 +101,13 @@ class PreparedImage:
             else:
                 self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), 2)
         return self._scaled[key]
+
+    def bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
+        """Return the same as `to_bits` gives it."""
+        key = orientation, scale
+        if key not in self._bits:
+            self._bits[key] = to_bits(self.scaled(orientation, scale))
+        return self._bits[key]
 
     @cached_property
     def rare_counts(self) -> NDArray[np.float64]:

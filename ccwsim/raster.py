@@ -79,7 +79,7 @@ def simulate_raster(
         full = path.full[0] >> scale, path.full[1] >> scale
         grid = np.full(full, UNKNOWN, np.uint8)
         sources = np.zeros(full if keep_sources and scale == 0 else (0, 0), np.int32)
-        counts = np.zeros(ti.n_facies, np.int64)
+        counts = np.zeros(ti.n_facies if p.match_proportions else 0, np.int64)
         at_once = _tiles_a_call(turned, search) if scale == p.scale else _laid_a_call(template)
         for first in range(0, n, at_once):
             share = (p.scale - scale + first / n) / (p.scale + 1)
@@ -93,8 +93,9 @@ def simulate_raster(
             else:
                 refine_tiles(
                     first, last, n_columns, split_of, turned.splits,
-                    image.scaled(path.orientation, scale), data[scale], template >> scale,
-                    p.overlap_size >> scale, p.refine, counts, grid, sources, places,
+                    image.scaled(path.orientation, scale), image.bits(path.orientation, scale),
+                    data[scale], template >> scale, p.overlap_size >> scale, p.refine, counts,
+                    grid, sources, places,
                 )  # fmt: skip
     return in_world(grid, sources, path, ti.shape)
 

@@ -56,8 +56,10 @@ def simulate_realization(
     if study.parameters.exact_data:
         data = data_grid(cells, study.facies_of_data, indices.shape)
         rare = image.rare_counts if study.hard_data.n else None
-        ti = study.training_image.indices
-        met_by = mend(ti, data, cells, template, rng, indices, sources, rare, watch.check)
+        met_by = mend(
+            study.training_image.indices, image.bits(), data, cells, template, rng, indices,
+            sources, rare, watch.check,
+        )  # fmt: skip
     else:
         missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data
         met_by = np.where(missed, WRONG, 0).astype(np.int16)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.arrays import frozen_view
 from ccwsim.ensemble import WRONG, Ensemble
 from ccwsim.hard_data import HardData
+from ccwsim.stages.bits import to_bits
 from ccwsim.stages.conditioning import data_grid
 from ccwsim.stages.mending import mend, rare_counts
 from ccwsim.study import Study, counted
@@ -64,7 +65,7 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     sources = np.empty((ensemble.n, 0, 0), np.int32) if kept is None else kept.copy()
     met_by = _known(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
-    rare = rare_counts(study.training_image.indices)
+    rare, bits = rare_counts(study.training_image.indices), to_bits(study.training_image.indices)
     data = data_grid(hard_data.cells, study.facies_of_data, study.grid.shape)
 
     def task(number: int, watch: Watch) -> None:
@@ -78,6 +79,7 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
             return
         met_by[number, wrong] = mend(
             study.training_image.indices,
+            bits,
             data,
             hard_data.cells[wrong],
             study.parameters.template_size,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.kernels import kernel
+from ccwsim.stages.bits import Strips, make_strips
 from ccwsim.stages.candidates import best_places, draw_index, keep_within
 from ccwsim.stages.conditioning import (
     DENSE,
@@ -59,6 +60,7 @@ class Room(NamedTuple):
     places: NDArray[np.int64]
     terms: NDArray[np.int64]
     kept: NDArray[np.bool_]
+    strips: Strips
     choice: NDArray[np.int64]
 
 
@@ -128,6 +130,7 @@ def make_room(turned, search):
         np.empty((search.n_candidates, 2), np.int64),
         np.empty((4, n_terms), np.int64),
         np.empty((template, template), np.bool_),
+        make_strips(turned.pyramid.bits, template),
         np.zeros(3, np.int64),
     )
 
@@ -161,7 +164,7 @@ def simulate_patch(
     pyramid, data, proportions, search, rng, room, counts, grid, sources
         As in `simulate_tiles`.
     """
-    image, sums, phases = pyramid
+    image, bits, sums, phases = pyramid
     overlap, unit = search.overlap, search.unit
     scores, totals, places = room.scores, room.totals, room.places
     n_terms = overlap_terms(grid, y0, x0, size, overlap, unit, shape, len(sums), room.terms)
@@ -191,7 +194,7 @@ def simulate_patch(
     ty, tx = candidates[drawn, 0] * unit, candidates[drawn, 1] * unit
     if search.refine and unit > 1 and (search.exact or not data_ahead(data, y0, x0, size)):
         ty, tx = refine_place(
-            image, grid, data.kept, has_data, y0, x0, size, overlap, shape, unit, ty, tx
+            image, bits, grid, data, y0, x0, size, overlap, shape, unit, ty, tx, room.strips
         )
     lay_patch(
         image, ty, tx, y0, x0, size, overlap, shape, data.kept, room.kept, counts, grid, sources

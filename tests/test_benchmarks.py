@@ -13,7 +13,8 @@ from benchmarks.cases import CASES, Case, Row, measure
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.metrics import pattern_distance
-from ccwsim.stages.conditioning import UNKNOWN
+from ccwsim.stages.bits import make_strips, to_bits
+from ccwsim.stages.conditioning import UNKNOWN, place_data
 from ccwsim.stages.cut import keep_old
 from ccwsim.stages.pyramid import build_pyramid
 from ccwsim.stages.refinement import refine_place
@@ -79,9 +80,11 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     tile = rng.integers(0, 2, (16, 16), np.uint8)
     place = int(rng.integers(25)), int(rng.integers(28))
     mask = reference.overlap_mask(16, 8, *sides)
-    no_data = np.full(tile.shape, UNKNOWN, np.uint8)
+    no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), tile.shape)
+    words = to_bits(image)
     theirs = refine_place(
-        image, tile, no_data, False, 0, 0, 16, 8, bits(*sides), 2**level, *place
+        image, words, tile, no_data, 0, 0, 16, 8, bits(*sides), 2**level, *place,
+        make_strips(words, 16),
     )  # fmt: skip
     assert reference.refined(image, tile, mask, place, 2**level) == theirs
 

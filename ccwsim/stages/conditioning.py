@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.kernels import kernel
+from ccwsim.stages.candidates import n_up_to
 from ccwsim.stages.cut import UNKNOWN
 
 
@@ -46,6 +47,7 @@ DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
 MOST_DATA = 10
 """A tile with more data than this a patch is split into smaller patches."""
 RULED_OUT = 1 << 60
+N_CLASSES = 256
 
 
 class PlacedData(NamedTuple):
@@ -183,38 +185,47 @@ def _add_datum(phase, dy, dx, facies, cost, expected, totals):
     ny, nx = totals.shape
     seen = min(nx, max(mx - dx, 0))
     for py in range(ny):
+        own = totals[py]
         if py + dy >= my:
             for px in range(nx):
-                totals[py, px] += expected
+                own[px] += expected
             continue
-        row = phase[py + dy]
+        row = phase[py + dy, dx : dx + seen]  # an index px + dx would keep the loop from vectors
         for px in range(seen):
-            totals[py, px] += cost * (row[px + dx] != facies)
+            own[px] += cost if row[px] != facies else 0
         for px in range(seen, nx):
-            totals[py, px] += expected
+            own[px] += expected
 
 
 @kernel
 def start_totals(scores, share, totals):
     """Fill `totals` with the scores, ruling out places not among the best `share` of overlaps.
 
-    The limit is taken from a histogram of 256 classes: sorting all scores would take longer than
-    the search.
+    The limit is a multiple of a 256th of their range, found by counting: sorting all scores would
+    take longer than the search.
     """
     low = high = np.int64(scores[0, 0])
-    for score in scores.ravel():
-        low, high = min(low, np.int64(score)), max(high, np.int64(score))
-    width = (high - low) // 256 + 1
-    counts = np.zeros(256, np.int64)
-    for score in scores.ravel():
-        counts[(np.int64(score) - low) // width] += 1
-    limit = 0
-    within = counts[0]
-    while within < share * scores.size:
-        limit += 1
-        within += counts[limit]
-    worst = low + (limit + 1) * width
     for py in range(scores.shape[0]):
-        for px in range(scores.shape[1]):
-            score = np.int64(scores[py, px])
-            totals[py, px] = score if score < worst else score + RULED_OUT
+        row = scores[py]
+        least = most = row[0]
+        for px in range(1, len(row)):
+            least, most = min(least, row[px]), max(most, row[px])
+        low, high = min(low, np.int64(least)), max(high, np.int64(most))
+    worst = high
+    if share < 1:
+        width = (high - low) // N_CLASSES + 1
+        first, last = 1, N_CLASSES
+        while first < last:
+            middle = (first + last) // 2
+            limit, n = min(low + middle * width - 1, high), 0
+            for py in range(scores.shape[0]):
+                n += n_up_to(scores[py], limit)
+            if n < share * scores.size:
+                first = middle + 1
+            else:
+                last = middle
+        worst = low + first * width - 1
+    for py in range(scores.shape[0]):
+        row, own = scores[py], totals[py]
+        for px in range(len(row)):
+            own[px] = row[px] + (RULED_OUT if row[px] > worst else 0)

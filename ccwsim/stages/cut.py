@@ -149,16 +149,21 @@ def paste_sources(ty, tx, width, kept, y0, x0, sources):
 
 @kernel
 def paste(patch, kept, shape, overlap, counts, y0, x0, grid):
-    """Paste the cells of a tile that are not kept, and keep `counts` of facies up to date.
+    """Paste the cells of a tile that are not kept, which can only be those of its overlap.
 
-    `shape` is the overlap's: there the cells were simulated before and are counted already.
+    `counts` of facies are kept up to date, but where there are none: cells of the overlap, whose
+    `shape` is given, were simulated before and are counted already.
     """
-    for y in range(patch.shape[0]):
-        in_top = shape & 2 != 0 and y < overlap
-        for x in range(patch.shape[1]):
-            if kept[y, x]:
-                continue
-            if in_top or (shape & 1 != 0 and x < overlap):
-                counts[grid[y0 + y, x0 + x]] -= 1
-            counts[patch[y, x]] += 1
-            grid[y0 + y, x0 + x] = patch[y, x]
+    height, width = patch.shape
+    for y in range(height):
+        row, new = grid[y0 + y, x0 : x0 + width], patch[y]
+        old = width if shape & 2 and y < overlap else (overlap if shape & 1 else 0)
+        if len(counts):
+            for x in range(old):
+                counts[row[x]] -= not kept[y, x]
+            for x in range(width):
+                counts[new[x]] += x >= old or not kept[y, x]
+        for x in range(old):
+            row[x] = row[x] if kept[y, x] else new[x]
+        for x in range(old, width):
+            row[x] = new[x]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.ensemble import FORCED
 from ccwsim.kernels import kernel
+from ccwsim.stages.bits import make_strips, take_strips
 from ccwsim.stages.candidates import draw_index
 from ccwsim.stages.cut import keep_old, paste_sources
 from ccwsim.stages.windows import (
@@ -23,7 +24,6 @@ from ccwsim.stages.windows import (
     TOP,
     best_windows,
     honouring_places,
-    ring_cells,
 )
 
 SMALLEST = 4
@@ -48,6 +48,7 @@ PLACES_A_CALL = 10_000_000
 
 def mend(
     image: NDArray[np.uint8],
+    bits: NDArray[np.uint64],
     data: NDArray[np.uint8],
     cells: NDArray[np.int64],
     template: int,
@@ -68,6 +69,8 @@ def mend(
     ----------
     image : ndarray of uint8, shape (my, mx)
         Training image, facies indices.
+    bits : ndarray of uint64, shape (n_planes, my, n_words)
+        The same as `to_bits` gives it.
     data : ndarray of uint8, shape (ny, nx)
         All data, from `data_grid`: every window honours all that lie in it.
     cells : ndarray of int64, shape (n, 2)
@@ -104,7 +107,7 @@ def mend(
             check()
             some = chosen[first : first + at_once]
             done = mend_windows(
-                image, data, cells[some], size, tolerance, anyway, rng, grid, sources
+                image, bits, data, cells[some], size, tolerance, anyway, rng, grid, sources
             )
             met_by[some[done]] = size
             if note:
@@ -181,13 +184,15 @@ def first_cell(middle, size, length):
 
 
 @kernel
-def mend_windows(image, data, cells, size, tolerance, anyway, rng, grid, sources):
+def mend_windows(image, bits, data, cells, size, tolerance, anyway, rng, grid, sources):
     """Simulate windows of one size around data anew.
 
     Parameters
     ----------
     image : ndarray of uint8, shape (my, mx)
         Training image.
+    bits : ndarray of uint64
+        The same as `to_bits` gives it.
     data : ndarray of uint8, shape (ny, nx)
         Facies of the data, UNKNOWN elsewhere.
     cells : ndarray of int64, shape (n, 2)
@@ -215,25 +220,29 @@ def mend_windows(image, data, cells, size, tolerance, anyway, rng, grid, sources
     mask = np.empty((image.shape[0] - size + 1, image.shape[1] - size + 1), np.bool_)
     kept = np.empty((size, size), np.bool_)
     best = np.empty((N_DRAWN, 3), np.int64)
+    strips = make_strips(bits, size)
     for i in range(len(cells)):
         y, x = cells[i]
         if grid[y, x] == data[y, x] and not anyway:
             mended[i] = True
             continue
         y0, x0 = first_cell(y, size, ny), first_cell(x, size, nx)
-        sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0)
-        sides |= (RIGHT if x0 + size < nx else 0) | (BOTTOM if y0 + size < ny else 0)
+        left, top = ring if x0 > 0 else 0, ring if y0 > 0 else 0
+        right, bottom = ring if x0 + size < nx else 0, ring if y0 + size < ny else 0
         n_places = honouring_places(image, data, y0, x0, size, mask)
         if n_places == 0:
             continue
         share = min(1.0, N_LOOKED / n_places)
-        limit = int(tolerance * ring_cells(size, ring, sides))
-        n = best_windows(image, grid, mask, y0, x0, size, ring, sides, share, limit, rng, best)
+        limit = int(tolerance * (size * size - (size - left - right) * (size - top - bottom)))
+        take_strips(grid, y0, x0, size, left, top, right, bottom, strips)
+        n = best_windows(bits, mask, size, strips, share, limit, rng, best)
         if n == 0:
             continue
         drawn = draw_index(rng, n)
         ty, tx = best[drawn, 1], best[drawn, 2]
         patch = image[ty : ty + size, tx : tx + size]
+        sides = (LEFT if left else 0) | (TOP if top else 0)
+        sides |= (RIGHT if right else 0) | (BOTTOM if bottom else 0)
         keep_old(grid, data, patch, y0, x0, ring, sides, kept)
         for wy in range(size):
             for wx in range(size):

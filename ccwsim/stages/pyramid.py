@@ -13,6 +13,7 @@ import pywt
 from numpy.typing import NDArray
 
 from ccwsim.errors import CCWSIMError
+from ccwsim.stages.bits import to_bits
 
 
 class Pyramid(NamedTuple):
@@ -22,6 +23,8 @@ class Pyramid(NamedTuple):
     ----------
     image : ndarray of uint8, shape (ny, nx)
         Facies indices.
+    bits : ndarray of uint64, shape (n, ny, n_words)
+        The same as `to_bits` gives it.
     sums : ndarray of uint8 or int16, shape (n_planes, ny / 2^J, nx / 2^J)
         How many cells of each block have each facies. Two facies need one plane.
     phases : ndarray of uint8, shape (2^J, 2^J, ny / 2^J, nx / 2^J)
@@ -30,6 +33,7 @@ class Pyramid(NamedTuple):
     """
 
     image: NDArray[np.uint8]
+    bits: NDArray[np.uint64]
     sums: NDArray[np.integer]
     phases: NDArray[np.uint8]
 
@@ -118,4 +122,4 @@ def build_pyramid(indices: NDArray[np.uint8], level: int, n_planes: int) -> Pyra
     ny, nx = sums.shape[1:]
     blocks = image[: ny * unit, : nx * unit].reshape(ny, unit, nx, unit)
     phases = np.ascontiguousarray(blocks.transpose(1, 3, 0, 2))
-    return Pyramid(image, np.ascontiguousarray(sums), phases)
+    return Pyramid(image, to_bits(image), np.ascontiguousarray(sums), phases)

@@ -6,31 +6,42 @@ closes the gaps of that lattice.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ccwsim.kernels import kernel
+from ccwsim.stages.bits import n_different, take_strips
 from ccwsim.stages.conditioning import SPARSE
 from ccwsim.stages.cut import UNKNOWN
 from ccwsim.stages.similarity import LEFT, TOP
 
 
 @kernel
-def refine_place(image, grid, data, has_data, y0, x0, template, overlap, shape, unit, ty, tx):
+def refine_place(
+    image, bits, grid, data, y0, x0, template, overlap, shape, unit, ty, tx, strips
+):  # fmt: skip
     """Return the row and column of the TI, near (ty, tx), whose patch fits best.
 
     Parameters
     ----------
     image, grid : ndarray of uint8
         Training image and simulation grid in the path frame.
-    data : ndarray of uint8, shape of `grid`
-        Facies of the data, UNKNOWN elsewhere; looked at only where `has_data`.
+    bits : ndarray of uint64
+        Of the image, from `to_bits`.
+    data : PlacedData
     y0, x0, template, overlap, shape
         The tile and its overlap, in cells.
     unit : int
         2^J.
     ty, tx : int
         First cell of the drawn place.
+    strips : Strips
+        Room for the overlap.
     """
+    left, top = overlap if shape & LEFT else 0, overlap if shape & TOP else 0
+    take_strips(grid, y0, x0, template, left, top, 0, 0, strips)
+    must = data_at_stake(grid, data, y0, x0, template, left, top)
     best_y, best_x = ty, tx
-    best = _misfit(image, grid, data, has_data, y0, x0, template, overlap, shape, ty, tx, 1 << 60)
+    best = _misfit(image, bits, must, ty, tx, template, strips, 1 << 60)
     stride = unit // 2
     while stride > 0:
         middle_y, middle_x = best_y, best_x
@@ -39,9 +50,7 @@ def refine_place(image, grid, data, has_data, y0, x0, template, overlap, shape, 
                 inside = 0 <= sy <= image.shape[0] - template
                 if not inside or not 0 <= sx <= image.shape[1] - template:
                     continue
-                misfit = _misfit(
-                    image, grid, data, has_data, y0, x0, template, overlap, shape, sy, sx, best
-                )
+                misfit = _misfit(image, bits, must, sy, sx, template, strips, best)
                 if misfit < best:
                     best, best_y, best_x = misfit, sy, sx
         stride //= 2
@@ -49,25 +58,33 @@ def refine_place(image, grid, data, has_data, y0, x0, template, overlap, shape, 
 
 
 @kernel
-def _misfit(image, grid, data, has_data, y0, x0, template, overlap, shape, ty, tx, limit):
-    """Count wrong cells in the overlap and missed data; stop where `limit` is reached."""
+def data_at_stake(grid, data, y0, x0, template, left, top):
+    """Return the data of a tile that the cut cannot keep: row and column in the tile, facies.
+
+    Shape (n, 3). Those in the overlap that are right already are not among them.
+    """
+    last = min(y0 + template, len(data.first) - 1)
+    must = np.empty((data.first[last] - data.first[y0], 3), np.int64)
+    n = 0
+    for y in range(y0, last):
+        width = template if y < y0 + top else left
+        for i in range(data.first[y], data.first[y + 1]):
+            x = data.columns[i] - x0
+            if x < 0 or x >= template:
+                continue
+            facies = data.kept[y, x0 + x]
+            if facies != UNKNOWN and (x >= width or grid[y, x0 + x] != facies):
+                must[n, 0], must[n, 1], must[n, 2] = y - y0, x, facies
+                n += 1
+    return must[:n]
+
+
+@kernel
+def _misfit(image, bits, must, ty, tx, template, strips, limit):
+    """Count wrong cells in the overlap and missed data; no further than to `limit`."""
     wrong = 0
-    for y in range(template):
-        in_top = (shape & TOP) and y < overlap
-        width = template if in_top else (overlap if shape & LEFT else 0)
-        if width == 0 and not has_data:
-            break
-        old = grid[y0 + y]
-        new = image[ty + y]
-        for x in range(width):
-            wrong += old[x0 + x] != new[tx + x]
-        if has_data:
-            known = data[y0 + y]
-            for x in range(template):
-                datum = known[x0 + x]
-                missed = datum != UNKNOWN and new[tx + x] != datum
-                if missed and (x >= width or old[x0 + x] != datum):
-                    wrong += SPARSE.missed
-        if wrong >= limit:
-            return wrong
-    return wrong
+    for i in range(len(must)):
+        wrong += SPARSE.missed * (image[ty + must[i, 0], tx + must[i, 1]] != must[i, 2])
+    if wrong >= limit:
+        return wrong
+    return wrong + n_different(bits, ty, tx, template, strips, limit - wrong)

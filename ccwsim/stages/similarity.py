@@ -15,6 +15,8 @@ from ccwsim.kernels import kernel
 
 LEFT, TOP, L_SHAPE = 1, 2, 3
 """The three shapes of the overlap (bits: 1 is the strip on the left, 2 the one at the top)."""
+ROWS_AT_ONCE = 16
+"""Rows of places that are scored together: enough for long loops, few enough for the cache."""
 
 
 def score_type(level: int, template_size: int, overlap_size: int) -> type[np.signedinteger]:
@@ -102,13 +104,17 @@ def overlap_terms(grid, y0, x0, template, overlap, unit, shape, n_planes, terms)
                     terms[2, n] = bx
                     terms[3, n] = counts[plane + first]
                     n += 1
-            counts[:] = 0
+            for facies in range(n_planes + first):
+                counts[facies] = 0
     return n
 
 
 @kernel
 def score_places(sums, terms, n_terms, energy, scores):
     """Fill `scores` with SSD − ΣB² of every place (correlation: energy 0 gives −2·ΣA·B).
+
+    Several rows are one run of numbers, as rows of places alone are short; what comes out at the
+    columns between them, where no place is, is left behind.
 
     Parameters
     ----------
@@ -120,24 +126,38 @@ def score_places(sums, terms, n_terms, energy, scores):
         By place; the same integer type.
     """
     ny, nx = scores.shape
-    for py in range(ny):
-        row = scores[py]
-        for x in range(nx):  # a slice would compile seconds of error messages
-            row[x] = energy[py, x]
+    n_planes, my, mx = sums.shape
+    planes = sums.reshape(n_planes, my * mx)
+    at_once = ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1
+    run = np.empty((at_once - 1) * mx + nx, scores.dtype)
+    for first in range(0, ny, at_once):
+        rows = min(at_once, ny - first)
+        length = (rows - 1) * mx + nx
+        for x in range(length):
+            run[x] = 0
         n = 0
         while n + 4 <= n_terms:
-            a = sums[terms[0, n], py + terms[1, n], terms[2, n] : terms[2, n] + nx]
-            b = sums[terms[0, n + 1], py + terms[1, n + 1], terms[2, n + 1] : terms[2, n + 1] + nx]
-            c = sums[terms[0, n + 2], py + terms[1, n + 2], terms[2, n + 2] : terms[2, n + 2] + nx]
-            d = sums[terms[0, n + 3], py + terms[1, n + 3], terms[2, n + 3] : terms[2, n + 3] + nx]
-            wa, wb = 2 * terms[3, n], 2 * terms[3, n + 1]
-            wc, wd = 2 * terms[3, n + 2], 2 * terms[3, n + 3]
-            for x in range(nx):
-                row[x] -= wa * a[x] + wb * b[x] + wc * c[x] + wd * d[x]
+            a = _run_of(planes, terms, n, first, mx, length)
+            b = _run_of(planes, terms, n + 1, first, mx, length)
+            c = _run_of(planes, terms, n + 2, first, mx, length)
+            d = _run_of(planes, terms, n + 3, first, mx, length)
+            wa, wb, wc, wd = terms[3, n], terms[3, n + 1], terms[3, n + 2], terms[3, n + 3]
+            for x in range(length):
+                run[x] += wa * a[x] + wb * b[x] + wc * c[x] + wd * d[x]
             n += 4
         while n < n_terms:
-            a = sums[terms[0, n], py + terms[1, n], terms[2, n] : terms[2, n] + nx]
-            wa = 2 * terms[3, n]
-            for x in range(nx):
-                row[x] -= wa * a[x]
+            a = _run_of(planes, terms, n, first, mx, length)
+            wa = terms[3, n]
+            for x in range(length):
+                run[x] += wa * a[x]
             n += 1
+        for y in range(rows):
+            for x in range(nx):
+                scores[first + y, x] = energy[first + y, x] - 2 * run[y * mx + x]
+
+
+@kernel
+def _run_of(planes, terms, n, first, mx, length):
+    """Return the block sums that a term meets at the places of row `first` on."""
+    start = (first + terms[1, n]) * mx + terms[2, n]
+    return planes[terms[0, n], start : start + length]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ccwsim.kernels import kernel
+from ccwsim.stages.bits import n_different
 from ccwsim.stages.candidates import draw_index
 from ccwsim.stages.cut import UNKNOWN
 
@@ -21,10 +22,10 @@ def honouring_places(image, data, y0, x0, size, mask):
             if facies == UNKNOWN:
                 continue
             for py in range(ny):
-                row = image[py + dy]
+                row = image[py + dy, dx : dx + nx]
                 marks = mask[py]
                 for px in range(nx):
-                    marks[px] &= row[px + dx] == facies
+                    marks[px] &= row[px] == facies
     n = 0
     for py in range(ny):  # mask.sum() would take long to compile
         for px in range(nx):
@@ -33,15 +34,7 @@ def honouring_places(image, data, y0, x0, size, mask):
 
 
 @kernel
-def ring_cells(size, ring, sides):
-    """Return how many cells of a window lie in the strips along `sides`."""
-    inner_x = size - ring * ((sides & LEFT > 0) + (sides & RIGHT > 0))
-    inner_y = size - ring * ((sides & TOP > 0) + (sides & BOTTOM > 0))
-    return size * size - inner_x * inner_y
-
-
-@kernel
-def best_windows(image, grid, mask, y0, x0, size, ring, sides, share, limit, rng, best):
+def best_windows(bits, mask, size, strips, share, limit, rng, best):
     """Fill `best` with (misfit, row, column) of the places whose ring fits best; return how many.
 
     Only marked places with at most `limit` wrong cells count, each looked at with chance `share`.
@@ -51,13 +44,14 @@ def best_windows(image, grid, mask, y0, x0, size, ring, sides, share, limit, rng
     first_y, first_x = draw_index(rng, rows), draw_index(rng, columns)
     n = 0
     worst = limit + 1
-    for i in range(rows):
-        py = (first_y + i) % rows
-        for j in range(columns):
-            px = (first_x + j) % columns
-            if not mask[py, px] or (share < 1 and rng.random() >= share):
+    for py in range(first_y - rows, first_y):
+        py += rows if py < 0 else 0
+        marks = mask[py]
+        for px in range(first_x - columns, first_x):
+            px += columns if px < 0 else 0
+            if not marks[px] or (share < 1 and rng.random() >= share):
                 continue
-            misfit = ring_misfit(image, grid, y0, x0, py, px, size, ring, sides, worst)
+            misfit = n_different(bits, py, px, size, strips, worst)
             if misfit >= worst:
                 continue
             if n < len(best):
@@ -74,26 +68,3 @@ def best_windows(image, grid, mask, y0, x0, size, ring, sides, share, limit, rng
                 for k in range(1, n):
                     worst = max(worst, best[k, 0])
     return n
-
-
-@kernel
-def ring_misfit(image, grid, y0, x0, ty, tx, size, ring, sides, limit):
-    """Count the wrong cells of a ring, row by row, until `limit` is reached."""
-    wrong = 0
-    left = ring if sides & LEFT else 0
-    right = size - ring if sides & RIGHT else size
-    for y in range(size):
-        old = grid[y0 + y, x0 : x0 + size]
-        new = image[ty + y, tx : tx + size]
-        across = (sides & TOP and y < ring) or (sides & BOTTOM and y >= size - ring)
-        if across:
-            for x in range(size):
-                wrong += old[x] != new[x]
-        else:
-            for x in range(left):
-                wrong += old[x] != new[x]
-            for x in range(right, size):
-                wrong += old[x] != new[x]
-        if wrong >= limit:
-            return limit
-    return wrong

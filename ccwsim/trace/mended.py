@@ -76,5 +76,5 @@ def mended_windows(
 
     rare = image.rare_counts if study.hard_data.n else None
     ti = study.training_image.indices
-    met_by = mend(ti, data, cells, template, rng, grid, sources, rare, note=note)
+    met_by = mend(ti, image.bits(), data, cells, template, rng, grid, sources, rare, note=note)
     return windows, met_by
