@@ -1,4 +1,4 @@
-"""What goes wrong on a page is said calmly and logged with its cause; nothing of the user is lost."""
+"""An error on a page is said calmly and logged with its cause; nothing of the user is lost."""
 
 from __future__ import annotations
 
