@@ -1,10 +1,9 @@
-"""The queue of a server: fair between sessions, never blocked for ever, and free again at the end."""
+"""The queue of a server: fair between sessions, never blocked for ever, free again at the end."""
 
 from __future__ import annotations
 
 import gc
 import weakref
-from collections.abc import Iterator
 from threading import Event
 
 import pytest
@@ -103,11 +102,11 @@ def test_who_waits_can_withdraw_and_who_has_begun_cannot():
 
 
 @pytest.fixture
-def one_at_a_time(monkeypatch) -> Iterator[Queue]:
+def one_at_a_time(monkeypatch) -> Queue:
     """A server with one place, whose only job waits for an event at the end of the test."""
     queue = Queue(1, Clock())
     monkeypatch.setattr(jobs, "server_queue", lambda: queue)
-    yield queue
+    return queue
 
 
 def test_a_job_waits_says_so_and_can_be_stopped(one_at_a_time):
