@@ -66,7 +66,7 @@ def _controls(state: State, found: Comparison) -> None:
                 label, key=f"shown_{name}", on_click=safely(_step), args=(state, n, step),
                 help=f"The {name} realization of all settings", disabled=n == 1,
             )  # fmt: skip
-        st.html('<div class="panel below">Below it the E-type</div>', width="content")
+        st.html('<div class="panel below">E-type below</div>', width="content")
 
         def write(option: int | str) -> None:
             choose(state, option)

@@ -72,7 +72,7 @@ class CellMap {
 
   layout() {
     const { nx, ny, axes, max_height: most } = this.data;
-    const wide = this.root.clientWidth;
+    const wide = Math.floor(this.root.getBoundingClientRect().width);  // clientWidth may round up
     if (!wide) return;
     this.left = axes ? 40 : 1; this.bottom = axes ? 20 : 1; this.top = 1; this.right = 1;
     this.room = Math.min((wide - this.left - this.right) / nx, most / ny);
