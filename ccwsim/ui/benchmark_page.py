@@ -11,7 +11,7 @@ from ccwsim.machine import this_machine
 from ccwsim.ui.benchmark_controls import Kind, draw_data_controls, draw_grid_controls
 from ccwsim.ui.benchmark_csv import timings_csv
 from ccwsim.ui.benchmark_results import draw_data, draw_grids
-from ccwsim.ui.benchmark_words import WHAT_CAN_BE_COMPARED, why_ended
+from ccwsim.ui.benchmark_words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
 from ccwsim.ui.facts import seconds
 from ccwsim.ui.jobs import held_up
 from ccwsim.ui.literal import plain
@@ -52,6 +52,8 @@ def draw_part(state: State, kind: Kind) -> None:
             return
         if run and why_ended(run):
             st.warning(plain(why_ended(run)))
+        if run and run.disturbed:
+            step_note(DISTURBED)
         DRAW[kind](state)
 
 
@@ -65,6 +67,8 @@ def _follow(state: State, kind: Kind) -> None:
             st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
             st.button("Cancel", key=f"cancel_{kind}", on_click=safely(run.job.cancel),
                       disabled=run.job.cancelled)  # fmt: skip
+        if run.disturbed:
+            step_note(DISTURBED)
         DRAW[kind](state)
 
 

@@ -20,6 +20,10 @@ WHAT_CAN_BE_COMPARED = (
     "speed-up follows from them. What can be compared are ratios within one machine: of two "
     "levels, of two methods, of two numbers of data, and whether time grows with the cells."
 )
+DISTURBED = (
+    "Others were computing on this server at the same time: CPU times are longer than they would "
+    "be on a quiet machine. Measure again when it is."
+)
 Setting = tuple[str, int]
 """Method and level."""
 

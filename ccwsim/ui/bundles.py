@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import streamlit as st
@@ -13,10 +14,13 @@ from ccwsim.figures import Bundle
 from ccwsim.metrics import EType, band, connectivity, etype, variogram
 
 LARGEST_LAG = 100
+SMALL_SHARES = 4_000_000
+"""Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
 MOST_CURVES = 100
 """Curves are worked out for the first so many realizations."""
 
 Floats = NDArray[np.float64]
+_large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 
 
 def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
@@ -75,8 +79,15 @@ def bundle_of(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return what an ensemble says about each cell, worked out once."""
-    return _e_type(ensemble.digest, ensemble)
+    """Return what an ensemble says about each cell, worked out once.
+
+    Small ones are shared by all sessions; a large one goes with its ensemble.
+    """
+    if ensemble.grid.ny * ensemble.grid.nx * ensemble.training_image.n_facies <= SMALL_SHARES:
+        return _e_type(ensemble.digest, ensemble)
+    if ensemble not in _large:
+        _large[ensemble] = etype(ensemble.indices, ensemble.training_image.n_facies)
+    return _large[ensemble]
 
 
 @st.cache_resource(max_entries=8, show_spinner=False)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time
 import traceback
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from threading import Event, Lock, Thread
-from typing import Any, Generic, Self, TypeVar
+from typing import Any, Generic, TypeVar
 
 from ccwsim.errors import Cancelled
 from ccwsim.ui.admission import Demand, admit
@@ -209,33 +208,3 @@ def ordinal(number: int) -> str:
     """
     special = {1: "st", 2: "nd", 3: "rd"} if number % 100 not in (11, 12, 13) else {}
     return f"{number}{special.get(number % 10, 'th')}"
-
-
-class BackgroundRun(ABC):
-    """Something that works on a thread from `start` on, with its own results to look at."""
-
-    job: Job | None
-
-    def start(self) -> Self:
-        """Begin, on a thread.
-
-        Raises
-        ------
-        CCWSIMError
-            Where the server has not got what it demands.
-        """
-        self.job = Job(self._work, demand=self.demand())
-        return self
-
-    def demand(self) -> Demand:
-        """Return what it asks of the server."""
-        return NOTHING
-
-    @abstractmethod
-    def _work(self, progress: Progress, cancel: Cancel) -> Any:
-        """Do the work; what it returns is the result of the job."""
-
-    @property
-    def going(self) -> bool:
-        """Whether it has begun and not come to an end."""
-        return self.job is not None and not self.job.finished

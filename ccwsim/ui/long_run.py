@@ -16,7 +16,8 @@ from ccwsim.simulation import simulate
 from ccwsim.study import Study
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.admission import Demand, demand_of
-from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
+from ccwsim.ui.background import BackgroundRun
+from ccwsim.ui.jobs import Cancel, Job, Progress
 from ccwsim.workers import n_cores
 
 CELLS_A_BATCH = 4_000_000

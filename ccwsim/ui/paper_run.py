@@ -20,7 +20,8 @@ from ccwsim.paper import (
 )
 from ccwsim.report import report_html
 from ccwsim.ui.admission import Demand
-from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
+from ccwsim.ui.background import BackgroundRun
+from ccwsim.ui.jobs import Cancel, Job, Progress
 
 BYTES_A_CELL = 8
 """Memory of an experiment for each cell of its realizations, with statistics and pictures."""

@@ -8,9 +8,9 @@ from datetime import datetime
 from ccwsim.ensemble import Ensemble
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.choices import Choices
+from ccwsim.ui.limits import limits_of_environment
 
 MOST_RUNS = 12
-MOST_BYTES = 256 * 2**20
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class PastRun:
 
 @dataclass
 class PastRuns:
-    """The latest runs, newest first.
+    """The latest runs, newest first, in the memory that the server gives each session for them.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class PastRuns:
 
     runs: list[PastRun] = field(default_factory=list)
     most_runs: int = MOST_RUNS
-    most_bytes: int = MOST_BYTES
+    most_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:
         """Keep a run; the same study again takes the place of the newest, the oldest go.
@@ -80,4 +80,6 @@ class PastRuns:
             self.runs.pop()
 
     def _too_large(self) -> bool:
-        return sum(run.nbytes for run in self.runs) > self.most_bytes
+        own = self.most_bytes
+        most = limits_of_environment().history if own is None else own
+        return sum(run.nbytes for run in self.runs) > most

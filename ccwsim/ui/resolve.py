@@ -22,7 +22,10 @@ from ccwsim.io.limits import limited, upload_limits
 from ccwsim.parameters import Parameters
 from ccwsim.sampling import sample_random
 from ccwsim.simulation import simulate
+from ccwsim.study import Study
 from ccwsim.training_image import TrainingImage
+from ccwsim.ui.admission import demand_of
+from ccwsim.ui.background import done_in_turn
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
 
 SETTLED = ("on_outside", "on_unknown")
@@ -131,5 +134,11 @@ def sampled_data(
 @st.cache_resource(max_entries=32, show_spinner="Drawing a reference to sample …")
 def _sampled(key: tuple, _image: TrainingImage, _grid: Grid, _parameters: Parameters) -> HardData:
     n, seed = key[-2:]
-    truth = simulate(_image, _grid, _parameters, n_realizations=1, seed=seed).realizations[0]
+    demand = demand_of(Study(_image, _grid, _parameters), 1)
+    truth = done_in_turn(
+        lambda progress, cancel: simulate(
+            _image, _grid, _parameters, seed=seed, progress=progress, cancel=cancel
+        ).realizations[0],
+        demand,
+    )
     return sample_random(truth, n, seed)

@@ -14,7 +14,8 @@ from ccwsim.study import Study
 from ccwsim.sweep import Row, Sweep, sweep
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.admission import Demand, demand_of
-from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
+from ccwsim.ui.background import BackgroundRun
+from ccwsim.ui.jobs import Cancel, Job, Progress
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""

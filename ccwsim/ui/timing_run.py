@@ -12,7 +12,9 @@ from ccwsim.timing import CELLS_AT_ONCE, Timing, time_cases
 from ccwsim.timing_case import TimingCase
 from ccwsim.training_image import TrainingImage
 from ccwsim.ui.admission import Demand, demand_of
-from ccwsim.ui.jobs import BackgroundRun, Cancel, Job, Progress
+from ccwsim.ui.background import BackgroundRun
+from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.queue import server_queue
 
 
 @dataclass
@@ -25,6 +27,8 @@ class TimingRun(BackgroundRun):
         What is timed.
     timings : list of Timing
         What is finished, in the order of the cases.
+    disturbed : bool
+        Whether others were computing on this server at the same time.
     """
 
     training_image: TrainingImage
@@ -32,6 +36,7 @@ class TimingRun(BackgroundRun):
     n_realizations: int
     seed: int
     timings: list[Timing] = field(default_factory=list)
+    disturbed: bool = False
     job: Job | None = None
 
     def demand(self) -> Demand:
@@ -47,7 +52,11 @@ class TimingRun(BackgroundRun):
         return Demand(n_cells, max((case.n_data for case in self.cases), default=0), n_bytes)
 
     def _work(self, progress: Progress, cancel: Cancel) -> None:
+        def report(fraction: float, n_done: int) -> None:
+            self.disturbed = self.disturbed or server_queue().n_active > 1
+            progress(fraction, n_done)
+
         for timing in time_cases(
-            self.training_image, self.cases, self.n_realizations, self.seed, progress, cancel
+            self.training_image, self.cases, self.n_realizations, self.seed, report, cancel
         ):
             self.timings.append(timing)

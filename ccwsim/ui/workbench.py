@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from threading import Condition, Lock
 from typing import Any, Generic, TypeVar
+
+import numpy as np
 
 from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.ui.jobs import Cancel, Job, Progress
@@ -16,6 +18,9 @@ from ccwsim.ui.trouble import reason
 Value = TypeVar("Value")
 Fraction = Callable[[float], None]
 MOST_KEPT = 96
+MOST_LARGE = 24
+"""More than a page shows: so many values are kept however large they are."""
+MOST_BYTES = 256 * 10**6
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,31 @@ class Shelf:
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
-            while len(self._values) > self._most:
+            while len(self._values) > self._most or self._too_large():
                 self._values.popitem(last=False)
+
+    def _too_large(self) -> bool:
+        return len(self._values) > MOST_LARGE and n_bytes(self._values) > MOST_BYTES
+
+
+def n_bytes(value: Any) -> int:
+    """Return the memory of the arrays and pictures in a value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> n_bytes({"a": np.zeros(10), "b": [b"picture", 3]})
+    87
+    """
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, str | bytes):
+        return len(value)
+    if isinstance(value, dict):
+        return sum(n_bytes(each) for each in list(value.values()))
+    if isinstance(value, list | tuple):
+        return sum(n_bytes(each) for each in value)
+    return n_bytes(vars(value)) if is_dataclass(value) and hasattr(value, "__dict__") else 0
 
 
 class Workbench:
