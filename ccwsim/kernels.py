@@ -8,7 +8,10 @@ with kernels.
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
+import tempfile
 from collections.abc import Callable
 from hashlib import blake2b
 from pathlib import Path
@@ -31,17 +34,40 @@ SOURCE = _digest_of_sources()
 """A short name of the content of all files with kernels."""
 
 
-def _cache_folder() -> Path:
-    """Return where compiled kernels are kept: beside the package, or where the user may write."""
-    beside = _PACKAGE / "__pycache__"
-    if os.access(_PACKAGE if not beside.exists() else beside, os.W_OK):
-        return beside / f"kernels-{SOURCE}"
+def _cache_folder() -> str:
+    """Return where compiled kernels are kept: beside the package, or where the user may write.
+
+    Where nothing can be written, as in a container whose files are read-only, kernels that were
+    compiled beforehand are copied to a temporary folder, which Numba wants to write to; empty where
+    there is not even that.
+    """
+    name = f"kernels-{SOURCE}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return home / "ccwsim" / f"kernels-{SOURCE}"
+    places = [_PACKAGE / "__pycache__" / name, home / "ccwsim" / name]
+    for place in places:
+        if _is_writable(place):
+            return str(place)
+    warm = [place for place in places if place.is_dir()]
+    try:
+        temporary = tempfile.mkdtemp(prefix="ccwsim-")
+    except OSError:
+        return ""
+    atexit.register(shutil.rmtree, temporary, ignore_errors=True)
+    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # not shutil.copytree: it copies modes
+        own = Path(temporary) / file.relative_to(warm[0])
+        own.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, own)
+    return temporary
 
 
-FOLDER = str(_cache_folder())
-"""Where compiled kernels are kept."""
+def _is_writable(place: Path) -> bool:
+    """Return whether a folder can be written to, or made."""
+    there = next(folder for folder in (place, *place.parents) if folder.exists())
+    return os.access(there, os.W_OK | os.X_OK)
+
+
+FOLDER = _cache_folder()
+"""Where compiled kernels are kept; empty where nothing can be written."""
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -57,6 +83,6 @@ def kernel(function: Callable[..., Any]) -> Any:
     # Read when a function is decorated; other packages keep their own.
     setattr(config, "CACHE_DIR", FOLDER)  # noqa: B010
     try:
-        return njit(nogil=True, cache=True)(function)
+        return njit(nogil=True, cache=bool(FOLDER))(function)
     finally:
         setattr(config, "CACHE_DIR", others)  # noqa: B010
