@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar, copy_context
 from threading import Event
 from typing import Protocol
 
@@ -38,6 +39,35 @@ def share_cores() -> None:
     global _shared
     if _shared is None:
         _shared = Cores(n_cores())
+
+
+_asked_to_stop: ContextVar[Callable[[], bool] | None] = ContextVar("asked_to_stop", default=None)
+
+
+@contextmanager
+def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
+    """Let `check_stop` end the work of this thread, and of tasks that it runs, when asked."""
+    token = _asked_to_stop.set(asked_to_stop)
+    try:
+        yield
+    finally:
+        _asked_to_stop.reset(token)
+
+
+def check_stop() -> None:
+    """Raise `Cancelled` where the work of this thread was asked to stop; long loops call it.
+
+    Examples
+    --------
+    >>> check_stop()
+    >>> with stoppable(lambda: True):
+    ...     check_stop()
+    Traceback (most recent call last):
+    ccwsim.errors.Cancelled: stopped
+    """
+    asked = _asked_to_stop.get()
+    if asked is not None and asked():
+        raise Cancelled("stopped")
 
 
 class Stop(Protocol):
@@ -130,7 +160,7 @@ def _submit(
     lane: Lane | None,
 ) -> Future[None]:
     try:
-        return pool.submit(_in_turn, task, number, watch, lane)
+        return pool.submit(copy_context().run, _in_turn, task, number, watch, lane)
     except RuntimeError as error:
         raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 

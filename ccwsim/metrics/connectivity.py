@@ -12,7 +12,7 @@ from scipy import ndimage
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
-from ccwsim.metrics.stack import Fraction, as_stack, map_parallel
+from ccwsim.metrics.stack import Fraction, as_stack, in_pieces, map_parallel
 
 _TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool)}
 
@@ -120,14 +120,12 @@ def connectivity(
     steps = as_lags(lags)
     offsets = lag_offsets(direction, steps)
     check_offsets(offsets, stack.shape[1:])
-    counts = np.array(
-        map_parallel(
-            lambda k: _count_pairs(connected_bodies(stack[k], facies, neighbours)[0], offsets),
-            len(stack),
-            progress,
-        ),
-        dtype=float,
-    )
+
+    def one(k: int) -> NDArray[np.integer]:
+        labels = connected_bodies(stack[k], facies, neighbours)[0]
+        return in_pieces(lambda some: _count_pairs(labels, some), offsets, labels.size)
+
+    counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
     both, joined = counts[:, :, 0], counts[:, :, 1]
     tau = np.divide(joined, both, out=np.full(both.shape, np.nan), where=both > 0)
     ny, nx = stack.shape[1:]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +12,13 @@ from ccwsim.errors import CCWSIMError
 from ccwsim.kernels import kernel
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.stack import Fraction, as_indices, map_parallel
+from ccwsim.workers import check_stop
 
 PATTERN_SIZE = 4
 FACTORS = (1, 2, 3)
 """Full, half and third resolution."""
+CELLS_OF_STRIP = 4_000_000
+"""Cells whose patterns are counted at a time."""
 DENSE = 2**20
 """Up to so many possible patterns are counted in a table, more by sorting."""
 
@@ -71,14 +74,30 @@ def pattern_histogram(
             f"{min(image.shape)} cells"
         )
     fits = size * size * np.log2(max(n_facies, 2)) < 64
-    codes = _pattern_codes(image, size, n_facies if fits else 0).ravel()
-    if fits and n_facies ** (size * size) <= DENSE:
-        counts = np.bincount(codes.view(np.int64))
-        there = np.flatnonzero(counts)
-        found, counts = there.astype(np.uint64), counts[there]
+    base, n_dense = n_facies if fits else 0, n_facies ** (size * size)
+    if fits and n_dense <= DENSE:
+        table = np.zeros(n_dense, np.int64)
+        for codes in _codes_of_strips(image, size, base):
+            table += np.bincount(codes.view(np.int64), minlength=n_dense)
+        there = np.flatnonzero(table)
+        found, counts = there.astype(np.uint64), table[there]
     else:
-        found, counts = np.unique(codes, return_counts=True)
-    return PatternHistogram(found, counts / len(codes), size)
+        strips = [np.unique(c, return_counts=True) for c in _codes_of_strips(image, size, base)]
+        found, place = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
+        counts = np.zeros(len(found), np.int64)
+        np.add.at(counts, place, np.concatenate([s[1] for s in strips]))
+    return PatternHistogram(found, counts / counts.sum(), size)
+
+
+def _codes_of_strips(
+    image: NDArray[np.uint8], size: int, base: int
+) -> Iterator[NDArray[np.uint64]]:
+    """Yield the codes of all patterns, some rows at a time: they take 16 times the image."""
+    ny, nx = image.shape
+    n_rows = max(CELLS_OF_STRIP // nx, 1)
+    for first in range(0, ny - size + 1, n_rows):
+        check_stop()
+        yield _pattern_codes(image[first : first + n_rows + size - 1], size, base).ravel()
 
 
 def pyramid_histograms(

@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.training_image import MAX_FACIES
-from ccwsim.workers import Watch, n_cores, run_all
+from ccwsim.workers import Watch, check_stop, n_cores, run_all
 
+CELLS_A_PIECE = 200_000_000
+"""Cells that are compared between two looks at whether to stop: some tenths of a second."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Called as progress(fraction) in the caller's own thread."""
@@ -69,6 +71,34 @@ def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
             "give the indices of the training image, not its codes"
         )
     return np.ascontiguousarray(stack, dtype=np.uint8)
+
+
+def in_pieces(
+    function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
+) -> NDArray[np.integer]:
+    """Return function(rows), worked out for some rows after another, between which it can stop.
+
+    Parameters
+    ----------
+    function : callable
+        Returns one row for each of those that it is given.
+    rows : ndarray, shape (n, ...)
+    cells : int
+        Cells that each row is worked out from.
+
+    Examples
+    --------
+    >>> in_pieces(lambda rows: 2 * rows, np.arange(3), cells=CELLS_A_PIECE)
+    array([0, 2, 4])
+    """
+    at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
+    if len(rows) <= at_once:
+        return function(rows)
+    found = []
+    for first in range(0, len(rows), at_once):
+        check_stop()
+        found.append(function(rows[first : first + at_once]))
+    return np.concatenate(found)
 
 
 def map_parallel(

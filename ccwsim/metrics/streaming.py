@@ -115,12 +115,19 @@ class RunningStatistics:
                 f"a realization of shape {self.shape} is needed, not {np.shape(realization)}"
             )
         image = as_indices(realization, self.n_facies)[0]
+        curves = [  # first of all: it may be stopped on the way, and then nothing is added
+            (
+                key,
+                variogram(image, *key, self._lags).gamma[0],
+                connectivity(image, *key, self._lags, self._neighbours).tau[0],
+            )
+            for key in self._gamma
+        ]
+        for key, gamma, tau in curves:
+            self._gamma[key].add(gamma)
+            self._tau[key].add(tau)
         add_counts(image, self._counts)
         self._shares.add(proportions(image, self.n_facies)[0])
-        for (facies, direction), gamma in self._gamma.items():
-            gamma.add(variogram(image, facies, direction, self._lags).gamma[0])
-            joined = connectivity(image, facies, direction, self._lags, self._neighbours)
-            self._tau[facies, direction].add(joined.tau[0])
         self.n += 1
 
     def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
 from ccwsim.metrics.lag_maps import lags_of_map, overlap_sums, pairs_of_map, product_sums
-from ccwsim.metrics.stack import Fraction, as_stack, map_parallel
+from ccwsim.metrics.stack import Fraction, as_stack, in_pieces, map_parallel
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,11 +86,12 @@ def variogram(
     steps = as_lags(lags)
     offsets = lag_offsets(direction, steps)
     check_offsets(offsets, stack.shape[1:])
-    unequal = map_parallel(
-        lambda k: _count_unequal((stack[k] == facies).view(np.uint8), offsets),
-        len(stack),
-        progress,
-    )
+
+    def one(k: int) -> NDArray[np.integer]:
+        inside = (stack[k] == facies).view(np.uint8)
+        return in_pieces(lambda some: _count_unequal(inside, some), offsets, inside.size)
+
+    unequal = map_parallel(one, len(stack), progress)
     n_pairs = np.prod(stack.shape[1:] - np.abs(offsets), axis=1)
     shares = np.mean(stack == facies, axis=(1, 2))
     return Variogram(steps, np.array(unequal) / (2 * n_pairs), shares * (1 - shares))

@@ -12,6 +12,7 @@ from ccwsim.errors import Cancelled
 from ccwsim.ui.admission import Demand, admit
 from ccwsim.ui.queue import Place, server_queue
 from ccwsim.ui.sessions import current_session, server_attendance
+from ccwsim.workers import stoppable
 
 Result = TypeVar("Result")
 Progress = Callable[[float, int], None]
@@ -96,7 +97,8 @@ class Job(Generic[Result]):
         error = None
         try:
             assert self._work is not None
-            self.result = self._work(self._report, self._cancelled.is_set)
+            with stoppable(self._cancelled.is_set):
+                self.result = self._work(self._report, self._cancelled.is_set)
         except Exception as raised:
             error = raised
         finally:

@@ -81,7 +81,7 @@ class LongRun(BackgroundRun):
         while running.n < self.n and not cancel():
             self._add_batch(running, min(batch, self.n - running.n), cancel)
             progress(running.n / self.n, running.n)
-            done = running.n == self.n or cancel()
+            done = running.n == self.n or (cancel() and self.summary is None)
             if running.n and (done or time.monotonic() - looked > LOOK_EVERY):
                 self._look(running)
                 looked = time.monotonic()
@@ -94,9 +94,13 @@ class LongRun(BackgroundRun):
             )  # fmt: skip
         except Cancelled:
             return
-        self.n_wrong += int(ensemble.n_mismatched.sum())
-        for realization in ensemble.indices:
-            running.add(realization)
+        wrong = ensemble.n_mismatched
+        for k, realization in enumerate(ensemble.indices):
+            try:
+                running.add(realization)
+            except Cancelled:
+                return
+            self.n_wrong += int(wrong[k])
 
     def _look(self, running: RunningStatistics) -> None:
         self.summary = running.summary(LOW, HIGH)
