@@ -8,7 +8,7 @@ import pytest
 
 from ccwsim.ui.page import PAGES
 from tests.hands import SLOW, at_rest
-from tests.screenshots import FILLED, SETTLED, fill_with_maps
+from tests.screenshots import FILLED, SETTLED, SIZES, fill_with_maps
 from tests.served import CHROMIUM
 
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
@@ -25,10 +25,12 @@ def findings(page) -> list[str]:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+# on a phone the colours are those of a wide screen: once is enough there
+@pytest.mark.parametrize(("width", "theme"), [(1440, "light"), (1440, "dark"), (390, "light")])
 @pytest.mark.parametrize("path", [Path(path).stem for _, path in PAGES])
-def test_a_page_has_no_serious_finding(chromium, address, path, theme):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme=theme)
+def test_a_page_has_no_serious_finding(chromium, address, path, width, theme):
+    size = {"width": width, "height": SIZES[width]}
+    context = chromium.new_context(viewport=size, color_scheme=theme)
     page = context.new_page()
     page.goto(f"{address}/{path}")
     page.wait_for_selector(".st-key-menu", timeout=SLOW)

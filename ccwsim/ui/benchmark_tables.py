@@ -13,6 +13,7 @@ from ccwsim.timing import Timing
 from ccwsim.ui.benchmark_settings import NAMES
 from ccwsim.ui.benchmark_words import Setting, by_setting, name_of
 from ccwsim.ui.facts import seconds, three_digits
+from ccwsim.ui.scrolled import scrolled
 
 NONE = "–"
 PAPER_SIDE = 512
@@ -88,7 +89,7 @@ def table_of(
         + "</tr>"
         for k, row in enumerate(rows)
     )
-    return f'<div class="wide"><table class="times">{top}{body}</table></div>'
+    return scrolled(f'<table class="times">{top}{body}</table>', "CPU times")
 
 
 def _head(row: Sequence[str]) -> str:

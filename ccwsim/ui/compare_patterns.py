@@ -14,6 +14,7 @@ from ccwsim.ui.compare_name import draw_point_key
 from ccwsim.ui.compare_words import said_ratio
 from ccwsim.ui.facts import three_digits
 from ccwsim.ui.page import chart_theme
+from ccwsim.ui.scrolled import scrolled
 from ccwsim.ui.state import State
 from ccwsim.ui.steps import panel_title, step_note
 from ccwsim.ui.titled_chart import titled_chart
@@ -66,7 +67,7 @@ def _plot(state: State, found: Comparison) -> None:
 
 def _table(found: Comparison) -> None:
     panel_title("ANODI ratios", "every setting against each one before it")
-    st.html(f'<div class="wide">{ratio_table(found)}</div>')
+    st.html(scrolled(ratio_table(found), "ANODI ratios"))
     assert found.anodi is not None
     weights = ", ".join(three_digits(w) for w in found.anodi.weights)
     size = found.anodi.pattern_size

@@ -12,12 +12,13 @@ from ccwsim.comparison import Comparison
 from ccwsim.parameters import Parameters
 from ccwsim.ui.compare_name import colour_of
 from ccwsim.ui.facts import seconds, three_digits
+from ccwsim.ui.scrolled import scrolled
 from ccwsim.ui.tables import as_csv
 
 
 def draw_figures(found: Comparison) -> None:
     """Draw one line a setting: time, data, and distances of patterns."""
-    st.html(f'<div class="wide">{figures_table(found)}</div>')
+    st.html(scrolled(figures_table(found), "Settings in numbers"))
 
 
 def figures_table(found: Comparison) -> str:

@@ -8,6 +8,7 @@ import streamlit as st
 
 from ccwsim.trace import PlaceFate, Trace, TracedPatch
 from ccwsim.ui.how_words import counted, say
+from ccwsim.ui.scrolled import scrolled
 
 MOST_ROWS = 24
 DATA = "datum", "data"
@@ -64,10 +65,11 @@ def draw_fates(trace: Trace, step: TracedPatch, told: list[PlaceFate]) -> None:
     titles = "".join(f"<th>{escape(name)}</th>" for name in head)
     left = len(told) - len(shown)
     tail = f'<p class="note">and {counted(left, "place")} more</p>' if left else ""
-    st.html(
-        f'<div class="wide" tabindex="0" role="region" aria-label="Places"><table class="numbers '
-        f'fates"><thead><tr>{titles}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>{tail}'
+    table = (
+        f'<table class="numbers fates"><thead><tr>{titles}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table>"
     )
+    st.html(scrolled(table, "Places") + tail)
 
 
 def candidate_words(trace: Trace, step: TracedPatch, told: list[PlaceFate]) -> None:
