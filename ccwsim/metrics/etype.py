@@ -11,6 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.errors import CCWSIMError
 from ccwsim.kernels import kernel
 from ccwsim.metrics.stack import as_indices
+from ccwsim.workers import check_stop
+
+CELLS_A_PIECE = 1_000_000
+"""Cells whose entropy is worked out at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,7 @@ def facies_counts(images: ArrayLike, n_facies: int) -> NDArray[np.int32]:
     stack = as_indices(images, n_facies)
     counts = np.zeros((n_facies, *stack.shape[1:]), np.int32)
     for image in stack:
+        check_stop()
         add_counts(image, counts)
     return counts
 
@@ -107,8 +112,13 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     p = np.asarray(probability, dtype=float)
     if len(p) < 2:
         return np.zeros(p.shape[1:])
-    terms = p * np.log(np.where(p > 0, p, 1.0))
-    return -terms.sum(axis=0) / np.log(len(p)) + 0.0
+    flat, found = p.reshape(len(p), -1), np.empty(p[0].size)
+    for first in range(0, len(found), CELLS_A_PIECE):
+        check_stop()
+        some = flat[:, first : first + CELLS_A_PIECE]
+        terms = some * np.log(np.where(some > 0, some, 1.0))
+        found[first : first + CELLS_A_PIECE] = -terms.sum(axis=0) / np.log(len(p)) + 0.0
+    return found.reshape(p.shape[1:])
 
 
 @kernel

@@ -14,7 +14,10 @@ from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.directions import Direction
 from ccwsim.metrics.divergence import pattern_distance
 from ccwsim.metrics.etype import facies_counts
+from ccwsim.workers import check_stop
 
+CELLS_OF_STRIP = 1_000_000
+"""Cells in which realizations are compared at a time."""
 LARGEST_LAG = 100
 """Cells; less where the grid or the training image is smaller than twice that."""
 WAYS: tuple[Direction, Direction] = ("E-W", "N-S")
@@ -130,9 +133,13 @@ def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
     n = len(indices)
     if n < 2:
         return float("nan")
-    counts = facies_counts(indices, n_facies).astype(np.int64)
-    agree = (counts * (counts - 1)).sum(axis=0) / (n * (n - 1))
-    return float(1 - agree.mean())
+    _, ny, nx = indices.shape
+    rows, agree = max(CELLS_OF_STRIP // nx, 1), 0
+    for first in range(0, ny, rows):
+        check_stop()
+        counts = facies_counts(indices[:, first : first + rows], n_facies).astype(np.int64)
+        agree += int((counts * (counts - 1)).sum())
+    return 1 - agree / (n * (n - 1) * ny * nx)
 
 
 def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
