@@ -7,7 +7,7 @@ from hashlib import blake2b
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.lazy_stack import LazyStack
 
 
@@ -25,6 +25,46 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
         return np.asarray(values)
     except ValueError:
         raise CCWSIMError(f"{what}: a regular array is needed; the rows differ in length") from None
+    except (TypeError, OverflowError, MemoryError):
+        raise CCWSIMError(f"{what}: {shown(values)} is no array of numbers") from None
+
+
+def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Return `values` as an array of real numbers, which may be NaN.
+
+    Raises
+    ------
+    CCWSIMError
+        For anything else.
+
+    Examples
+    --------
+    >>> as_floats([0, 2.5], "lags")
+    array([0. , 2.5])
+    """
+    array = as_array(values, what)
+    if array.dtype.kind not in "buif":
+        raise CCWSIMError(f"{what}: {shown(values)} is no array of real numbers")
+    return array.astype(np.float64)
+
+
+def whole_number(name: str, value: object, low: int, high: int) -> int:
+    """Return a whole number between two others, themselves included.
+
+    Raises
+    ------
+    CCWSIMError
+        For anything else.
+
+    Examples
+    --------
+    >>> whole_number("size", 4, 1, 8)
+    4
+    """
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or not low <= value <= high:  # type: ignore[operator]
+        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number from {low} to {high}")
+    return int(value)  # type: ignore[arg-type]
 
 
 def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:

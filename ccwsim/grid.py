@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array
+from ccwsim.arrays import as_array, as_floats
 from ccwsim.errors import CCWSIMError, shown
+
+MOST_CELLS = 2**31 - 1
+"""Along a side; a grid this large would be no map any more."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,10 @@ class Grid:
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
                 raise CCWSIMError(
                     f"grid {name} = {shown(value)} must be a whole number of cells, at least 1"
+                )
+            if value > MOST_CELLS:
+                raise CCWSIMError(
+                    f"grid {name} = {shown(value)} must be at most {MOST_CELLS} cells"
                 )
             object.__setattr__(self, name, int(value))
         for name in ("cell_size", "origin"):
@@ -93,11 +100,17 @@ class Grid:
         CCWSIMError
             For coordinates that are not numbers.
         """
-        points = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(y, float))
+        points = [np.atleast_1d(as_floats(p, f"{n} of points")) for p, n in ((x, "x"), (y, "y"))]
+        if points[0].ndim != 1 or points[0].shape != points[1].shape:
+            raise CCWSIMError("as many x as y of points are needed, each in one row")
         if not all(np.isfinite(p).all() for p in points):
             raise CCWSIMError("x and y of every point must be known numbers")
-        columns = (points[0] - self.origin[0]) / self.cell_size[0]
-        rows = (points[1] - self.origin[1]) / self.cell_size[1]
+        with np.errstate(over="ignore"):
+            columns = (points[0] - self.origin[0]) / self.cell_size[0]
+            rows = (points[1] - self.origin[1]) / self.cell_size[1]
+        far = np.concatenate([columns, rows])
+        if not (np.abs(far) < 2.0**62).all():
+            raise CCWSIMError("some points are absurdly far from the grid; correct them")
         columns[columns == self.nx] = self.nx - 1
         rows[rows == self.ny] = self.ny - 1
         return np.floor(np.stack([rows, columns], axis=1)).astype(np.int64)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
+from ccwsim.arrays import as_array, as_integers, whole_number
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.hard_data import HardData
 
@@ -35,7 +36,7 @@ def sample_random(truth: NDArray[np.integer], n: int, seed: int = 0) -> HardData
     """
     ny, nx = _shape(truth)
     n = _counted("the number of data", n)
-    cells = RandomState(seed).choice(ny * nx, min(n, ny * nx), replace=False)
+    cells = _random(seed).choice(ny * nx, min(n, ny * nx), replace=False)
     return _read(truth, *np.divmod(cells, nx))
 
 
@@ -68,11 +69,11 @@ def sample_wells(
     (20, 2)
     """
     shape = _shape(truth)
-    if direction not in DIRECTIONS:
+    if not isinstance(direction, str) or direction not in DIRECTIONS:
         raise CCWSIMError(f'direction = {shown(direction)} must be "N-S" or "E-W"')
     along, across = shape if direction == "N-S" else shape[::-1]
-    n, every = _counted("the number of wells", n), _counted("every", every)
-    wells = RandomState(seed).choice(across, min(n, across), replace=False)
+    n, every = _counted("the number of wells", n), min(_counted("every", every), along)
+    wells = _random(seed).choice(across, min(n, across), replace=False)
     down, at = np.meshgrid(np.arange(0, along, every), wells, indexing="ij")
     rows, columns = (down, at) if direction == "N-S" else (at, down)
     return _read(truth, rows.ravel(), columns.ravel())
@@ -98,20 +99,28 @@ def sample_grid(truth: NDArray[np.integer], every: int) -> HardData:
     >>> sample_grid(np.eye(10, dtype=int), 5).cells.tolist()
     [[2, 2], [2, 7], [7, 2], [7, 7]]
     """
-    every = _counted("every", every)
-    axes = [np.arange((length - 1) % every // 2, length, every) for length in _shape(truth)]
+    shape = _shape(truth)
+    every = min(_counted("every", every), max(shape))
+    axes = [np.arange((length - 1) % every // 2, length, every) for length in shape]
     rows, columns = np.meshgrid(*axes, indexing="ij")
     return _read(truth, rows.ravel(), columns.ravel())
 
 
 def _read(truth: NDArray[np.integer], rows: NDArray, columns: NDArray) -> HardData:
-    return HardData(np.column_stack([rows, columns]), truth[rows, columns])
+    return HardData(np.column_stack([rows, columns]), np.asarray(truth)[rows, columns])
+
+
+def _random(seed: int) -> RandomState:
+    return RandomState(whole_number("seed", seed, 0, 2**32 - 1))
 
 
 def _shape(truth: NDArray[np.integer]) -> tuple[int, int]:
-    if np.ndim(truth) != 2 or not np.size(truth):
-        raise CCWSIMError(f"a truth of shape (ny, nx) is needed, not {np.shape(truth)}")
-    return truth.shape[0], truth.shape[1]
+    array = as_array(truth, "truth")
+    if array.ndim != 2 or not array.size:
+        raise CCWSIMError(f"a truth of shape (ny, nx) is needed, not {array.shape}")
+    if array.dtype.kind not in "bui":
+        as_integers(array, "truth")
+    return array.shape[0], array.shape[1]
 
 
 def _counted(name: str, value: int) -> int:

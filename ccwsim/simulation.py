@@ -12,7 +12,7 @@ import numpy as np
 
 from ccwsim.arrays import frozen_view
 from ccwsim.ensemble import Ensemble
-from ccwsim.errors import Cancelled
+from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.executors import Work, runner_of
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
@@ -102,8 +102,10 @@ def simulate(
     first = counted("first_realization", first_realization, least=0)
     runner = runner_of(executor, n_workers)
     work = Work(study, first, n, keep_sources)
-    met_by = np.zeros((n, study.hard_data.n), np.int16)
-    seconds = np.zeros(n)
+    try:
+        met_by, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
+    except (MemoryError, ValueError):
+        raise CCWSIMError(f"{n} realizations do not fit into memory; ask for fewer") from None
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:

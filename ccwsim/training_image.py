@@ -73,13 +73,15 @@ class TrainingImage:
         self.array = frozen(smallest_integers(integers))
         self.codes = frozen(codes.astype(self.array.dtype))
         self.indices = frozen(indices.astype(np.uint8))
+        if not isinstance(name, str):
+            raise CCWSIMError(f"name = {shown(name)} must be a text")
         self.name = name
         self.facies_names = self._named(facies_names)
 
     def _named(self, names: Sequence[str] | None) -> tuple[str, ...]:
         if names is None:
             return tuple(f"facies {code}" for code in self.codes)
-        if not isinstance(names, Sequence):
+        if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
             raise CCWSIMError(f"facies names: a list of names is needed, not {shown(names)}")
         if len(names) != self.n_facies:
             raise CCWSIMError(
@@ -116,10 +118,11 @@ class TrainingImage:
         CCWSIMError
             Where the image has no such facies.
         """
-        found = np.flatnonzero(self.codes == code)
+        whole = isinstance(code, (int, np.integer)) and not isinstance(code, bool)
+        found = np.flatnonzero(self.codes == code) if whole else np.empty(0, int)
         if not len(found):
             there = ", ".join(map(str, self.codes))
-            raise CCWSIMError(f"facies {code} is not in the training image; it has {there}")
+            raise CCWSIMError(f"facies {shown(code)} is not in the training image; it has {there}")
         return int(found[0])
 
     def __repr__(self) -> str:

@@ -123,11 +123,11 @@ def test_distances_of_the_published_code_come_out(data_dir, name, expected):
 
 def test_what_cannot_be_counted_is_said():
     image = np.eye(5, dtype=int)
-    with pytest.raises(CCWSIMError, match="pattern size 6"):
+    with pytest.raises(CCWSIMError, match="pattern size = 6"):
         pattern_histogram(image, 2, 6)
     with pytest.raises(CCWSIMError, match="facies index 3"):
         pattern_histogram(image * 3, 2)
-    with pytest.raises(CCWSIMError, match="coarsening factor 0"):
+    with pytest.raises(CCWSIMError, match="coarsening factor = 0"):
         coarsened(image, 0, 2)
     with pytest.raises(CCWSIMError, match="type float64"):
         pattern_histogram(image * 1.0, 2)

@@ -76,7 +76,7 @@ def test_tau_error_is_the_mean_difference_of_mean_curves(ensemble, facies):
 def test_the_last_facies_is_judged_where_none_is_chosen(ensemble):
     assert judge(ensemble) == judge(ensemble, 2)
     assert judge(ensemble).facies == 2
-    with pytest.raises(CCWSIMError, match=r"facies = 3 must be a place from 0 to 2"):
+    with pytest.raises(CCWSIMError, match=r"facies = 3 must be a whole number from 0 to 2"):
         judge(ensemble, 3)
 
 

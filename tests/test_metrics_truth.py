@@ -79,7 +79,7 @@ def test_what_cannot_be_scored_is_said():
         score_truth(p, truth, 7, np.zeros((6, 5), bool))
     with pytest.raises(CCWSIMError, match="n_realizations"):
         score_truth(p, truth, 0)
-    with pytest.raises(CCWSIMError, match="facies index 5"):
+    with pytest.raises(CCWSIMError, match="facies index = 5"):
         calibration(p, truth, 5)
     with pytest.raises(CCWSIMError, match="n_bins"):
         calibration(p, truth, n_bins=0)

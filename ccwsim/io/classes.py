@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_integers
+from ccwsim.arrays import as_array, as_integers
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.training_image import MAX_FACIES
 
@@ -49,8 +49,10 @@ def classify(
     >>> classify([0.1, 0.4, 0.7, 0.9], classes=2).tolist()
     [0, 0, 1, 1]
     """
-    array = np.asarray(values)
     label = what or "values"
+    array = as_array(values, label)
+    if array.dtype.kind not in "buif":
+        raise CCWSIMError(f"{label}: numbers are needed, not values of type {array.dtype}")
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         bad = array[~np.isfinite(array)][0]
         raise CCWSIMError(f"{label}: {bad} is not finite; every value must be a number")
@@ -134,7 +136,7 @@ def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
 def _edges(classes: object) -> NDArray[np.float64]:
     try:
         edges = np.asarray(classes, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         edges = np.empty((0, 0))
     if edges.ndim != 1 or not edges.size or not np.isfinite(edges).all():
         raise CCWSIMError(

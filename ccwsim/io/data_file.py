@@ -62,8 +62,9 @@ class DataFile:
         names = list(self.variables)
         there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
         if variable is not None:
-            found = [n for n in names if n == variable]
-            found = found or [n for n in names if n.lower() == str(variable).lower()]
+            said = variable if isinstance(variable, str) else shown(variable)
+            found = [n for n in names if n == said]
+            found = found or [n for n in names if n.lower() == said.lower()]
             if len(found) != 1:
                 raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
             return found[0]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ccwsim.arrays import whole_number
+from ccwsim.grid import Grid
 from ccwsim.metrics.spacing import Spacing
 from ccwsim.parameters import MAX_TEMPLATE
 
@@ -38,7 +40,9 @@ def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    return (shape[0] // template_size) * (shape[1] // template_size)
+    side = whole_number("template_size", template_size, 1, 2**31)
+    ny, nx = Grid.of(shape).shape
+    return (ny // side) * (nx // side)
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.arrays import as_floats
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.metrics.divergence import divergences
 from ccwsim.metrics.patterns import FACTORS, PATTERN_SIZE, pyramid_histograms
@@ -168,8 +169,9 @@ def _means(divergence: NDArray, owner: NDArray, n_ensembles: int) -> tuple[NDArr
 
 
 def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
-    weights = 0.5 ** np.arange(1, n + 1) if given is None else np.asarray(given, dtype=float)
-    if weights.shape != (n,) or not n or weights.min() < 0 or not weights.sum() > 0:
+    weights = 0.5 ** np.arange(1, n + 1) if given is None else as_floats(given, "weights")
+    fits = weights.shape == (n,) and n > 0 and np.isfinite(weights).all()
+    if not fits or weights.min() < 0 or not weights.sum() > 0:
         raise CCWSIMError(
             f"weights {shown(given)} must be one number from 0 on for each of {n} factors"
         )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.arrays import as_floats
+from ccwsim.errors import CCWSIMError, shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +49,14 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     >>> band([[0.0, 1.0], [0.0, 3.0]]).mean
     array([0., 2.])
     """
-    values = np.asarray(curves, dtype=float)
+    values = as_floats(curves, "curves")
     if values.ndim < 2 or not len(values):
         raise CCWSIMError(f"curves of shape (n, n_lags) are needed, not {values.shape}")
-    if not 0 <= low <= high <= 1:
-        raise CCWSIMError(f"quantiles {low} and {high} must be probabilities in ascending order")
+    limits = as_floats([low, high], "quantiles")
+    if limits.shape != (2,) or not 0 <= limits[0] <= limits[1] <= 1:
+        raise CCWSIMError(
+            f"quantiles {shown(low)} and {shown(high)} must be probabilities in ascending order"
+        )
     known = ~np.isnan(values).all(axis=0)
     shape = values.shape[1:]
     rows = np.full((6, *shape), np.nan)

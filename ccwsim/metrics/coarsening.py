@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.arrays import whole_number
 from ccwsim.kernels import kernel
 from ccwsim.metrics.stack import as_indices
 
@@ -41,10 +41,7 @@ def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArr
            [0, 1]], dtype=uint8)
     """
     image = as_indices(indices, n_facies)[0]
-    if not 1 <= factor <= min(image.shape):
-        raise CCWSIMError(
-            f"coarsening factor {factor} must be from 1 to the smaller side, {min(image.shape)}"
-        )
+    factor = whole_number("coarsening factor", factor, 1, min(image.shape))
     if factor == 1:
         return image.copy()
     rows, row_weights = _taps(image.shape[0], factor)

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from ccwsim.arrays import whole_number
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
-from ccwsim.metrics.stack import Fraction, as_stack, in_pieces, map_parallel
+from ccwsim.metrics.stack import Fraction, as_map, as_stack, in_pieces, map_parallel
 
 _TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool)}
 
@@ -69,9 +70,9 @@ def connected_bodies(
     >>> connected_bodies(np.eye(3, dtype=int), 1, neighbours=4)[1]
     3
     """
-    if neighbours not in _TOUCHING:
+    if not isinstance(neighbours, (int, np.integer)) or neighbours not in _TOUCHING:
         raise CCWSIMError(f"neighbours = {shown(neighbours)} must be 4 or 8")
-    inside = np.asarray(image) == facies
+    inside = as_map(image) == whole_number("facies", facies, -(2**31), 2**31)
     labels = np.empty(inside.shape, np.int32)
     ndimage.label(inside, _TOUCHING[neighbours], output=labels)
     return labels, int(labels.max())

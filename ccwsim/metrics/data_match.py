@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.hard_data import HardData
 from ccwsim.metrics.stack import as_stack
 
@@ -55,6 +55,8 @@ def data_match(realizations: ArrayLike, hard_data: HardData) -> DataMatch:
     (array([1]), [[1, -1], [-1, 0]])
     """
     stack = as_stack(realizations)
+    if not isinstance(hard_data, HardData):
+        raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
     rows, columns = hard_data.cells.T
     ny, nx = stack.shape[1:]
     outside = (rows < 0) | (rows >= ny) | (columns < 0) | (columns >= nx)

@@ -7,10 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.arrays import as_array
 from ccwsim.errors import CCWSIMError, shown
 
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
 """One lag of each named direction in rows (to the north) and columns (to the east)."""
+
+MOST = 1_000_000
+"""No lag is longer."""
 
 Direction = str | float | tuple[int, int]
 """A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag."""
@@ -39,15 +43,17 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
             known = ", ".join(STEPS)
             raise CCWSIMError(f"direction {shown(direction)} must be one of {known}, or an azimuth")
         return np.outer(lags, STEPS[direction]).astype(np.int64)
-    if isinstance(direction, (int, float, np.number)):
-        if not np.isfinite(direction):
-            raise CCWSIMError(f"direction {direction} must be an azimuth in degrees")
+    if isinstance(direction, (int, float, np.integer, np.floating)):
+        if isinstance(direction, bool) or not abs(direction) < MOST:
+            raise CCWSIMError(f"direction {shown(direction)} must be an azimuth in degrees")
         angle = np.deg2rad(float(direction))
         return np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
-    whole = all(isinstance(v, (int, np.integer)) for v in direction)
-    if len(direction) != 2 or not whole or not any(direction):
+    step = as_array(direction, "direction")
+    if step.shape != (2,) or step.dtype.kind not in "ui" or not step.any():
         raise CCWSIMError(f"direction {shown(direction)} must be two whole numbers, not both 0")
-    return np.outer(lags, direction).astype(np.int64)
+    if max(abs(int(step[0])), abs(int(step[1]))) > MOST:
+        raise CCWSIMError(f"direction {shown(direction)} must have numbers of at most {MOST}")
+    return np.outer(lags, step.astype(np.int64))
 
 
 def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64]:
@@ -63,9 +69,11 @@ def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64
     >>> as_lags(3), as_lags([1, 5])
     (array([0, 1, 2, 3]), array([1, 5]))
     """
-    array = np.asarray(lags)
+    array = as_array(lags, "lags")
     if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0 or array.min() < 0:
         raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps from 0 on")
+    if array.max() > MOST:
+        raise CCWSIMError(f"lags = {shown(lags)} must be at most {MOST} steps")
     return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
 
 

@@ -32,6 +32,8 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     >>> js_divergence(plain, plain), js_divergence(plain, other)
     (0.0, 1.0)
     """
+    if not isinstance(a, PatternHistogram) or not isinstance(b, PatternHistogram):
+        raise CCWSIMError("two histograms of patterns are needed, as pattern_histogram makes them")
     if a.size != b.size:
         raise CCWSIMError(f"patterns of {a.size} and of {b.size} cells cannot be compared")
     return float(js_of_frequencies(a.codes, a.frequencies, b.codes, b.frequencies))

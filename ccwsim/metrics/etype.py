@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.arrays import as_array, as_floats
 from ccwsim.errors import CCWSIMError
 from ccwsim.kernels import kernel
 from ccwsim.metrics.stack import as_indices
@@ -91,6 +92,9 @@ def etype_of_counts(counts: NDArray[np.integer]) -> EType:
     >>> etype_of_counts(np.array([[[1]], [[3]]])).probability.ravel()
     array([0.25, 0.75])
     """
+    counts = as_array(counts, "counts")
+    if counts.ndim != 3 or not counts.size or counts.dtype.kind not in "ui":
+        raise CCWSIMError(f"counts of shape (n_facies, ny, nx) are needed, not {counts.shape}")
     n = int(counts[:, 0, 0].sum())
     if not n:
         raise CCWSIMError("no realization was counted yet; an E-type needs at least one")
@@ -109,7 +113,9 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     >>> entropy([[0.5, 1.0], [0.5, 0.0]])
     array([1., 0.])
     """
-    p = np.asarray(probability, dtype=float)
+    p = as_floats(probability, "probabilities")
+    if not p.ndim or not len(p):
+        raise CCWSIMError(f"probabilities of shape (n_facies, ...) are needed, not {p.shape}")
     if len(p) < 2:
         return np.zeros(p.shape[1:])
     flat, found = p.reshape(len(p), -1), np.empty(p[0].size)

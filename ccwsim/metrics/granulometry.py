@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.arrays import whole_number
+from ccwsim.metrics.stack import as_map
 
 THICK_SHARE = 0.95
 """A facies is as thick as the squares that keep so much of it."""
@@ -63,9 +64,8 @@ def granulometry(
     >>> granulometry(river, 1).thickness()
     3
     """
-    if max_size < 1:
-        raise CCWSIMError(f"max_size = {max_size} must be at least 1 cell")
-    inside = np.asarray(image) == facies
+    max_size = whole_number("max_size", max_size, 1, 2**31)
+    inside = as_map(image) == whole_number("facies", facies, 0, 2**31)
     total = int(inside.sum())
     kept: list[float] = []
     for size in range(1, min(max_size, *inside.shape) + 1):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.arrays import whole_number
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
@@ -22,11 +22,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
     >>> lags_of_map(1, (5, 5))
     array([-1,  0,  1])
     """
-    if not 1 <= max_lag < min(shape):
-        raise CCWSIMError(
-            f"max_lag = {max_lag} must be from 1 to {min(shape) - 1} for an image of "
-            f"{shape[0]} × {shape[1]}"
-        )
+    max_lag = whole_number("max_lag", max_lag, 1, min(shape) - 1)
     return np.arange(-max_lag, max_lag + 1)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.arrays import as_array, as_integers, whole_number
 from ccwsim.kernels import kernel
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.stack import Fraction, as_indices, map_parallel
@@ -68,11 +68,7 @@ def pattern_histogram(
     (array([2, 4, 9], dtype=uint64), array([0.25, 0.25, 0.5 ]))
     """
     image = as_indices(indices, n_facies)[0]
-    if not 1 <= size <= min(image.shape):
-        raise CCWSIMError(
-            f"pattern size {size} must be from 1 to the smaller side of the image, "
-            f"{min(image.shape)} cells"
-        )
+    size = whole_number("pattern size", size, 1, min(image.shape))
     fits = size * size * np.log2(max(n_facies, 2)) < 64
     base, n_dense = n_facies if fits else 0, n_facies ** (size * size)
     if fits and n_dense <= DENSE:
@@ -126,6 +122,7 @@ def pyramid_histograms(
         [image][factor].
     """
     stack = as_indices(images, n_facies)
+    factors = as_integers(as_array(factors, "factors"), "factors").reshape(-1).tolist()
     return map_parallel(
         lambda k: [
             pattern_histogram(coarsened(stack[k], factor, n_facies), n_facies, size)

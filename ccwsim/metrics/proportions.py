@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.arrays import as_floats
 from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.stack import as_indices
 
@@ -52,7 +53,8 @@ def proportion_quantiles(
     >>> proportion_quantiles([[[0, 1]], [[1, 1]]], 2, [0.5])
     array([[0.25, 0.75]])
     """
-    wrong = [p for p in probabilities if not 0 <= p <= 1]
-    if wrong:
-        raise CCWSIMError(f"quantile {wrong[0]} must be a probability from 0 to 1")
-    return np.quantile(proportions(images, n_facies), list(probabilities), axis=0)
+    chosen = as_floats(probabilities, "probabilities").reshape(-1)
+    wrong = chosen[~((chosen >= 0) & (chosen <= 1))]
+    if len(wrong):
+        raise CCWSIMError(f"quantile {wrong[0]:g} must be a probability from 0 to 1")
+    return np.quantile(proportions(images, n_facies), chosen, axis=0)

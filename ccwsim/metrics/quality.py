@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.arrays import whole_number
 from ccwsim.ensemble import Ensemble
-from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.directions import Direction
 from ccwsim.metrics.divergence import pattern_distance
@@ -98,8 +98,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     """
     image = ensemble.training_image
     place = image.n_facies - 1 if facies is None else facies
-    if not 0 <= place < image.n_facies:
-        raise CCWSIMError(f"facies = {facies} must be a place from 0 to {image.n_facies - 1}")
+    place = whole_number("facies", place, 0, image.n_facies - 1)
     each = pattern_distance(ensemble.indices, image.indices, image.n_facies)
     spread = float(each.mean(axis=1).std(ddof=1)) if ensemble.n > 1 else float("nan")
     lags = lags_of(ensemble)

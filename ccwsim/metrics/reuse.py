@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.arrays import as_array
 from ccwsim.errors import CCWSIMError
+from ccwsim.grid import Grid
 from ccwsim.kernels import kernel
 
 
@@ -66,7 +68,7 @@ def reuse(positions: ArrayLike, ti_shape: tuple[int, int]) -> Reuse:
     >>> found.largest_square, found.largest_block, round(found.copied, 3)
     (2, 4, 0.714)
     """
-    source = np.asarray(positions)
+    source, ti_shape = as_array(positions, "positions"), Grid.of(ti_shape).shape
     if source.ndim != 2 or source.dtype.kind not in "ui" or not source.size:
         raise CCWSIMError(
             f"positions of shape (ny, nx) and whole numbers are needed, not {source.shape} of "

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.arrays import as_floats, whole_number
 from ccwsim.errors import CCWSIMError
 
 
@@ -49,8 +50,10 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     >>> classical_scaling(line, 1).positions.ravel().round(6).tolist()
     [-2.0, -1.0, 3.0]
     """
-    d = np.asarray(distances, dtype=float)
-    if d.ndim != 2 or d.shape[0] != d.shape[1] or not np.allclose(d, d.T) or not len(d):
+    d = as_floats(distances, "distances")
+    n_dimensions = whole_number("n_dimensions", n_dimensions, 1, 1000)
+    square = d.ndim == 2 and d.shape[0] == d.shape[1] and len(d) > 0
+    if not square or not np.isfinite(d).all() or not np.allclose(d, d.T):
         raise CCWSIMError(f"distances must be a symmetric matrix, not an array of shape {d.shape}")
     squares = d**2
     means = squares.mean(axis=0)

@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.arrays import as_array, whole_number
 from ccwsim.errors import CCWSIMError
 from ccwsim.training_image import MAX_FACIES
 from ccwsim.workers import Watch, check_stop, n_cores, run_all
@@ -32,7 +33,7 @@ def as_stack(images: ArrayLike) -> NDArray[np.integer]:
     >>> as_stack([[0, 1], [1, 1]]).shape
     (1, 2, 2)
     """
-    array = np.asarray(images)
+    array = as_array(images, "images")
     if array.ndim not in (2, 3) or array.size == 0:
         raise CCWSIMError(
             f"images of shape (ny, nx) or (n, ny, nx) are needed, not {array.shape}; "
@@ -45,6 +46,25 @@ def as_stack(images: ArrayLike) -> NDArray[np.integer]:
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
     return array if array.ndim == 3 else array[None]
+
+
+def as_map(image: ArrayLike) -> NDArray[np.integer]:
+    """Return one image as an array (ny, nx) of whole numbers.
+
+    Raises
+    ------
+    CCWSIMError
+        As `as_stack`, and for several images.
+
+    Examples
+    --------
+    >>> as_map([[0, 1], [1, 1]]).shape
+    (2, 2)
+    """
+    stack = as_stack(image)
+    if len(stack) > 1:
+        raise CCWSIMError(f"one image of shape (ny, nx) is needed, not {len(stack)} of them")
+    return stack[0]
 
 
 def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
@@ -61,8 +81,7 @@ def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
     dtype('uint8')
     """
     stack = as_stack(images)
-    if not 1 <= n_facies <= MAX_FACIES:
-        raise CCWSIMError(f"n_facies = {n_facies} must be from 1 to {MAX_FACIES}")
+    n_facies = whole_number("n_facies", n_facies, 1, MAX_FACIES)
     low, high = int(stack.min()), int(stack.max())
     if low < 0 or high >= n_facies:
         wrong = low if low < 0 else high

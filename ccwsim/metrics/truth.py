@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.arrays import as_array, as_floats, whole_number
 from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.stack import as_indices
 
@@ -93,8 +94,7 @@ def score_truth(
     (0.5, 0.25)
     """
     p, true, mask = _checked(probability, truth, scored)
-    if n_realizations < 1:
-        raise CCWSIMError(f"n_realizations = {n_realizations} must be at least 1")
+    n_realizations = whole_number("n_realizations", n_realizations, 1, 2**53)
     chances = np.take_along_axis(p, true[None], axis=0)[0]
     right = p.argmax(axis=0) == true
     squares = (p**2).sum(axis=0) - 2 * chances + 1
@@ -137,10 +137,9 @@ def calibration(
     (array([nan, 0.5]), array([0, 2]))
     """
     p, true, mask = _checked(probability, truth, scored)
-    if n_bins < 1:
-        raise CCWSIMError(f"n_bins = {n_bins} must be at least 1")
-    if facies is not None and not 0 <= facies < len(p):
-        raise CCWSIMError(f"facies index {facies} must be from 0 to {len(p) - 1}")
+    n_bins = whole_number("n_bins", n_bins, 1, 10_000)
+    if facies is not None:
+        facies = whole_number("facies index", facies, 0, len(p) - 1)
     which = range(len(p)) if facies is None else [facies]
     chances = np.concatenate([p[k][mask] for k in which])
     came = np.concatenate([(true == k)[mask] for k in which])
@@ -162,7 +161,7 @@ def calibration(
 def _checked(
     probability: ArrayLike, truth: ArrayLike, scored: NDArray[np.bool_] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_]]:
-    p = np.asarray(probability, dtype=float)
+    p, truth = as_floats(probability, "probabilities"), as_array(truth, "truth")
     if p.ndim != 3 or p.shape[1:] != np.shape(truth):
         raise CCWSIMError(
             f"probabilities of shape (n_facies, ny, nx) and a truth of (ny, nx) are needed, not "

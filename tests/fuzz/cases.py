@@ -1,0 +1,51 @@
+"""Which case is which: a file or a set of arguments, from its number and the seed alone."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from typing import Literal, NamedTuple
+
+from tests.fuzz.arguments import arguments
+from tests.fuzz.evil import EVIL
+from tests.fuzz.mutations import mutated
+from tests.fuzz.reading import NAMES, readings
+from tests.fuzz.seeds import seed_of
+
+
+class Case(NamedTuple):
+    """A case, small enough to be sent to another process.
+
+    Attributes
+    ----------
+    kind : "file" or "arguments"
+    number, seed : int
+    """
+
+    kind: Literal["file", "arguments"]
+    number: int
+    seed: int
+
+
+def acts_of(case: Case) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Return the acts of a case."""
+    source = random.Random(f"{case.kind} {case.number} {case.seed}")
+    if case.kind == "arguments":
+        return arguments(source)
+    return readings(content_of(case)[1], source.choice(NAMES))
+
+
+def content_of(case: Case) -> tuple[str, bytes]:
+    """Return what a file came from, and its content.
+
+    The first ones are the evil ones, the second ones those cut, and then good ones made bad.
+    """
+    source = random.Random(f"content {case.number} {case.seed}")
+    if case.number < 2 * len(EVIL):
+        name = list(EVIL)[case.number % len(EVIL)]
+        content = EVIL[name]()
+        if case.number >= len(EVIL):
+            name, content = f"{name}, cut", content[: source.randrange(len(content))]
+        return name, content
+    name, content = seed_of(source)
+    return name, mutated(content, source, seed_of(source)[1])

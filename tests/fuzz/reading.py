@@ -1,0 +1,50 @@
+"""A file read in every way that a page or a script has."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+import ccwsim.io as cio
+from ccwsim import Grid, TrainingImage
+from ccwsim.io.limits import limited, upload_limits
+
+NAMES = (
+    "ti.dat", "../../../etc/passwd", "C:\\x\\y.png", "a\x00b", "**x**", "<script>alert(1)</script>",
+    "$math$ :material/home:", "x" * 5000, "", ".", "\u202ename", "a\nb", "\ud800", "%s%n{0}",
+)  # fmt: skip
+"""What a client may call its file."""
+
+_TI = TrainingImage(np.array([[0, 0, 1, 2], [0, 1, 1, 2], [2, 1, 0, 0]]))
+_DROP = {"on_collision": "majority", "on_outside": "drop", "on_unknown": "drop"}
+
+WAYS: dict[str, Callable] = {
+    "inspect": lambda file: cio.inspect(file),
+    "image": lambda file: cio.read_training_image(file),
+    "image of a shape": lambda file: cio.read_training_image(file, shape=(3, 4)),
+    "image by threshold": lambda file: cio.read_training_image(file, threshold=1, slice_index=0),
+    "image in classes": lambda file: cio.read_training_image(file, classes=3, up=True),
+    "grid": lambda file: cio.read_grid(file, slice_index=0),
+    "points": lambda file: cio.import_hard_data(file),
+    "points on a grid": lambda file: cio.import_hard_data(file, Grid(3, 4), _TI, **_DROP),
+    "points sorted out": lambda file: cio.import_hard_data(
+        file, Grid(1000, 1000), threshold=0.5, **{**_DROP, "on_collision": "nearest"}
+    ),
+    "project": lambda file: cio.read_project(file),
+    "parameters": lambda file: cio.parameters_from_json(file.getvalue()),
+}  # fmt: skip
+
+
+def readings(content: bytes, name: str) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what can be done with an upload: a word for it, and the act."""
+    for word, way in WAYS.items():
+
+        def act(way: Callable = way) -> object:
+            file = io.BytesIO(content)
+            file.name = name
+            with limited(upload_limits()):
+                return way(file)
+
+        yield word, act

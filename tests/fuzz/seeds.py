@@ -1,0 +1,86 @@
+"""Good files to start from: one of every format made in code, and published ones where at hand."""
+
+from __future__ import annotations
+
+import os
+import random
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from ccwsim import Grid, HardData, Parameters, Project, TrainingImage
+from ccwsim.io import parameters_to_json, project_as_bytes
+from ccwsim.study import Study
+from tests import sample_files as sample
+
+LARGEST = 2 * 2**20
+"""Bytes of a published file that is taken."""
+
+
+@cache
+def seeds() -> dict[str, bytes]:
+    """Return good files by their names."""
+    return {**_made(), **_published()}
+
+
+def seed_of(source: random.Random) -> tuple[str, bytes]:
+    """Return one of the good files; made ones, which are small and quick, more often."""
+    made = [name for name in seeds() if not name.startswith("published")]
+    names = made if source.random() < 0.85 else list(seeds())
+    name = source.choice(names)
+    return name, seeds()[name]
+
+
+def _made() -> dict[str, bytes]:
+    hard = {f"hard {name}": content for name, content in sample.hard_data().items()}
+    return {
+        **sample.training_images(), **hard,
+        "two variables": sample.two_variables(), "table": sample.gslib_table(),
+        "crlf": sample.crlf(sample.sgems()), "jpeg": sample.picture("JPEG"),
+        "progressive jpeg": sample.picture("JPEG", progressive=True),
+        "grey png": _picture(Image.new("LA", (5, 4), (7, 9))),
+        "palette png": _picture(Image.new("P", (5, 4), 3)),
+        "cmyk jpeg": _picture(Image.new("CMYK", (5, 4)), "JPEG"),
+        "sixteen bits": _picture(Image.fromarray(np.arange(12, dtype=np.uint16).reshape(3, 4))),
+        "animated gif": _animated(),
+        "deflated tiff": sample.picture("TIFF", compression="tiff_adobe_deflate"),
+        "plain tiff": sample.picture("TIFF"),
+        "utf-16": sample.csv().decode().encode("utf-16"),
+        "project": project(), "parameters": parameters_to_json(Parameters()).encode(),
+    }  # fmt: skip
+
+
+def _published() -> dict[str, bytes]:
+    beside = Path(__file__).resolve().parents[2].parent / "shared" / "data"
+    folder = Path(os.environ.get("CCWSIM_DATA") or beside)
+    files = sorted(folder.rglob("*")) if folder.is_dir() else []
+    return {
+        f"published {path.name}": path.read_bytes()
+        for path in files
+        if path.is_file() and path.stat().st_size < LARGEST
+    }
+
+
+def project() -> bytes:
+    """Return a small study as a project file."""
+    array = np.kron(np.random.default_rng(1).integers(0, 3, (8, 8)), np.ones((3, 3), int))
+    image = TrainingImage(array, name="the wall", facies_names=["<mud>", "sand", "Löss"])
+    parameters = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
+    study = Study(image, Grid(20, 24), parameters, HardData([[3, 4], [0, 0]], [0, 2]), seed=3)
+    return project_as_bytes(Project(study, 2, colours=((0, "#112233"),), link={"ti": ["own"]}))
+
+
+def _picture(image: Image.Image, format: str = "PNG") -> bytes:
+    content = BytesIO()
+    image.save(content, format)
+    return content.getvalue()
+
+
+def _animated() -> bytes:
+    content = BytesIO()
+    frames = [Image.new("P", (6, 5), k) for k in range(4)]
+    frames[0].save(content, "GIF", save_all=True, append_images=frames[1:], comment=b"frames")
+    return content.getvalue()
