@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, fields
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.parameters import Parameters
 
 MAX_LENGTH = 100_000
@@ -47,6 +47,6 @@ def parameters_from_json(text: str | bytes) -> Parameters:
     unknown = [name for name in given if name not in known]
     if unknown:
         raise CCWSIMError(
-            f"parameters: there is no {unknown[0][:40]!r}; there are {', '.join(known)}"
+            f"parameters: there is no {shown(unknown[0])}; there are {', '.join(known)}"
         )
     return Parameters(**given)

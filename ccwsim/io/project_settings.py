@@ -10,10 +10,13 @@ from typing import Any, get_args
 from ccwsim.choices import EMap, Shown
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
+from ccwsim.io.data_file import printable
 from ccwsim.parameters import Parameters
 from ccwsim.study import counted
 
 MOST_REALIZATIONS = 1_000_000
+MOST_LETTERS = 10_000
+"""Of a value of the address that a project keeps; packed hard data are the longest."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +64,8 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
     if n > MOST_REALIZATIONS:
         raise CCWSIMError(f"{name}: {n} realizations are too many")
     return Settings(
-        _text(_take(image, "name", str, name)),
-        [_text(own) for own in _texts(image, "facies_names", name)],
+        printable(_take(image, "name", str, name)),
+        [printable(own) for own in _texts(image, "facies_names", name)],
         _colours(_take(image, "colours", list, name), name),
         counted(f"{name}: n_hard_data", given.get("n_hard_data"), least=0),
         _known(_take(given, "grid", dict, name), Grid, name),
@@ -70,9 +73,12 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
         n,
         counted(f"{name}: seed", given.get("seed"), least=0),
         _shown(_take(given, "shown", dict, name), name),
-        {str(key): _texts(_take(given, "link", dict, name), key, name) for key in given["link"]},
-        {str(k)[:80]: str(v)[:80] for k, v in _take(given, "made_with", dict, name).items()},
-        _take(given, "digest", str, name)[:80],
+        _link(_take(given, "link", dict, name), name),
+        {
+            printable(key): printable(shown(value) if not isinstance(value, str) else value)
+            for key, value in _take(given, "made_with", dict, name).items()
+        },
+        printable(_take(given, "digest", str, name)),
     )
 
 
@@ -90,9 +96,11 @@ def _texts(given: Mapping[str, Any], key: str, name: str) -> list[str]:
     return found
 
 
-def _text(text: str) -> str:
-    """A name for messages and screens: printable and short."""
-    return "".join(c for c in text if c.isprintable())[:80]
+def _link(given: dict[str, Any], name: str) -> dict[str, list[str]]:
+    return {
+        printable(key): [printable(own, MOST_LETTERS) for own in _texts(given, key, name)]
+        for key in given
+    }
 
 
 def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
@@ -110,7 +118,7 @@ def _known(given: dict[str, Any], kind: type, name: str) -> dict[str, Any]:
     unknown = sorted(set(given) - {f.name for f in fields(kind)})
     if unknown:
         raise CCWSIMError(
-            f"{name}: {str(unknown[0])[:40]!r} is unknown here; it may be of a newer version"
+            f"{name}: {shown(unknown[0])} is unknown here; it may be of a newer version"
         )
     return given
 

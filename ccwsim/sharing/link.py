@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ccwsim.choices import Choices, DataChoice, ImageChoice, Shown
+from ccwsim.io.data_file import printable
 from ccwsim.parameters import Parameters
 from ccwsim.sharing.link_parts import data_of, grid_of, image_of, parameters_of
 from ccwsim.sharing.link_values import Reading, Words
@@ -144,7 +145,9 @@ def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple
     )  # fmt: skip
     for name in query:
         if name not in KEYS and meant(name):
-            reading.notes.append(f"There is no setting {name}: {meant(name)} may be meant.")
+            reading.notes.append(
+                f"There is no setting {printable(name, 40)}: {meant(name)} may be meant."
+            )
     return choices, shown, tuple(reading.notes)
 
 

@@ -11,6 +11,7 @@ from ccwsim.choices import DataChoice, ImageChoice
 from ccwsim.errors import CCWSIMError
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
+from ccwsim.io.data_file import printable
 from ccwsim.parameters import Parameters
 from ccwsim.sharing.link_values import MOST_LETTERS, Reading
 from ccwsim.sharing.packed_data import packed, unpacked
@@ -35,7 +36,7 @@ def image_of(reading: Reading, usual: ImageChoice) -> ImageChoice:
         reading.refuse("ti", f"is no bundled training image ({there})", f"{usual.bundled} is taken")
         return usual
     turns = _turns(reading)
-    names = tuple(n[:MOST_LETTERS] for n in reading.all("name"))
+    names = tuple(n[:MOST_LETTERS].encode("utf-8", "replace").decode() for n in reading.all("name"))
     n_facies = datasets.load(name or usual.bundled).n_facies
     if names and (len(names) != n_facies or not all(n.strip() for n in names)):
         reading.notes.append(f"{len(names)} names for {n_facies} facies: the usual ones are taken.")
@@ -62,7 +63,7 @@ def _colours(reading: Reading) -> tuple[tuple[int, str], ...]:
             found[int(match[1])] = f"#{match[2]}"
         else:
             reading.notes.append(
-                f"colour = {text[:MOST_LETTERS]} is no code and #rrggbb: left out."
+                f"colour = {printable(text, MOST_LETTERS)} is no code and #rrggbb: left out."
             )
     return tuple(sorted(found.items()))
 
@@ -139,7 +140,7 @@ def _parameter(reading: Reading, short: str, own: str) -> object:
     if isinstance(usual, bool):
         return reading.one_of(short, "yes" if usual else "no", {"yes": "yes", "no": "no"}) == "yes"
     if isinstance(usual, str):
-        return text[:MOST_LETTERS]
+        return printable(text, MOST_LETTERS)
     kind, figure = (int, r"-?\d{1,9}") if isinstance(usual, int) else (
         float, r"\d{1,9}(?:\.\d{1,400})?")  # fmt: skip
     if re.fullmatch(figure, text, re.ASCII):

@@ -209,7 +209,7 @@ def address(source: random.Random) -> Act:
 
     def act() -> object:
         choices, shown, notes = read_link(query)
-        assert all(len(note) < 1500 for note in notes)
+        assert all(len(note) < 1500 and note.isprintable() for note in notes)
         link = link_of(choices, shown)
         assert read_link(link)[:2] == (choices, shown) or choices.data.placed is not None
         image = ccwsim.datasets.load(choices.image.bundled)
