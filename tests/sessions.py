@@ -18,6 +18,7 @@ from streamlit.proto.BackMsg_pb2 import BackMsg
 from streamlit.proto.ClientState_pb2 import ClientState
 from streamlit.proto.Element_pb2 import Element
 from streamlit.proto.ForwardMsg_pb2 import ForwardMsg
+from streamlit.proto.Selectbox_pb2 import Selectbox
 from streamlit.proto.WidgetStates_pb2 import WidgetState
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
@@ -64,7 +65,7 @@ class Session:
     def __enter__(self) -> Session:
         where = urlsplit(self.address)
         self._cookie = self._xsrf()
-        self._socket = connect(
+        self._socket = self._connect(
             f"ws://{where.netloc}/_stcore/stream", max_size=None,
             subprotocols=[Subprotocol("streamlit")],
             additional_headers={"Origin": self.address, "Cookie": f"{COOKIE}={self._cookie}"},
@@ -182,6 +183,8 @@ class Session:
         state = WidgetState(id=widget.id)
         if value == "pressed":
             state.trigger_value = True
+        elif isinstance(widget, Selectbox):
+            state.string_value = str(value)
         elif isinstance(value, bool):
             state.bool_value = value
         elif isinstance(value, int):
@@ -265,7 +268,7 @@ class Session:
     # files
 
     def _xsrf(self) -> str:
-        with urllib.request.urlopen(f"{self.address}/_stcore/health", timeout=60) as answer:
+        with self._ask_for(urllib.request.Request(f"{self.address}/_stcore/health")) as answer:
             for line in answer.headers.get_all("Set-Cookie") or ():
                 if line.startswith(f"{COOKIE}="):
                     return line.split(";")[0].removeprefix(f"{COOKIE}=").strip(chr(34))
@@ -280,8 +283,14 @@ class Session:
             {"Content-Type": f"multipart/form-data; boundary={edge}", "X-Xsrftoken": self._cookie,
              "Cookie": f"{COOKIE}={self._cookie}"}, method="PUT",
         )  # fmt: skip
-        with urllib.request.urlopen(request, timeout=PATIENCE):
+        with self._ask_for(request):
             pass
+
+    def _connect(self, url: str, **options: Any) -> Any:
+        return connect(url, **options)
+
+    def _ask_for(self, request: urllib.request.Request) -> Any:
+        return urllib.request.urlopen(request, timeout=PATIENCE)
 
 
 def _content(element: Element) -> Any:

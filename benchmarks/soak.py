@@ -1,0 +1,249 @@
+"""Many users at once for a while: ``python -m benchmarks.soak --sessions 30 --minutes 10``.
+
+Sessions do mixed work on a server on this machine: runs of other seeds, levels and sizes, Live,
+Validate, Compare, How it works, uploads, closed tabs and new ones. Every picture is held against
+what the core alone gives. Printed as a table: errors, the time to an answer (median and 95 %), and
+the memory of the server after warming up, at its peak, and when all are gone and forgotten.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import threading
+import time
+import urllib.request
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.visitor import Visitor
+from tests.served import ROOT, Server, started
+from tests.sessions import Session
+
+TIME_TO_LIVE = 20
+"""Seconds that the server keeps the session of a closed tab; 120 where nothing is said."""
+EVERY = 0.5
+"""Seconds between two looks at the memory of the server."""
+BACK_WITHIN = 0.1
+"""By how much more memory than at the start the server may keep."""
+
+
+@dataclass
+class Tally:
+    """What all visitors saw.
+
+    Attributes
+    ----------
+    seconds : dict of str to list of float
+        Times to an answer, by what was asked for.
+    errors : Counter of str
+    wrong : int
+        Pictures that were not those of the core.
+    """
+
+    seconds: dict[str, list[float]] = field(default_factory=dict)
+    errors: Counter[str] = field(default_factory=Counter)
+    wrong: int = 0
+    checked: int = 0
+    tabs: int = 0
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def took(self, what: str, seconds: float) -> None:
+        """Note the time to an answer."""
+        with self.lock:
+            self.seconds.setdefault(what, []).append(seconds)
+
+    def looked(self, right: bool) -> None:
+        """Note whether a picture was that of the core."""
+        with self.lock:
+            self.checked += 1
+            self.wrong += not right
+
+    def failed(self, why: str) -> None:
+        """Note an error."""
+        with self.lock:
+            self.errors[why] += 1
+
+    def opened(self) -> None:
+        """Note a tab."""
+        with self.lock:
+            self.tabs += 1
+
+
+class Memory:
+    """Watches the resident memory of a process, in MB."""
+
+    def __init__(self, pid: int) -> None:
+        self._status = Path(f"/proc/{pid}/status")
+        self.peak = 0.0
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def __enter__(self) -> Memory:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def now(self) -> float:
+        """Return the memory now."""
+        for line in self._status.read_text().splitlines():
+            if line.startswith("VmRSS"):
+                return int(line.split()[1]) / 1024
+        return 0.0
+
+    def _watch(self) -> None:
+        while not self._over.wait(EVERY):
+            try:
+                self.peak = max(self.peak, self.now())
+            except OSError:  # the server ended
+                return
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a soak came to."""
+
+    tally: Tally
+    sessions: int
+    minutes: float
+    start: float
+    peak: float
+    end: float
+    tracebacks: int
+    troubles: int
+
+    @property
+    def back(self) -> bool:
+        """Whether the memory is back within a tenth of the start."""
+        return self.end <= (1 + BACK_WITHIN) * self.start
+
+    @property
+    def good(self) -> bool:
+        """Whether nothing went wrong."""
+        seen = sum(self.tally.errors.values()) + self.tally.wrong
+        return not seen + self.tracebacks + self.troubles and self.back and self.tally.checked > 0
+
+
+def soak(
+    sessions: int, minutes: float, seed: int = 0, log: Path | None = None, ttl: int = TIME_TO_LIVE
+) -> Outcome:
+    """Let so many visitors work for so long and return what it came to.
+
+    Parameters
+    ----------
+    sessions : int
+    minutes : float
+    seed : int
+        Of what the visitors do.
+    log : Path, optional
+        Takes what the server says.
+    ttl : int
+        Seconds that the server keeps the session of a closed tab.
+    """
+    tally = Tally()
+    with tempfile.TemporaryDirectory() as folder:
+        log = log or Path(folder) / "log"
+        options = (f"--server.disconnectedSessionTTL={ttl}",)
+        with started(ROOT, *options, log=log) as server, Memory(server.process.pid) as memory:
+            _warm_up(server, sessions, seed)
+            _all_forgotten(server, ttl)
+            begin = memory.now()
+            memory.peak = begin
+            _visit(server, sessions, 60 * minutes, seed, tally)
+            _all_forgotten(server, ttl)
+            end = memory.now()
+        said = log.read_text("utf-8", "replace")
+    return Outcome(
+        tally, sessions, minutes, begin, memory.peak, end,
+        said.count("Traceback (most recent call last)"), said.count("trouble "),
+    )  # fmt: skip
+
+
+def _warm_up(server: Server, sessions: int, seed: int) -> None:
+    """Compile, and fill what the server keeps for all sessions: it is not part of any of them."""
+    tally = Tally()
+    _visit(server, min(sessions, 4), 20.0, seed + 10_000, tally, whole=True)
+
+
+def _visit(
+    server: Server, sessions: int, seconds: float, seed: int, tally: Tally, whole: bool = False
+) -> None:
+    end = time.monotonic() + seconds
+    visitors = [
+        Visitor(server.address, tally, np.random.default_rng([seed, k]), end, k, whole)
+        for k in range(sessions)
+    ]
+    threads = [threading.Thread(target=one.stay, daemon=True) for one in visitors]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def _all_forgotten(server: Server, ttl: int) -> None:
+    """Wait for the time to live; the server looks for what is over when a tab is closed."""
+    time.sleep(ttl + 2)
+    with Session(server.address, "paper") as last:
+        last.open()
+    time.sleep(ttl + 2)
+    with urllib.request.urlopen(f"{server.address}/_stcore/metrics", timeout=60):
+        pass
+    time.sleep(2)
+
+
+def rows(outcome: Outcome) -> list[tuple[str, ...]]:
+    """Return the lines of the table of times, slowest kind first."""
+    found = []
+    everything = [s for times in outcome.tally.seconds.values() for s in times]
+    kinds = sorted(outcome.tally.seconds.items(), key=lambda pair: -float(np.median(pair[1])))
+    for what, times in [*kinds, ("**all**", everything)]:
+        middle, most = np.percentile(times, [50, 95]) if times else (np.nan, np.nan)
+        found.append((what, str(len(times)), f"{middle:.2f}", f"{most:.2f}", f"{max(times):.2f}"))
+    return found
+
+
+def report(outcome: Outcome) -> str:
+    """Return all of it as Markdown."""
+    tally = outcome.tally
+    lines = [
+        "| what was asked for | times | median (s) | 95 % (s) | longest (s) |",
+        "|---|---:|---:|---:|---:|",
+        *(f"| {' | '.join(row)} |" for row in rows(outcome)),
+        "",
+        f"{outcome.sessions} sessions for {outcome.minutes:g} minutes, {tally.tabs} tabs. "
+        f"{tally.checked} pictures held against the core, {tally.wrong} wrong. "
+        f"{sum(tally.errors.values())} errors seen by users, {outcome.tracebacks} tracebacks and "
+        f"{outcome.troubles} troubles in the server's log. Memory of the server: "
+        f"{outcome.start:.0f} MB at the start, {outcome.peak:.0f} MB at most, {outcome.end:.0f} MB "
+        f"at the end ({100 * (outcome.end / outcome.start - 1):+.0f} %).",
+    ]
+    lines += [f"- {count} × {why}" for why, count in tally.errors.most_common(12)]
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a soak and print what it came to; 1 where anything went wrong."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.soak", description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("--sessions", type=int, default=30)
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--seed", type=int, default=0, help="of what the visitors do")
+    parser.add_argument("--log", type=Path, help="a file that takes what the server says")
+    options = parser.parse_args(arguments)
+    outcome = soak(options.sessions, options.minutes, options.seed, options.log)
+    print(report(outcome))
+    return 0 if outcome.good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

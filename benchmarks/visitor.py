@@ -1,0 +1,186 @@
+"""A user of the dashboard who does this and that, and looks whether the pictures are right."""
+
+from __future__ import annotations
+
+import time
+from base64 import b64encode
+from functools import cache
+from io import BytesIO
+from typing import Any
+from urllib.parse import parse_qs
+
+import numpy as np
+
+from ccwsim import TrainingImage, datasets, simulate
+from ccwsim.choices import Choices
+from ccwsim.figures import index_png
+from ccwsim.sharing import read_link
+from tests.sessions import Session, Stuck
+
+IMAGES = tuple(datasets.names())
+SIDES = (48, 64, 96, 128)
+THINKING = 0.5
+"""Mean seconds between an answer and the next wish."""
+
+
+class Visitor:
+    """One user, tab after tab.
+
+    Parameters
+    ----------
+    address : str
+        Of the server.
+    tally : Tally
+        Takes what was seen.
+    generator : numpy.random.Generator
+    end : float
+        When to go home, on the monotonic clock.
+    number : int
+        Tells this visitor from the others.
+    whole : bool
+        Whether to see every page at least once, whatever the time.
+    """
+
+    def __init__(
+        self, address: str, tally: Any, generator: np.random.Generator, end: float, number: int,
+        whole: bool = False,
+    ) -> None:  # fmt: skip
+        self._address, self._tally, self._generator = address, tally, generator
+        self._end, self._number, self._whole = end, number, whole
+        self._own: TrainingImage | None = None
+
+    def stay(self) -> None:
+        """Open one tab after another until it is time to go."""
+        while self._whole or time.monotonic() < self._end:
+            try:
+                with Session(self._address, "simulate", self._query()) as tab:
+                    self._tally.opened()
+                    self._work(tab)
+            except Exception as error:
+                self._tally.failed(f"{type(error).__name__}: {str(error)[:200]}")
+                time.sleep(1.0)
+            self._whole = False
+
+    def _work(self, tab: Session) -> None:
+        """Do some things in one tab, then close it."""
+        self._own = None
+        self._timed("open", tab, tab.open)
+        self._look(tab)
+        acts = [
+            self._seed, self._seed, self._level, self._size, self._live, self._upload,
+            self._validate, self._compare, self._how, self._data,
+        ]  # fmt: skip
+        order = self._generator.permutation(len(acts))
+        n = len(acts) if self._whole else int(self._generator.integers(2, len(acts)))
+        for k in order[:n]:
+            if time.monotonic() > self._end and not self._whole:
+                return
+            acts[k](tab)
+            if tab.errors or self._trouble(tab):
+                self._tally.failed(f"{acts[k].__name__}: {(tab.errors or self._trouble(tab))[0]}")
+                tab.errors.clear()
+            time.sleep(float(self._generator.exponential(THINKING)))
+
+    # what there is to do
+
+    def _seed(self, tab: Session) -> None:
+        self._simulate(tab)
+        tab.change(seed=self._any(1000) + 1000 * self._number)
+        self._run("seed", tab)
+
+    def _level(self, tab: Session) -> None:
+        self._simulate(tab)
+        tab.change(wavelet_level=self._any(2) + 1)
+        self._run("level", tab)
+
+    def _size(self, tab: Session) -> None:
+        self._simulate(tab)
+        tab.change(grid_nx=int(self._generator.choice(SIDES)))
+        self._run("size", tab)
+
+    def _live(self, tab: Session) -> None:
+        self._simulate(tab)
+        tab.change(live=True)
+        seed = self._any(1000) + 1000 * self._number
+        self._timed("Live", tab, lambda: tab.change(seed=seed))
+        self._look(tab)
+        tab.change(live=False)
+
+    def _upload(self, tab: Session) -> None:
+        self._simulate(tab)
+        cells = self._generator.integers(0, 2, (10, 10)) * 7
+        array = np.kron(cells, np.ones((8, 8), int))
+        file = BytesIO()
+        np.save(file, array)
+        self._timed("upload", tab, lambda: tab.upload("image_file", "own.npy", file.getvalue()))
+        self._own = TrainingImage(array)
+        self._run("own image", tab)
+
+    def _validate(self, tab: Session) -> None:
+        self._timed("Validate", tab, lambda: tab.open("validate"))
+
+    def _compare(self, tab: Session) -> None:
+        self._timed("Compare", tab, lambda: tab.open("compare"))
+
+    def _how(self, tab: Session) -> None:
+        self._timed("How it works", tab, lambda: tab.open("how_it_works"))
+
+    def _data(self, tab: Session) -> None:
+        self._timed("Hard data", tab, lambda: tab.open("data"))
+
+    # how it is done
+
+    def _query(self) -> str:
+        name = self._generator.choice(IMAGES)
+        side = self._generator.choice(SIDES)
+        seed = self._any(1000) + 1000 * self._number
+        return (f"ti={name}&grid={side}x64&data=none&template=16&overlap=4&realizations=4"
+                f"&seed={seed}")  # fmt: skip
+
+    def _any(self, n: int) -> int:
+        return int(self._generator.integers(n))
+
+    def _simulate(self, tab: Session) -> None:
+        if tab.page != "simulate":
+            tab.open("simulate")
+
+    def _run(self, what: str, tab: Session) -> None:
+        self._timed(what, tab, lambda: tab.click("run"))
+        self._look(tab)
+
+    def _timed(self, what: str, tab: Session, act: Any) -> None:
+        start = time.monotonic()
+        act()
+        self._tally.took(what, time.monotonic() - start)
+
+    def _look(self, tab: Session) -> None:
+        """Hold the large picture against the core's own."""
+        try:
+            shown = tab.part("map_realization")["png"]
+        except Stuck:
+            return
+        image = self._own
+        self._tally.looked(shown == expected(choices_of(tab.query), image))
+
+    def _trouble(self, tab: Session) -> list[str]:
+        return [text for text in tab.alerts() if "could not be" in text or "log" in text]
+
+
+def choices_of(query: str) -> Choices:
+    """Return the study of an address."""
+    return read_link(parse_qs(query))[0]
+
+
+def expected(choices: Choices, image: TrainingImage | None = None) -> str:
+    """Return the first realization of a study as the dashboard draws it, from the core alone."""
+    image = image or loaded(choices.image.bundled)
+    ensemble = simulate(
+        image, choices.grid, choices.parameters, n_realizations=1, seed=choices.seed, n_workers=1
+    )
+    return b64encode(index_png(ensemble.indices[0])).decode()
+
+
+@cache
+def loaded(name: str) -> TrainingImage:
+    """Return a bundled image, read once."""
+    return datasets.load(name)
