@@ -1,4 +1,4 @@
-"""Take pictures of every page: python -m tests.screenshots OUT
+"""Take pictures of all pages, or of those named: python -m tests.screenshots OUT [PAGE ...]
 
 At 1440 and 390 pixels, light and dark: empty (as the page first shows itself), the first screen
 with results, and the whole page.
@@ -7,6 +7,8 @@ with results, and the whole page.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 
@@ -15,6 +17,8 @@ from tests.served import browser, served
 SIZES = {1440: 900, 390: 844}
 SLOW = 180_000
 SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
+WHOLE = "() => !document.querySelector('.unseen, .working, [data-testid=stSkeleton]')"
+HEIGHT = "document.querySelector('[data-testid=stMain]').scrollHeight"
 
 
 def fill_with_maps(page) -> None:
@@ -71,16 +75,33 @@ def take_share(page, path: Path) -> None:
     page.wait_for_timeout(500)
     page.screenshot(path=path)
     page.keyboard.press("Escape")
+    page.evaluate("document.activeElement.blur()")
     page.wait_for_timeout(500)
 
 
-def take_all(out: Path) -> None:
-    """Write one PNG a page, width and theme into a folder."""
+def take_whole(page, width: int, path: Path) -> None:
+    """Take a picture of the whole page, once the parts that were out of sight are drawn too."""
+    from playwright.sync_api import TimeoutError as Overdue
+
+    tall = 0
+    while tall != (now := page.evaluate(HEIGHT)):
+        tall = now
+        page.set_viewport_size({"width": width, "height": max(tall, SIZES[width])})
+        page.wait_for_timeout(800)
+        with suppress(Overdue):  # a part that needs what this study has not stays as it is
+            page.wait_for_function(WHOLE, timeout=60_000)
+        page.wait_for_timeout(1200)
+    page.screenshot(path=path)
+
+
+def take_all(out: Path, names: Sequence[str] = ()) -> None:
+    """Write the PNGs of each page, width and theme into a folder; of all pages without names."""
     from ccwsim.ui.page import PAGES
 
     out.mkdir(parents=True, exist_ok=True)
     with served() as address, browser() as chromium:
-        for (title, path), width, theme in product(PAGES, SIZES, ("light", "dark")):
+        pages = [page for page in PAGES if not names or Path(page[1]).stem in names]
+        for (title, path), width, theme in product(pages, SIZES, ("light", "dark")):
             context = chromium.new_context(
                 viewport={"width": width, "height": SIZES[width]}, color_scheme=theme,
                 device_scale_factor=1 if width > 640 else 2,
@@ -96,15 +117,12 @@ def take_all(out: Path) -> None:
             page.screenshot(path=out / f"{name}-first.png")
             if Path(path).stem == "simulate":
                 take_share(page, out / f"{name}-share.png")
-            tall = page.evaluate("document.querySelector('[data-testid=stMain]').scrollHeight")
-            page.set_viewport_size({"width": width, "height": max(tall, SIZES[width])})
-            page.wait_for_timeout(800)
-            page.screenshot(path=out / f"{name}.png")
+            take_whole(page, width, out / f"{name}.png")
             print(f"{title}: {name}")
             context.close()
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit("usage: python -m tests.screenshots OUT")
-    take_all(Path(sys.argv[1]))
+    if len(sys.argv) < 2:
+        sys.exit("usage: python -m tests.screenshots OUT [PAGE ...]")
+    take_all(Path(sys.argv[1]), sys.argv[2:])

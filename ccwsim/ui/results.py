@@ -66,13 +66,16 @@ def draw_ghost(state: State) -> None:
         panel_title("Training image", pretty(image.name))
         shown = facies_map(image.indices, image, colours_of(state), f"Training image {image.name}")
         draw_map(shown, "map_image", name="training_image")
-    for place, title, text in (
-        (middle, "Realization", "A field that looks like the training image and honours the data"),
-        (right, "Probability", "How often each cell has a facies: the E-type of all realizations"),
-    ):
+    for place, kind, title, text in (
+        (middle, "ghost large", "Realization",
+         "A field that looks like the training image and honours the data"),
+        (right, "ghost", "E-type",
+         "How often each cell has a facies in all realizations: its probability"),
+    ):  # fmt: skip
         with place:
             panel_title(title)
-            st.html(f'<div class="ghost" style="aspect-ratio: {grid.nx} / {grid.ny}">{text}</div>')
+            shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
+            st.html(f'<div class="{kind}" style="{shape}">{text}</div>')
 
 
 def colours_of_ran(state: State) -> list[str]:

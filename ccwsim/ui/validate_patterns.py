@@ -45,8 +45,8 @@ def _draw(found: Anodi) -> None:
         size = found.pattern_size
         step_note(
             f"ANODI (Tan et al. 2014) on exact histograms of all {size} × {size} patterns. "
-            "Between: realizations from each other (black), more is more varied. Within: from the "
-            "training image (red), less is more like it. A larger ratio is better."
+            "Between: realizations from each other (discs), more is more varied. Within: from the "
+            "training image (diamonds), less is more like it. A larger ratio is better."
         )
 
 
