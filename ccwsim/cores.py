@@ -9,13 +9,23 @@ from threading import Event, Lock
 
 SLICE = 0.05
 """Seconds that a task may compute while others wait; it looks up that often anyway."""
+CREDIT = 1.0
+"""Seconds that who comes new is ahead of who computes already: quick work is done at once."""
+
+
+class Account:
+    """What somebody has used of the cores, in seconds, against the others that compute."""
+
+    def __init__(self) -> None:
+        self.used = float("-inf")
+        self.n_present = 0
 
 
 class Cores:
-    """Gives so many tasks leave to compute at a time, the run with the fewest at work first.
+    """Gives so many tasks leave to compute at a time: whose account has used least is next.
 
     Every run has its own `Lane`. A task that has used up its slice gives its core to one of another
-    run that waits, and waits itself: a realization of minutes holds nobody up.
+    run that waits and has used less, and waits itself: a realization of minutes holds nobody up.
 
     Parameters
     ----------
@@ -36,16 +46,19 @@ class Cores:
         self.clock = clock
         self._free = n
         self._waiting: list[Turn] = []
+        self._running: list[Turn] = []
+        self._present: set[Account] = set()
         self._lock = Lock()
 
-    def lane(self) -> Lane:
-        """Return a lane for one run."""
-        return Lane(self)
+    def lane(self, account: Account | None = None) -> Lane:
+        """Return a lane for one run; several of one account count as one."""
+        return Lane(self, account or Account())
 
     def ask(self, turn: Turn) -> None:
         """Let a task wait for a core; it may get one at once."""
         with self._lock:
             if not turn.lane.closed:
+                self._come(turn.lane.account)
                 self._waiting.append(turn)
                 self._hand_out()
             else:
@@ -55,16 +68,21 @@ class Cores:
         """Take a core back and hand it to the next."""
         with self._lock:
             self._take(turn)
+            self._go(turn.lane.account)
             self._hand_out()
 
     def swap(self, turn: Turn) -> bool:
-        """Give the core of a task to one of another run, and return whether one waited."""
+        """Give the core of a task to one that has used less, and return whether one waited."""
         with self._lock:
-            if turn.lane.closed or all(other.lane is turn.lane for other in self._waiting):
+            if turn.lane.closed:
                 return False
             self._take(turn)
+            own = turn.lane.account.used
+            if all(other.lane.account.used >= own for other in self._waiting):
+                self._give(turn)
+                return False
             self._waiting.append(turn)
-            self._hand_out(after=turn.lane)
+            self._hand_out()
             return True
 
     def close(self, lane: Lane) -> None:
@@ -73,6 +91,7 @@ class Cores:
             lane.closed = True
             for turn in [t for t in self._waiting if t.lane is lane]:
                 self._waiting.remove(turn)
+                self._go(lane.account)
                 turn.called.set()
 
     @property
@@ -80,22 +99,48 @@ class Cores:
         """Whether a task waits."""
         return bool(self._waiting)
 
+    def _come(self, account: Account) -> None:
+        """Count an account among those present: never further ahead of them than the credit."""
+        for turn in self._running:
+            self._count(turn)
+        account.n_present += 1
+        self._present.add(account)
+        others = [other.used for other in self._present if other is not account]
+        account.used = max(account.used, min(others) - CREDIT if others else 0.0)
+
+    def _go(self, account: Account) -> None:
+        account.n_present -= 1
+        if not account.n_present:
+            self._present.discard(account)
+
+    def _count(self, turn: Turn) -> None:
+        now = self.clock()
+        turn.lane.account.used += now - turn.counted
+        turn.counted = now
+
     def _take(self, turn: Turn) -> None:
+        self._count(turn)
+        self._running.remove(turn)
         turn.has_core = False
         turn.lane.n_busy -= 1
         self._free += 1
 
-    def _hand_out(self, after: Lane | None = None) -> None:
-        def rank(turn: Turn) -> tuple[int, bool]:
-            return turn.lane.n_busy, turn.lane is after
+    def _give(self, turn: Turn) -> None:
+        self._free -= 1
+        turn.lane.n_busy += 1
+        self._running.append(turn)
+        turn.has_core = True
+        turn.since = turn.counted = self.clock()
+        turn.called.set()
+
+    def _hand_out(self) -> None:
+        def rank(turn: Turn) -> float:
+            return turn.lane.account.used + turn.lane.n_busy * SLICE
 
         while self._free and self._waiting:
             turn = min(self._waiting, key=rank)  # the first of those alike
             self._waiting.remove(turn)
-            self._free -= 1
-            turn.lane.n_busy += 1
-            turn.has_core, turn.since = True, self.clock()
-            turn.called.set()
+            self._give(turn)
 
 
 class Lane:
@@ -103,14 +148,17 @@ class Lane:
 
     Attributes
     ----------
+    account : Account
+        Of whom they are.
     n_busy : int
         How many of them compute now.
     closed : bool
         Whether none is to wait any longer, as the run is stopped.
     """
 
-    def __init__(self, cores: Cores) -> None:
+    def __init__(self, cores: Cores, account: Account) -> None:
         self._cores = cores
+        self.account = account
         self.n_busy = 0
         self.closed = False
 
@@ -138,8 +186,8 @@ class Turn:
     ----------
     has_core : bool
         False while it waits, and where its lane was closed meanwhile.
-    since : float
-        When it got its core.
+    since, counted : float
+        When it got its core, and until when that was put to its account.
     called : Event
         Set when it need not wait any longer.
     """
@@ -148,11 +196,11 @@ class Turn:
         self.lane = lane
         self._cores = cores
         self.has_core = False
-        self.since = 0.0
+        self.since = self.counted = 0.0
         self.called = Event()
 
     def look_up(self) -> None:
-        """Let a task of another run have the core, where one waits and the slice is over."""
+        """Let another task have the core, where one waits that has less and the slice is over."""
         cores = self._cores
         if not cores.contended or not self.has_core or cores.clock() - self.since < SLICE:
             return

@@ -10,7 +10,7 @@ from contextvars import ContextVar, copy_context
 from threading import Event
 from typing import Protocol
 
-from ccwsim.cores import Cores, Lane, Turn
+from ccwsim.cores import Account, Cores, Lane, Turn
 from ccwsim.errors import Cancelled, CCWSIMError
 
 LOOK_EVERY = 0.05
@@ -42,16 +42,21 @@ def share_cores() -> None:
 
 
 _asked_to_stop: ContextVar[Callable[[], bool] | None] = ContextVar("asked_to_stop", default=None)
+_account: ContextVar[Account | None] = ContextVar("account", default=None)
 
 
 @contextmanager
 def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
-    """Let `check_stop` end the work of this thread, and of tasks that it runs, when asked."""
-    token = _asked_to_stop.set(asked_to_stop)
+    """Let `check_stop` end the work of this thread, and of tasks that it runs, when asked.
+
+    All runs of the work share one account of the cores.
+    """
+    token, account = _asked_to_stop.set(asked_to_stop), _account.set(Account())
     try:
         yield
     finally:
         _asked_to_stop.reset(token)
+        _account.reset(account)
 
 
 def check_stop() -> None:
@@ -127,7 +132,7 @@ def run_all(
     the others and is raised. `progress` and `cancel` are called in the caller's own thread.
     A `pool` that is given stays open.
     """
-    stop, lane = Event(), _shared.lane() if _shared else None
+    stop, lane = Event(), _shared.lane(_account.get()) if _shared else None
     watches = [Watch(stop) for _ in range(n)]
     with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
         futures: list[Future[None]] = []

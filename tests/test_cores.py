@@ -1,4 +1,4 @@
-"""Runs share the cores: the one with the fewest at work is next, and nobody keeps one for long."""
+"""Runs share the cores: who has used least is next, and nobody keeps one for long."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Cancelled, Grid, Parameters, TrainingImage, simulate, workers
-from ccwsim.cores import SLICE, Cores, Turn
+from ccwsim.cores import CREDIT, SLICE, Account, Cores, Turn
 from ccwsim.workers import run_all
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -35,32 +35,74 @@ def having(turns: list[Turn]) -> list[bool]:
     return [turn.has_core for turn in turns]
 
 
-def test_the_run_with_the_fewest_tasks_at_work_is_next():
-    cores = Cores(2)
+def test_who_has_used_least_is_next():
+    clock = Clock()
+    cores = Cores(2, clock)
     one, two = cores.lane(), cores.lane()
     turns = asked(cores, one, one, one, one, two)
     assert having(turns) == [True, True, False, False, False]
+    clock.now = 10.0
     cores.give_back(turns[0])
     assert having(turns) == [False, True, False, False, True]
-    cores.give_back(turns[1])
-    assert having(turns) == [False, False, True, False, True]
-    assert (one.n_busy, two.n_busy) == (1, 1)
+    clock.now = 12.0
+    cores.give_back(turns[4])
+    assert having(turns) == [False, True, True, False, False]  # nobody else waits
 
 
-def test_a_task_gives_its_core_away_after_its_slice_and_only_to_another_run():
+def test_two_that_have_used_alike_get_a_core_each():
+    cores = Cores(2, Clock())
+    one, two = cores.lane(), cores.lane()
+    (busy,) = asked(cores, one)
+    turns = [*asked(cores, one), *asked(cores, two), *asked(cores, one)]
+    assert having([busy, *turns]) == [True, True, False, False]
+    cores.give_back(busy)
+    assert having(turns) == [True, True, False]
+
+
+def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
     clock = Clock()
     cores = Cores(1, clock)
-    one, two = cores.lane(), cores.lane()
-    turns = asked(cores, one, one)
-    clock.now = 10 * SLICE
-    turns[0].look_up()  # it would wait for ever if it gave its core to its own run
-    assert having(turns) == [True, False]
-    (other,) = asked(cores, two)
-    assert cores.swap(turns[0])
-    assert having([*turns, other]) == [False, False, True]
+    long, quick = cores.lane(), cores.lane()
+    (turn,) = asked(cores, long)
+    clock.now = 100.0
+    (other,) = asked(cores, quick)
+    assert quick.account.used == 100.0 - CREDIT
+    assert cores.swap(turn)
+    assert having([turn, other]) == [False, True]
     clock.now += SLICE / 2
-    other.look_up()
+    other.look_up()  # its slice is not over
+    clock.now += CREDIT / 2
+    other.look_up()  # and it has used less by far
     assert other.has_core
+    clock.now += CREDIT
+    assert cores.swap(other)
+    assert having([turn, other]) == [True, False]
+
+
+def test_who_comes_new_is_ahead_by_the_credit_and_not_by_all_that_others_have_used():
+    clock = Clock()
+    cores = Cores(1, clock)
+    old, new = cores.lane(), cores.lane()
+    (turn,) = asked(cores, old)
+    clock.now = 100.0
+    cores.give_back(turn)
+    asked(cores, old)
+    asked(cores, new)
+    assert new.account.used == old.account.used - CREDIT
+
+
+def test_the_runs_of_one_account_count_together():
+    account, clock = Account(), Clock()
+    cores = Cores(1, clock)
+    first = cores.lane(account)
+    (turn,) = asked(cores, first)
+    clock.now = 10.0
+    cores.give_back(turn)
+    assert account.used == 10.0
+    (other,) = asked(cores, cores.lane())
+    assert other.has_core
+    asked(cores, cores.lane(account))
+    assert account.used == 10.0
 
 
 def test_a_lane_that_is_closed_lets_nobody_wait():
