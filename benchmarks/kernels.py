@@ -1,34 +1,39 @@
 """What each kernel does for one patch, how long, and the limit: python -m benchmarks.kernels
 
 Inner patches (L-shaped overlap) of a finished realization of channels on 512 × 512 cells, T 32,
-OR 8, K 20, without data; levels 1 to 3; mean of 16 patches. The limit is the number of operations
+OR 8, K 20, without data; levels 1 to 3; the mean. The limit is the number of operations
 over what this machine does in a second of the simplest loop of the same kind: multiply-add of small
-integers that lie in the cache for the scores, comparison of two bytes for the rest. Times are the
-best of many batches, so that other work on the machine disturbs them little; a call from Python
-costs about a microsecond of them.
+integers that lie in the cache for the scores, comparison of two bytes for the rest. Each kernel
+goes over all patches in compiled code, as a call from Python costs as much as many of them; times
+are the CPU time of the best of many rounds, so that other work on the machine disturbs them little.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Grid, HardData, Parameters, datasets, simulate
 from ccwsim.kernels import kernel
-from ccwsim.prepared_image import PreparedImage, TurnedImage
+from ccwsim.prepared_image import PreparedImage
+from ccwsim.stages.bits import make_strips
 from ccwsim.stages.candidates import best_places
-from ccwsim.stages.cut import UNKNOWN, keep_old, paste
+from ccwsim.stages.conditioning import place_data
+from ccwsim.stages.cut import keep_old, paste
 from ccwsim.stages.refinement import refine_place
 from ccwsim.stages.similarity import L_SHAPE, overlap_terms, score_places
 from ccwsim.study import Study
 
-BATCHES = 30
-TILES = [(24 * row, 24 * column) for row in (3, 8, 13, 18) for column in (2, 7, 12, 17)]
-"""First cells of the patches."""
+ROUNDS = 30
+REPEATS = 10_000
+"""Of the simplest loops, in one call."""
+CELLS_A_BYTE = 8
+"""Cells of two facies that are compared with one byte."""
+ROWS = COLUMNS = np.arange(24, 24 * 20, 24)
+"""First cells of the patches: all that have an overlap on two sides."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Measured:
 @kernel
 def multiply_add(a, row):
     """The simplest loop like that of the scores: four products are added to each number."""
-    for _ in range(100):
+    for _ in range(REPEATS):
         for x in range(len(row)):
             row[x] -= 3 * a[0, x] + 5 * a[1, x] + 7 * a[2, x] + 9 * a[3, x]
 
@@ -55,20 +60,72 @@ def multiply_add(a, row):
 def compare(a, b):
     """The simplest loop like that of cut and refinement: how many bytes differ."""
     wrong = 0
-    for _ in range(100):
+    for _ in range(REPEATS):
         for x in range(len(a)):
             wrong += a[x] != b[x]
     return wrong
 
 
+@kernel
+def all_terms(grid, ys, xs, template, overlap, unit, terms, n_terms):
+    """Take the terms of each patch."""
+    for i in range(len(ys)):
+        n_terms[i] = overlap_terms(
+            grid, ys[i], xs[i], template, overlap, unit, L_SHAPE, 1, terms[i]
+        )  # fmt: skip
+
+
+@kernel
+def all_scores(sums, terms, n_terms, energy, scores):
+    """Score all places for each patch."""
+    for i in range(len(n_terms)):
+        score_places(sums, terms[i], n_terms[i], energy, scores[i])
+
+
+@kernel
+def all_best(scores, k, rng, row_best, places):
+    """Find the best places of each patch."""
+    for i in range(len(scores)):
+        best_places(scores[i], k, rng, row_best, places[i])
+
+
+@kernel
+def all_refined(image, bits, grid, data, ys, xs, template, overlap, unit, tys, txs, strips):
+    """Refine the place of each patch; return something that depends on all."""
+    total = 0
+    for i in range(len(ys)):
+        ty, tx = refine_place(
+            image, bits, grid, data, ys[i], xs[i], template, overlap, L_SHAPE, unit, tys[i],
+            txs[i], strips,
+        )  # fmt: skip
+        total += ty + tx
+    return total
+
+
+@kernel
+def all_cut(grid, data, image, ys, xs, tys, txs, template, overlap, kept):
+    """Cut each patch."""
+    for i in range(len(ys)):
+        patch = image[tys[i] : tys[i] + template, txs[i] : txs[i] + template]
+        keep_old(grid, data, patch, ys[i], xs[i], overlap, L_SHAPE, kept[i])
+
+
+@kernel
+def all_pasted(image, tys, txs, template, kept, overlap, counts, ys, xs, grid):
+    """Paste each patch."""
+    for i in range(len(ys)):
+        patch = image[tys[i] : tys[i] + template, txs[i] : txs[i] + template]
+        paste(patch, kept[i], L_SHAPE, overlap, counts, ys[i], xs[i], grid)
+
+
 def seconds_of(call: Callable[[], object]) -> float:
-    """Return the seconds of one call, the best of many."""
+    """Return the CPU seconds of one call, the best of many."""
     call()
     best = np.inf
-    for _ in range(BATCHES):
-        start = time.perf_counter()
+    for _ in range(ROUNDS):
+        start = time.thread_time()
         call()
-        best = min(best, time.perf_counter() - start)
+        best = min(best, time.thread_time() - start)
     return best
 
 
@@ -76,62 +133,54 @@ def rates(kind: np.dtype) -> tuple[float, float]:
     """Return multiply-adds and comparisons that this machine does in a second."""
     a, row = np.ones((4, 112), np.uint8), np.zeros(112, kind)
     b = np.ones(1024, np.uint8)
-    products = 400 * row.size / seconds_of(lambda: multiply_add(a, row))
+    products = 4 * REPEATS * row.size / seconds_of(lambda: multiply_add(a, row))
     c = b.copy()
-    return products, 100 * b.size / seconds_of(lambda: compare(b, c))
+    return products, REPEATS * b.size / seconds_of(lambda: compare(b, c))
 
 
 def measure(level: int) -> list[Measured]:
-    """Return a row for each kernel of an unconditional patch, the mean of all TILES."""
+    """Return a row for each kernel of an unconditional patch, the mean of all."""
     ti, p = datasets.load("channels"), Parameters(wavelet_level=level, random_path=False)
     grid = np.array(simulate(ti, (512, 512), p).indices[0])
     turned = PreparedImage(Study(ti, Grid(512, 512), p, HardData(), 0)).turned(0, p.template_size)
-    rate = rates(turned.energies.dtype)
-    rows = [_measure_patch(p, grid, turned, y0, x0, rate) for y0, x0 in TILES]
-    means = []
-    for same in zip(*rows, strict=True):
-        operations = round(np.mean([row.operations for row in same]))
-        seconds = float(np.mean([row.seconds for row in same]))
-        means.append(replace(same[0], operations=operations, seconds=seconds))
-    return means
-
-
-def _measure_patch(
-    p: Parameters, grid: NDArray[np.uint8], turned: TurnedImage, y0: int, x0: int,
-    rate: tuple[float, float],
-) -> list[Measured]:  # fmt: skip
-    t, overlap, unit = p.template_size, p.overlap_size, 2**p.level
-    image, sums, _ = turned.pyramid
+    ys, xs = (a.ravel() for a in np.meshgrid(ROWS, COLUMNS, indexing="ij"))
+    n, t, overlap, unit, k = len(ys), p.template_size, p.overlap_size, 2**level, p.n_candidates
+    image, bits, sums, _ = turned.pyramid
     energy = turned.energies[0, L_SHAPE]
-    scores, row_best = np.zeros_like(energy), np.empty(len(energy), np.int64)
-    terms, places = np.empty((4, t * t), np.int64), np.empty((p.n_candidates, 2), np.int64)
-    data, kept = np.full(grid.shape, UNKNOWN, np.uint8), np.empty((t, t), np.bool_)
-    counts, rng = np.zeros(2, np.int64), np.random.default_rng(0)
-    n = overlap_terms(grid, y0, x0, t, overlap, unit, L_SHAPE, 1, terms)
+    terms, n_terms = np.zeros((n, 4, 2 * t * overlap // unit**2), np.int64), np.zeros(n, np.int64)
+    scores, row_best = np.zeros((n, *energy.shape), energy.dtype), np.zeros(len(energy), np.int64)
+    places, rng = np.zeros((n, k, 2), np.int64), np.random.default_rng(0)
+    no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), grid.shape)
+    strips, kept = make_strips(bits, t), np.zeros((n, t, t), bool)
+    target, counts = grid.copy(), np.zeros(0, np.int64)
+    terms_of = seconds_of(lambda: all_terms(grid, ys, xs, t, overlap, unit, terms, n_terms))
+    scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, scores))
+    best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, places))
+    tys, txs = places[np.arange(n), rng.integers(0, k, n)].T * unit
+    refined = seconds_of(lambda: all_refined(
+        image, bits, grid, no_data, ys, xs, t, overlap, unit, tys, txs, strips
+    ))  # fmt: skip
+    cut = seconds_of(lambda: all_cut(
+        grid, no_data.kept, image, ys, xs, tys, txs, t, overlap, kept
+    ))  # fmt: skip
+    pasted = seconds_of(lambda: all_pasted(
+        image, tys, txs, t, kept, overlap, counts, ys, xs, target
+    ))  # fmt: skip
     strip = 2 * t * overlap - overlap**2
-    score_places(sums, terms, n, energy, scores)
-    best_places(scores, p.n_candidates, rng, row_best, places)
-    ty, tx = (int(v) * unit for v in places[0])
-    patch, target = image[ty : ty + t, tx : tx + t], grid.copy()
-    products, comparisons = rate
-    calls: list[tuple[str, str, int, Callable[[], object], float]] = [
-        ("overlap_terms", "cells of the overlap", strip,
-         lambda: overlap_terms(grid, y0, x0, t, overlap, unit, L_SHAPE, 1, terms), comparisons),
-        ("score_places", "places × coefficients that are not 0", scores.size * n,
-         lambda: score_places(sums, terms, n, energy, scores), products),
-        ("best_places", "places, looked at twice", 2 * scores.size,
-         lambda: best_places(scores, p.n_candidates, rng, row_best, places), comparisons),
-        ("refine_place", "shifts × cells of the overlap", (1 + 9 * p.level) * strip,
-         lambda: refine_place(image, grid, data, False, y0, x0, t, overlap, L_SHAPE, unit, ty, tx),
-         comparisons),
-        ("keep_old (cut)", "boundaries × 3 ways", 2 * t * (overlap + 1) * 3,
-         lambda: keep_old(grid, data, patch, y0, x0, overlap, L_SHAPE, kept), comparisons),
-        ("paste", "cells of the patch", t * t,
-         lambda: paste(patch, kept, L_SHAPE, overlap, counts, y0, x0, target), comparisons),
+    products, comparisons = rates(energy.dtype)
+    rows = [
+        ("overlap_terms", "cells of the overlap", strip, terms_of, comparisons),
+        ("score_places", "places × coefficients that are not 0",
+         energy.size * n_terms.mean(), scores_of, products),
+        ("best_places", "places, looked at twice", 2 * energy.size, best_of, comparisons),
+        ("refine_place", "shifts × cells of the overlap, as bits",
+         (1 + 9 * level) * strip / CELLS_A_BYTE, refined, comparisons),
+        ("keep_old (cut)", "boundaries × 3 ways", 2 * t * (overlap + 1) * 3, cut, comparisons),
+        ("paste", "cells of the patch", t * t, pasted, comparisons),
     ]  # fmt: skip
     return [
-        Measured(p.level, name, what, operations, seconds_of(call), per_second)
-        for name, what, operations, call, per_second in calls
+        Measured(level, name, what, round(operations), seconds / n, per_second)
+        for name, what, operations, seconds, per_second in rows
     ]
 
 

@@ -79,10 +79,22 @@ def kernel(function: Callable[..., Any]) -> Any:
     >>> wanted(old=1, new=0, datum=1) == KEEP_OLD
     True
     """
+    return _compiled(function)
+
+
+def part_of_kernel(function: Callable[..., Any]) -> Any:
+    """As `kernel`, for what one other kernel does: that one has it compiled into it, and only it.
+
+    Called from Python it is compiled by itself, as any other.
+    """
+    return _compiled(function, inline="always")
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
     # Read when a function is decorated; other packages keep their own.
     setattr(config, "CACHE_DIR", FOLDER)  # noqa: B010
     try:
-        return njit(nogil=True, cache=bool(FOLDER))(function)
+        return njit(nogil=True, cache=bool(FOLDER), **options)(function)
     finally:
         setattr(config, "CACHE_DIR", others)  # noqa: B010

@@ -91,7 +91,7 @@ class PreparedImage:
             )
         return self._turned[key]
 
-    def scaled(self, orientation: int, scale: int) -> NDArray[np.uint8]:
+    def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
         """Return the image turned for one orientation and up-gridded `scale` times."""
         key = orientation, scale
         if key not in self._scaled:

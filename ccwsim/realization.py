@@ -57,7 +57,7 @@ def simulate_realization(
         data = data_grid(cells, study.facies_of_data, indices.shape)
         rare = image.rare_counts if study.hard_data.n else None
         met_by = mend(
-            study.training_image.indices, image.bits(), data, cells, template, rng, indices,
+            image.scaled(), image.bits(), data, cells, template, rng, indices,
             sources, rare, watch.check,
         )  # fmt: skip
     else:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.kernels import kernel
+from ccwsim.kernels import kernel, part_of_kernel
 from ccwsim.stages.bits import Strips, make_strips
 from ccwsim.stages.candidates import best_places, draw_index, keep_within
 from ccwsim.stages.conditioning import (
@@ -135,7 +135,7 @@ def make_room(turned, search):
     )
 
 
-@kernel
+@part_of_kernel
 def lie_of_patch(tile, part, parts, n_columns, search):
     """Return first row and column, side and shape of the overlap of a part of a tile."""
     row, column = divmod(tile, n_columns)
@@ -146,7 +146,7 @@ def lie_of_patch(tile, part, parts, n_columns, search):
     return y0, x0, step // parts + search.overlap, shape
 
 
-@kernel
+@part_of_kernel
 def simulate_patch(
     y0, x0, size, shape, energy, pyramid, data, proportions, search, rng, room, counts, grid,
     sources,

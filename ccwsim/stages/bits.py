@@ -77,7 +77,7 @@ def take_strips(grid, y0, x0, size, left, top, right, bottom, strips):
             for plane in range(n_planes):
                 strips.words[plane, y, w] = np.uint64(0)
         across = y < top or y >= size - bottom
-        _take_cells(grid, y0 + y, x0, y, 0, size if across else left, strips)
+        _take_cells(grid, y0 + y, x0, y, np.int64(0), size if across else left, strips)
         if not across:
             _take_cells(grid, y0 + y, x0, y, max(left, size - right), size, strips)
 

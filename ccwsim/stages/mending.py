@@ -218,7 +218,7 @@ def mend_windows(image, bits, data, cells, size, tolerance, anyway, rng, grid, s
     ring = max(1, size // 4)
     mended = np.zeros(len(cells), np.bool_)
     mask = np.empty((image.shape[0] - size + 1, image.shape[1] - size + 1), np.bool_)
-    kept = np.empty((size, size), np.bool_)
+    kept = np.empty((size, size + 1), np.bool_)[:, :size]  # a view, as for tiles: compiled once
     best = np.empty((N_DRAWN, 3), np.int64)
     strips = make_strips(bits, size)
     for i in range(len(cells)):

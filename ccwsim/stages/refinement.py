@@ -38,7 +38,8 @@ def refine_place(
         Room for the overlap.
     """
     left, top = overlap if shape & LEFT else 0, overlap if shape & TOP else 0
-    take_strips(grid, y0, x0, template, left, top, 0, 0, strips)
+    none = np.int64(0)  # a 0 written out would be a type of its own to the compiler
+    take_strips(grid, y0, x0, template, left, top, none, none, strips)
     must = data_at_stake(grid, data, y0, x0, template, left, top)
     best_y, best_x = ty, tx
     best = _misfit(image, bits, must, ty, tx, template, strips, 1 << 60)

@@ -75,6 +75,7 @@ def mended_windows(
         )  # fmt: skip
 
     rare = image.rare_counts if study.hard_data.n else None
-    ti = study.training_image.indices
-    met_by = mend(ti, image.bits(), data, cells, template, rng, grid, sources, rare, note=note)
+    met_by = mend(
+        image.scaled(), image.bits(), data, cells, template, rng, grid, sources, rare, note=note
+    )
     return windows, met_by
