@@ -21,6 +21,10 @@ MIB = 2**20
 MAX_VARIABLES = 1000
 """Most variables of a file: one is picked from a list."""
 
+PACKED_FREELY = 64 * MIB
+"""Bytes up to which it does not matter how little they were packed into: an image of one facies,
+as large as it may be, packs as well as nothing does."""
+
 MAX_MEMBERS = 2000
 """Most members of a zip: Python makes an object of each before anything else can be looked at."""
 
@@ -36,7 +40,7 @@ class Limits:
     unpacked : int
         Bytes that all parts of a packed file may have together: they are held at once.
     ratio : int
-        Bytes that may come out of one packed byte, where a part has more than a megabyte.
+        Bytes that may come out of one packed byte, where a part has more than `PACKED_FREELY`.
     cells : int
         Values over all variables, and pixels of a picture.
     points : int
@@ -191,7 +195,7 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
     --------
     >>> check_packing("ti.npz", 5000, 600_000)
     """
-    if n_bytes > MIB and n_bytes > limits().ratio * max(n_packed, 1):
+    if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
             f"{name}: {n_bytes} bytes packed into {n_packed} hold nothing; save it without packing"
         )

@@ -118,6 +118,8 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
             parts.append(stream.decompress(stream.unconsumed_tail, min(more, _BLOCK)))
             if not parts[-1]:
                 break
+        if kind == _MATRIX and (stream.decompress(stream.unconsumed_tail, 1) or not stream.eof):
+            raise CCWSIMError(f"{name}: a packed variable is broken; save it again")
     except zlib.error as error:
         raise CCWSIMError(f"{name}: a packed variable is broken; save it again") from error
     return b"".join(parts)

@@ -181,7 +181,7 @@ def nested_cells(depth: int) -> bytes:
 
 
 def packed_mat(start: bytes, n_zeros: int) -> bytes:
-    packed = zlib.compress(start + bytes(n_zeros), 9)
+    packed = zlib.compress(start + bytes(n_zeros), 1)
     return mat(struct.pack("<II", 15, len(packed)) + packed)
 
 

@@ -217,7 +217,6 @@ def _place(error: BaseException) -> str:
 
 def _fresh() -> int:
     """Give back what is free, begin to measure the peak anew, and return where it starts."""
-    gc.collect()
     with suppress(OSError, AttributeError):
         ctypes.CDLL("libc.so.6").malloc_trim(0)
     with suppress(OSError):

@@ -1,0 +1,126 @@
+"""A small share of `python -m tests.fuzz`, and every evil file, with what is said of it."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from ccwsim import CCWSIMError
+from ccwsim.io.limits import limited, upload_limits
+from tests.fuzz.cases import Case, acts_of, content_of
+from tests.fuzz.evil import EVIL, SPRUNG
+from tests.fuzz.reading import NAMES, WAYS, readings
+from tests.fuzz.workers import MEGABYTES, Outcome, measured
+
+pytestmark = pytest.mark.filterwarnings("ignore")
+N_FILES, N_ARGUMENTS, AT_ONCE = 300, 150, 50
+ENOUGH = ("inspect", "image", "points", "project")
+"""Ways to read an evil file that between them reach all readers."""
+
+
+def troubles(outcomes: list[Outcome]) -> list[tuple]:
+    return [(o.case, *o.faults) for o in outcomes if o.faults]
+
+
+@pytest.mark.parametrize("start", range(0, N_FILES, AT_ONCE))
+def test_a_spoilt_file_is_read_or_refused(start):
+    first = 2 * len(EVIL) + 100_000 + start  # others than those of the command
+    cases = [Case("file", k, 1) for k in range(first, first + AT_ONCE)]
+    assert troubles([measured(case, acts_of(case)) for case in cases]) == []
+
+
+@pytest.mark.parametrize("start", range(0, N_ARGUMENTS, AT_ONCE))
+def test_random_arguments_give_a_result_or_are_refused(start):
+    cases = [Case("arguments", 100_000 + k, 1) for k in range(start, start + AT_ONCE)]
+    assert troubles([measured(case, acts_of(case)) for case in cases]) == []
+
+
+def test_a_case_is_known_by_its_number():
+    case = Case("file", 2 * len(EVIL) + 7, 3)
+    assert content_of(case) == content_of(case)
+
+
+SAID = {
+    "npy of 10^9 cells": "1000000 × 1000 values are more than 4000000",
+    "npy of 70 axes": "more than 4000000|is no grid",
+    "npy of digits": "header is broken",
+    "npy of brackets": "header is broken",
+    "npy of an expression": "header is broken",
+    "npy of records": "are no numbers",
+    "npy over the limit": "more than 4000000; cut a smaller piece, or read it in a script",
+    "pickle": "type object are no numbers",
+    "zip bomb": "unpacks to 240 MB, more than 128 MB",
+    "overlapping zip": "unpacks to|are more than 1000",
+    "zip of a million members": "1000000 files in a zip are more than 2000",
+    "zip by lzma": "packed in a way not read",
+    "locked zip": "packed in a way not read",
+    "png of 3.6e9 pixels": "more than 178956970 pixels",
+    "png over the limit": "2000 × 2001 values are more than 4000000",
+    "png of chunks": "more than 100000 chunks",
+    "jpeg of scans": "more than 100 scans",
+    "gif of 4e9 pixels": "more than 178956970 pixels",
+    "gif without frames": "has no frame",
+    "bmp of runs": "run-length packed BMP files are not read",
+    "tiff of tags": "promises more than it has",
+    "tiff of strips": "more than 20000 strips",
+    "tiff of a large tile": "promises more than it has",
+    "tiff of jpeg": "packed in a way not read",
+    "mat 4": "of no known kind",
+    "mat 7.3": "save it with -v7",
+    "mat of 10^18 cells": "1073741824 × 1073741824 values are more than 4000000",
+    "mat of a million axes": "no array of real numbers",
+    "mat of many elements": "more than 1000 variables",
+    "nested mat": "no array of real numbers",
+    "packed mat that is a bomb": "unpacks to 256 MB, more than 128 MB",
+    "packed mat that promises": "are more than 4000000",
+    "text of one line": "67108862 bytes are more than 1048576 in a line",
+    "text of line ends": "lines are more than 500000",
+    "text of many numbers": "4000 × 4000 values are more than 4000000",
+    "text that is wrong at its end": "line 4000003: 'sand' is not a number",
+    "matrix with a word": "clean it",
+    "esri of blank lines": "more than 100 lines of header",
+    "esri of one name": "more than 100 lines of header",
+    "utf-16 of 60 MB": "more than 1048576 in a line",
+    "billion laughs": "holds no numbers",
+}
+"""What is said of a file that is taken for a training image."""
+
+
+READ = {
+    "png of remarks": (1, 9, 9), "jpeg of camera data": (1, 3, 4), "gif of remarks": (1, 3, 4),
+    "gif of frames": (1, 3, 4), "npy at the limit": (1, 2000, 2000),
+    "png at the limit": (1, 2000, 2000), "matrix at the limit": (1, 2000, 2000),
+    "text at the limit": (1, 2000, 2000), "table of words": (160_000,),
+    "table of colliding points": (100_000,),
+}  # fmt: skip
+"""What is read nevertheless: without what is not needed to see it, or as just not too large."""
+
+
+@pytest.mark.parametrize("name", EVIL)
+def test_an_evil_file_does_no_harm(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    content = EVIL[name]()
+    acts = (act for act in readings(content, "../evil") if act[0] in ENOUGH)
+    outcome = measured(name, acts)
+    assert outcome.faults == []
+    assert outcome.megabytes < MEGABYTES
+    assert list(tmp_path.iterdir()) == [], f"{SPRUNG}: it was run"
+    if name in SAID:
+        with limited(upload_limits({})), pytest.raises(CCWSIMError, match=SAID[name]):
+            WAYS["image"](io.BytesIO(content))
+    elif name in READ:
+        with limited(upload_limits({})):
+            assert WAYS["inspect"](io.BytesIO(content)).variables[0].shape == READ[name]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_is_no_path_and_fits_into_a_message(name):
+    file = io.BytesIO(b"%PDF-1.7\x00\x01\x02")
+    file.name = name
+    with pytest.raises(CCWSIMError, match="of no known kind") as told:
+        WAYS["image"](file)
+    said = str(told.value)
+    assert said.isprintable()
+    assert len(said) < 300
+    assert "/" not in said.split(" is of")[0]
