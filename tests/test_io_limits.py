@@ -50,11 +50,12 @@ def test_the_owner_of_a_server_sets_limits():
     own = upload_limits(given)
     assert (own.bytes, own.unpacked, own.cells, own.points) == (1000, 2000, 30, 40)
     assert (own.lines, own.seconds) == (50, 0.5)
+    assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": "2e6"}).cells == 2_000_000
     assert upload_limits({}) == OF_UPLOADS
     assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": " "}) == OF_UPLOADS
 
 
-@pytest.mark.parametrize("said", ["many", "-1", "0", "nan", "1e3", "9" * 5000])
+@pytest.mark.parametrize("said", ["many", "-1", "0", "nan", "inf", "0.5", "9" * 5000])
 def test_a_limit_that_is_no_number_is_said(said):
     with pytest.raises(CCWSIMError, match=r"CCWSIM_MAX_UPLOAD_CELLS = .* above 0"):
         upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": said})

@@ -219,7 +219,7 @@ def _megabytes(n_bytes: int) -> str:
 
 def _number(variable: str, said: str, kind: type) -> float:
     try:
-        value = kind(said)
+        value = kind(float(said))  # 4e6 is easier to read than 4000000
     except (ValueError, OverflowError):
         value = 0
     if not value > 0:

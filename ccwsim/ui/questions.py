@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isqrt
 from typing import Any
 
 import streamlit as st
@@ -16,6 +17,8 @@ from ccwsim.ui.resolve import opened
 
 AS_IS, THRESHOLD, CLASSES = "are the facies", "cut at a threshold", "in classes of equal size"
 COLOURS = "in so many main colours"
+MOST_LISTED = 300
+"""Slices that are listed to choose from; of more a number is asked."""
 UPS = {None: "as the format has it", True: "the south", False: "the north"}
 
 Write = Callable[[Answers], None]
@@ -74,7 +77,8 @@ def ask_variable(summary: FileSummary, answers: Answers, write: Write) -> None:
 def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
     n = summary.variables[0].shape[0]
     shape = dict(answers).get("shape")
-    sizes = [k for k in range(1, n + 1) if n % k == 0]
+    small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
+    sizes = sorted({*small, *(n // k for k in small)})
     field(
         st.selectbox, f"The file has {n:,} values: how many cells E–W?", key="ask_columns",
         value=shape[1] if shape else None, options=sizes, placeholder="choose one",
@@ -85,7 +89,15 @@ def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
 
 def ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
     """Ask which slice of a 3-D grid is meant."""
-    if summary.n_slices > 1:
+    if summary.n_slices > MOST_LISTED:
+        chosen = dict(answers).get("slice_index")
+        field(
+            st.number_input, f"Which of {summary.n_slices} slices, from the bottom?",
+            key="ask_slice", value=None if chosen is None else chosen + 1, min_value=1,
+            max_value=summary.n_slices, placeholder="choose one",
+            write=lambda k: write(answered(answers, slice_index=None if k is None else int(k) - 1)),
+        )  # fmt: skip
+    elif summary.n_slices > 1:
         field(
             st.selectbox, "Which slice, from the bottom?", key="ask_slice",
             value=dict(answers).get("slice_index"), options=list(range(summary.n_slices)),
