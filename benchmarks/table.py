@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from benchmarks.cases import Row
+from ccwsim.io.atomic import write_bytes
 
 HEADER = ("data", "level", "CPU ms", "reference ms", "× faster", "× no data", "peak MB")
 
@@ -60,7 +61,7 @@ def machine() -> str:
 def save(path: Path, image: str, rows: Sequence[Row]) -> None:
     """Write measurements as JSON."""
     content = {"machine": machine(), "training_image": image, "rows": [asdict(r) for r in rows]}
-    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_bytes(path, (json.dumps(content, indent=1) + "\n").encode())
 
 
 def load(path: Path) -> tuple[str, list[Row]]:
