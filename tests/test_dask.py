@@ -84,6 +84,16 @@ def test_cancel_stops_what_runs(client):
     assert same(study(4, executor=client), study(4))
 
 
+def test_the_share_of_a_large_realization_is_told_before_it_is_finished(client):
+    seen: list[tuple[float, int]] = []
+    with pytest.raises(Cancelled, match="0 of 1"):
+        simulate(
+            IMAGE, (8000, 8000), P, n_realizations=1, executor=client,
+            progress=lambda *now: seen.append(now), cancel=lambda: bool(seen) and seen[-1][0] > 0,
+        )  # fmt: skip
+    assert 0 < seen[-1][0] < 1
+
+
 def test_the_command_line_takes_the_address_of_a_scheduler(client, tmp_path):
     line = ["simulate", "channels", "--grid", "60x40", "--template", "16", "--overlap", "4"]
     line += ["--level", "1", "--realizations", "3", "--quiet"]

@@ -145,12 +145,29 @@ class TestCancel:
         # Both workers are free again: these would wait for the large ones otherwise.
         assert same(study(4, executor=processes), study(4))
 
+    def test_the_share_of_a_large_realization_is_told_before_it_is_finished(self, processes):
+        seen: list[tuple[float, int]] = []
+        with pytest.raises(Cancelled, match="0 of 2"):
+            simulate(
+                IMAGE, (8000, 8000), P, n_realizations=2, executor=processes,
+                progress=lambda *now: seen.append(now),
+                cancel=lambda: bool(seen) and seen[-1][0] > 0,
+            )  # fmt: skip
+        assert 0 < seen[-1][0] < 0.5
+        assert seen[-1][1] == 0
+
     def test_a_flag_is_seen_where_its_file_can_be(self):
         flag = FileFlag()
         elsewhere = FileFlag(path=flag.path, host="another machine")
         seldom = Seldom(flag, every=3600)
         assert not seldom.is_set()
+        flag.tell(3, 0.25)
+        flag.tell(3, 0.5)
+        flag.tell(7, 0.0)
+        assert flag.shares() == {3: 0.5, 7: 0.0}
         flag.set()
+        flag.tell(3, 1.0)
+        assert flag.shares() == {}
         flag.set()
         assert flag.is_set()
         assert not elsewhere.is_set()

@@ -41,6 +41,10 @@ class Courier(Protocol):
         """Return what a future, which is done, has to give; called on any thread."""
         ...
 
+    def shares(self) -> dict[int, float]:
+        """Say how much of realizations was done when workers last told, by number, 0 … 1."""
+        ...
+
     def lost(self, error: BaseException) -> bool:
         """Say whether a batch that ended in an error is to be sent again; raise what is worse."""
         ...
@@ -77,7 +81,7 @@ class Batches:
                 tour.take_in(LOOK_EVERY)
                 n_done = len(tour.finished)
                 if progress:
-                    progress(n_done / work.n, n_done)
+                    progress((n_done + tour.under_way()) / work.n, n_done)
                 if n_done < work.n and cancel and cancel():
                     break
         finally:
@@ -135,6 +139,12 @@ class _Tour:
                 self._whole.append(batch)
             else:
                 self._keep(batch, answer)
+
+    def under_way(self) -> float:
+        """Say how many realizations what is done of unfinished ones makes."""
+        finished = {self._work.first + k for k in self.finished}
+        shares = self._courier.shares().items() if self._out else ()
+        return sum(share for number, share in shares if number not in finished)
 
     def end(self) -> None:
         """Drop what waits, stop what runs, and take in what it gives at once."""

@@ -74,6 +74,7 @@ class Cluster:
         self._counted, self._n_workers = 0.0, 0
         self._n_lost = 0
         self._stopped = False
+        self._shares: dict[int, float] = {}
 
     def open(self, work: Work) -> None:
         """Send the study to every worker."""
@@ -84,6 +85,8 @@ class Cluster:
         self._keep_sources = work.keep_sources
         self._flag = ClusterFlag(f"ccwsim-{secrets.token_hex(8)}")
         self._event = Event(self._flag.name, client=self._client)
+        self._shares.clear()
+        self._client.subscribe_topic(self._flag.name, self._hear)
         self._scatter()
 
     def _scatter(self) -> None:
@@ -129,6 +132,14 @@ class Cluster:
                     raise
                 patience *= 2
 
+    def _hear(self, event: tuple[float, Any]) -> None:
+        number, share = event[1]
+        self._shares[number] = share
+
+    def shares(self) -> dict[int, float]:
+        """Return what workers told last, by realization."""
+        return dict(self._shares)
+
     def lost(self, error: BaseException) -> bool:
         """Say whether a batch is to be sent again: where the study was lost with its workers."""
         from distributed import KilledWorker
@@ -154,3 +165,4 @@ class Cluster:
         self._stopped = True
         with suppress(Exception):  # a scheduler that is gone needs no telling
             self._event.set()
+            self._client.unsubscribe_topic(self._flag.name)

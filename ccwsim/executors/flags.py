@@ -1,13 +1,15 @@
-"""How a worker learns that its work is not wanted any more."""
+"""How a worker learns that its work is not wanted any more, and tells how far it is."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import socket
 import tempfile
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
 LOOK_EVERY = 0.2
@@ -15,10 +17,14 @@ LOOK_EVERY = 0.2
 
 
 class Flag(Protocol):
-    """Something that a worker can look at."""
+    """Something that a worker can look at, and leave word at."""
 
     def is_set(self) -> bool:
         """Say whether the work is to stop."""
+        ...
+
+    def tell(self, number: int, share: float) -> None:
+        """Leave word how much of a realization is done, 0 … 1."""
         ...
 
 
@@ -46,17 +52,11 @@ class Seldom:
         return self._seen
 
 
-def _marker() -> str:
-    handle, path = tempfile.mkstemp(prefix="ccwsim-")
-    os.close(handle)
-    return path
-
-
 @dataclass(frozen=True)
 class FileFlag:
-    """A file of this machine that is there as long as the work is wanted.
+    """A folder of this machine that is there as long as the work is wanted.
 
-    A worker on another machine never sees it raised, and finishes its batch.
+    A worker on another machine never sees it go, and finishes its batch.
 
     Examples
     --------
@@ -67,17 +67,29 @@ class FileFlag:
     (False, True)
     """
 
-    path: str = field(default_factory=_marker)
+    path: str = field(default_factory=lambda: tempfile.mkdtemp(prefix="ccwsim-"))
     host: str = field(default_factory=socket.gethostname)
 
     def set(self) -> None:
         """Ask all workers to stop."""
-        with suppress(FileNotFoundError):
-            os.unlink(self.path)
+        shutil.rmtree(self.path, ignore_errors=True)
 
     def is_set(self) -> bool:
         """Say whether the work is to stop."""
         return self.host == socket.gethostname() and not os.path.exists(self.path)
+
+    def tell(self, number: int, share: float) -> None:
+        """Leave word in the folder, where it is there, how much of a realization is done, 0 … 1."""
+        with suppress(FileNotFoundError):
+            (Path(self.path) / str(number)).write_text(str(share))
+
+    def shares(self) -> dict[int, float]:
+        """Return what was told last, by realization."""
+        told = {}
+        for word in Path(self.path).glob("*"):
+            with suppress(FileNotFoundError, ValueError):  # gone, or being written
+                told[int(word.name)] = float(word.read_text())
+        return told
 
 
 @dataclass(frozen=True)
@@ -91,3 +103,9 @@ class ClusterFlag:
         from distributed import Event
 
         return bool(Event(self.name).is_set())
+
+    def tell(self, number: int, share: float) -> None:
+        """Send word to whoever listens how much of a realization is done, 0 … 1."""
+        from distributed import get_worker
+
+        get_worker().log_event(self.name, (number, share))

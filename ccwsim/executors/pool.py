@@ -54,6 +54,10 @@ class Pool:
         """Return the answer."""
         return future.result()
 
+    def shares(self) -> dict[int, float]:
+        """Return what workers of this machine told last, by realization."""
+        return self._flag.shares()
+
     def lost(self, error: BaseException) -> bool:
         """Say what ended a batch; a broken pool cannot be used any more."""
         if isinstance(error, BrokenExecutor):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
+from contextlib import suppress
 from dataclasses import dataclass
 from threading import Lock
 
 from ccwsim.errors import Cancelled, CCWSIMError
-from ccwsim.executors.flags import Flag, Seldom
+from ccwsim.executors.flags import LOOK_EVERY, Flag, Seldom
 from ccwsim.executors.parcel import unpacked
 from ccwsim.kernels import SOURCE
 from ccwsim.prepared_image import PreparedImage
@@ -63,6 +64,29 @@ class Reply:
     seconds: float = 0.0
 
 
+class TellingWatch(Watch):
+    """A watch that leaves word at a flag now and then how far a realization is."""
+
+    def __init__(self, flag: Flag) -> None:
+        super().__init__(Seldom(flag))
+        self._flag = flag
+        self._number: int | None = None
+        self._next = 0.0
+
+    def begin(self, number: int) -> None:
+        """Say which realization is next."""
+        self.check()
+        self._number, self._next = number, time.monotonic() + LOOK_EVERY
+
+    def report(self, share: float) -> None:
+        """Say how much of it is done, 0 … 1."""
+        super().report(share)
+        if self._number is not None and time.monotonic() >= self._next:
+            self._next = time.monotonic() + LOOK_EVERY
+            with suppress(OSError):  # the realization is worth more than the word
+                self._flag.tell(self._number, share)
+
+
 _studies: OrderedDict[str, tuple[Study, PreparedImage]] = OrderedDict()
 _lock = Lock()
 
@@ -85,14 +109,14 @@ def simulate_batch(order: Order, content: bytes | None) -> Reply:
     if found is None:
         return Reply(False, [])
     study, image = found
-    watch = Watch(Seldom(order.flag))
+    watch = TellingWatch(order.flag)
     finished: list[Realization] = []
     start = time.perf_counter()
     try:
         compile_kernels(study, image, watch)
         start = time.perf_counter()
         for number in order.numbers:
-            watch.check()
+            watch.begin(number)
             one = simulate_realization(study, number, image, order.keep_sources, watch)
             finished.append(one)
     except Cancelled:
