@@ -195,8 +195,7 @@ def _all_forgotten(server: Server, ttl: int) -> None:
         last.open()
     time.sleep(ttl + 2)
     with urllib.request.urlopen(f"{server.address}/_stcore/metrics", timeout=60):
-        pass
-    time.sleep(2)
+        time.sleep(2)
 
 
 def rows(outcome: Outcome) -> list[tuple[str, ...]]:
