@@ -5,6 +5,7 @@ from ccwsim.io.colours import DEFAULT_COLOURS
 from ccwsim.io.hard_data import import_hard_data, read_hard_data
 from ccwsim.io.hard_data_files import hard_data_as_bytes, write_hard_data
 from ccwsim.io.inspection import FileSummary, VariableSummary, inspect
+from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.parameters_json import parameters_from_json, parameters_to_json
 from ccwsim.io.placing import PlacedPoints, place_points
 from ccwsim.io.points import ImportedPoints, read_points
@@ -32,6 +33,7 @@ __all__ = [
     "hard_data_as_bytes",
     "import_hard_data",
     "inspect",
+    "limited",
     "parameters_from_json",
     "parameters_to_json",
     "place_points",
@@ -45,6 +47,7 @@ __all__ = [
     "resolve_points",
     "save_project",
     "training_image_as_bytes",
+    "upload_limits",
     "write_hard_data",
     "write_realizations",
     "write_training_image",
