@@ -151,6 +151,7 @@ def soak(
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         log = log or Path(folder) / "log"
+        log.write_bytes(b"")  # what an earlier soak left is not counted
         options = (f"--server.disconnectedSessionTTL={ttl}",)
         with started(ROOT, *options, log=log) as server, Memory(server.process.pid) as memory:
             _warm_up(server, sessions, seed)

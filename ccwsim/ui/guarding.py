@@ -10,7 +10,7 @@ import streamlit as st
 from ccwsim.ui.choices import Choices
 from ccwsim.ui.following import follow_study
 from ccwsim.ui.state import KEY, session_state
-from ccwsim.ui.trouble import TROUBLE, is_control_flow, safely, worded
+from ccwsim.ui.trouble import TROUBLE, is_control_flow, logged, safely, worded
 
 DREW = "ccwsim_drew"
 """Where the session keeps the choices that a page was last drawn with, whole."""
@@ -31,17 +31,19 @@ def guarded(whole: bool = False) -> Iterator[None]:
         st.error(st.session_state.pop(TROUBLE))
     try:
         yield
-        if KEY in st.session_state:
-            follow_study(session_state())
+        if whole and KEY in st.session_state:
+            st.session_state[DREW] = session_state().choices
     except Exception as error:
         if is_control_flow(error):
             raise
         st.error(worded(error, "drawn"))
         if whole:
             _way_back()
-    else:
-        if whole and KEY in st.session_state:
-            st.session_state[DREW] = session_state().choices
+    if KEY in st.session_state:
+        try:
+            follow_study(session_state())
+        except Exception as error:  # the page is there, only its address is not
+            logged(error)
 
 
 def _way_back() -> None:
