@@ -19,15 +19,14 @@ from ccwsim.io.bare_pictures import bare_picture
 from ccwsim.io.limits import (
     OF_SCRIPTS,
     OF_UPLOADS,
-    VARIABLES,
     check_cells,
     check_packing,
     check_time,
     limited,
     limits,
-    upload_limits,
 )
 from ccwsim.io.source import kind_of
+from ccwsim.io.upload_limits import VARIABLES, upload_limits
 from tests.fuzz.builders import mat, matrix, png
 from tests.fuzz.mutations import zipped
 

@@ -5,7 +5,7 @@ from ccwsim.io.colours import DEFAULT_COLOURS
 from ccwsim.io.hard_data import import_hard_data, read_hard_data
 from ccwsim.io.hard_data_files import hard_data_as_bytes, write_hard_data
 from ccwsim.io.inspection import FileSummary, VariableSummary, inspect
-from ccwsim.io.limits import limited, upload_limits
+from ccwsim.io.limits import limited
 from ccwsim.io.parameters_json import parameters_from_json, parameters_to_json
 from ccwsim.io.placing import PlacedPoints, place_points
 from ccwsim.io.points import ImportedPoints, read_points
@@ -18,6 +18,7 @@ from ccwsim.io.training_images import (
     training_image_as_bytes,
     write_training_image,
 )
+from ccwsim.io.upload_limits import upload_limits
 
 __all__ = [
     "DEFAULT_COLOURS",

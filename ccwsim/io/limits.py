@@ -6,12 +6,11 @@ more than a page can show. `limited` says which set holds, for all readers calle
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from math import inf, prod
 
 from ccwsim.errors import CCWSIMError, shown
@@ -78,40 +77,7 @@ OF_UPLOADS = Limits(
 )  # fmt: skip
 """For strangers' files: the largest image of the paper has 2000 × 2000 cells."""
 
-VARIABLES = {
-    "bytes": "CCWSIM_MAX_UPLOAD_BYTES",
-    "unpacked": "CCWSIM_MAX_UPLOAD_UNPACKED_BYTES",
-    "cells": "CCWSIM_MAX_UPLOAD_CELLS",
-    "points": "CCWSIM_MAX_UPLOAD_POINTS",
-    "lines": "CCWSIM_MAX_UPLOAD_LINES",
-    "seconds": "CCWSIM_MAX_UPLOAD_SECONDS",
-}
-"""The environment variables by which the owner of a server sets limits of uploads."""
-
 _HELD: ContextVar[tuple[Limits, float]] = ContextVar("limits", default=(OF_SCRIPTS, inf))
-
-
-def upload_limits(environment: Mapping[str, str] | None = None) -> Limits:
-    """Return the limits of uploads, as the owner of the server set them.
-
-    Raises
-    ------
-    CCWSIMError
-        For a variable that is no number above 0.
-
-    Examples
-    --------
-    >>> upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": "1000000"}).cells
-    1000000
-    """
-    given = os.environ if environment is None else environment
-    kinds = {field.name: type(getattr(OF_UPLOADS, field.name)) for field in fields(Limits)}
-    own = {}
-    for name, variable in VARIABLES.items():
-        said = given.get(variable, "").strip()
-        if said:
-            own[name] = _number(variable, said, kinds[name])
-    return replace(OF_UPLOADS, **own)
 
 
 def limits() -> Limits:
@@ -215,13 +181,3 @@ _SMALLER = "cut a smaller piece, or read it in a script"
 
 def _megabytes(n_bytes: int) -> str:
     return f"{n_bytes / MIB:.3g}" if n_bytes < 1000 * MIB else f"{n_bytes // MIB}"
-
-
-def _number(variable: str, said: str, kind: type) -> float:
-    try:
-        value = kind(float(said))  # 4e6 is easier to read than 4000000
-    except (ValueError, OverflowError):
-        value = 0
-    if not value > 0:
-        raise CCWSIMError(f"{variable} = {shown(said)} must be a number above 0; correct it")
-    return value

@@ -9,7 +9,8 @@ import ccwsim
 from ccwsim.errors import CCWSIMError
 from ccwsim.io import Project, read_project, training_image_as_bytes
 from ccwsim.io.classes import MAX_CODES
-from ccwsim.io.limits import limited, upload_limits
+from ccwsim.io.limits import limited
+from ccwsim.io.upload_limits import upload_limits
 from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
 from ccwsim.study import Study

@@ -10,7 +10,8 @@ import streamlit as st
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.io import FileSummary, inspect
-from ccwsim.io.limits import limited, upload_limits
+from ccwsim.io.limits import limited
+from ccwsim.io.upload_limits import upload_limits
 from ccwsim.ui.choices import Answers, Upload
 from ccwsim.ui.fields import field
 from ccwsim.ui.resolve import opened

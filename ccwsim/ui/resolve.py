@@ -18,7 +18,8 @@ from ccwsim.io import (
     read_training_image,
     resolve_points,
 )
-from ccwsim.io.limits import limited, upload_limits
+from ccwsim.io.limits import limited
+from ccwsim.io.upload_limits import upload_limits
 from ccwsim.parameters import Parameters
 from ccwsim.sampling import sample_random
 from ccwsim.simulation import simulate
