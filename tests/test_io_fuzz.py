@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+from pathlib import Path
 
 import pytest
 
@@ -12,7 +14,7 @@ from ccwsim.io.upload_limits import upload_limits
 from tests.fuzz.cases import Case, acts_of, content_of
 from tests.fuzz.evil import EVIL, SPRUNG
 from tests.fuzz.reading import NAMES, WAYS, readings
-from tests.fuzz.workers import MEGABYTES, Outcome, measured
+from tests.fuzz.workers import MEGABYTES, Outcome, measured, outcomes
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 N_FILES, N_ARGUMENTS, AT_ONCE = 300, 150, 50
@@ -35,6 +37,40 @@ def test_a_spoilt_file_is_read_or_refused(start):
 def test_random_arguments_give_a_result_or_are_refused(start):
     cases = [Case("arguments", 100_000 + k, 1) for k in range(start, start + AT_ONCE)]
     assert troubles([measured(case, acts_of(case)) for case in cases]) == []
+
+
+def test_what_is_bad_is_found():
+    def broken():
+        raise ValueError("a\nb")
+
+    def unfit():
+        raise CCWSIMError("two\nlines")
+
+    kept = []
+    acts = [("broken", broken), ("unfit", unfit), ("good", lambda: kept.append(bytearray(2**20)))]
+    outcome = measured("a", iter(acts))
+    assert (outcome.results, outcome.refusals, outcome.bad) == (1, 1, True)
+    assert [fault.split(":")[0] for fault in outcome.faults] == ["broken", "unfit"]
+    large = measured("b", iter([("large", lambda: len(b"1" * int((MEGABYTES + 40) * 2**20)))]))
+    assert large.faults == []
+    assert large.bad == (large.megabytes > 0)  # 0 where the system tells no peak
+    assert Outcome("c", seconds=2.1).bad
+    assert not measured("d", iter([("quick", lambda: 1)])).bad
+
+
+def test_processes_are_ended_and_their_case_is_told():
+    def acts(case):
+        if case == 1:
+            yield "ends", lambda: os._exit(3)
+        if case == 2:
+            yield "leaves", lambda: Path("left").write_text("")
+        yield "good", lambda: case
+
+    found = {o.case: o for o in outcomes([0, 1, 2, 3], acts, 2)}
+    assert {case for case, o in found.items() if o.bad} >= {1, 2}
+    assert found[1].faults == ["the process ended with 3"]
+    assert found[2].faults == ["left behind: 'left'"]
+    assert (found[0].results, found[0].faults) == (1, [])
 
 
 def test_a_case_is_known_by_its_number():
