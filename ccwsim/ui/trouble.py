@@ -72,7 +72,7 @@ def worded(error: Exception, what: str) -> str:
         )
     return (
         f"This could not be {what}. Your training image, data, settings and results are kept: "
-        "change a setting, or go on on another page. If it happens again, save the project under "
+        "change a setting, or use another page. If it happens again, save the project under "
         f"Share and report number {number}; the server's log has the cause."
     )
 
