@@ -20,6 +20,7 @@ from ccwsim.ui.run import start_run
 from ccwsim.ui.state import KEY, State
 from ccwsim.ui.timing_run import TimingRun
 from ccwsim.ui.validate_long_run import start as start_long_run
+from ccwsim.ui.workbench import Shelf, Statistic, Workbench
 from tests.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.widgets import named
 
@@ -121,6 +122,29 @@ def launched_waiting() -> AppTest:
     app = AppTest.from_file(str(ROOT / "pages/simulate.py"), default_timeout=SLOW)
     app.session_state[KEY] = State(choices=SMALL)
     return app.run()
+
+
+def test_statistics_wait_in_the_queue_too_and_say_so(busy):
+    queue, other = busy
+    bench = Workbench(Shelf())
+    statistic = Statistic(("six",), lambda progress: 6)
+    bench.ask(statistic)
+    assert bench.waiting == "Waiting: 1st in the queue"
+    queue.leave(other)
+    assert bench.wait_for(statistic, SLOW) == 6
+    assert bench.waiting == ""
+
+
+def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_for_again(busy):
+    queue, other = busy
+    bench = Workbench(Shelf())
+    statistic = Statistic(("seven",), lambda progress: 7)
+    bench.ask(statistic)
+    (place,) = (p for p in queue.places_of("") if p is not other)
+    place.drop()
+    queue.leave(other)
+    bench.ask(Statistic(("eight",), lambda progress: 8))
+    assert bench.wait_for(statistic, SLOW) == 7
 
 
 def progress(app) -> str:

@@ -108,12 +108,11 @@ def _fill(state: State, waiting: dict[str, Statistic], begun: float) -> None:
         for place, share in shares.items()
     )
     st.html(f"<style>{bars}</style>")
-    if bench.seconds > LONG:
+    if bench.seconds > LONG or bench.waiting:
         with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
             n = there.count(False)
-            st.html(
-                f'<div class="note">Working out {n} more {"figures" if n > 1 else "figure"}</div>'
-            )
+            words = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
+            st.html(f'<div class="note">{bench.waiting or words}</div>')
             st.button("Stop", key="stop_work", on_click=safely(_stop), args=(state,))
 
 

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ccwsim.errors import Cancelled, CCWSIMError
-from ccwsim.ui.jobs import Cancel, Job, Progress
+from ccwsim.ui.jobs import Cancel, Job, Progress, held_up
 from ccwsim.ui.trouble import reason
 
 Value = TypeVar("Value")
@@ -163,6 +163,12 @@ class Workbench:
     def seconds(self) -> float:
         """How long it has been at work."""
         return time.monotonic() - self._since if self._job is not None else 0.0
+
+    @property
+    def waiting(self) -> str:
+        """Say which place it has in the queue of the server; empty where it does not wait."""
+        job = self._job
+        return held_up(job) if job is not None and job.position else ""
 
     def _run(self, progress: Progress, cancel: Cancel) -> None:
         while True:
