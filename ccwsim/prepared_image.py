@@ -17,6 +17,7 @@ from ccwsim.stages.pyramid import Pyramid, build_pyramid
 from ccwsim.stages.similarity import overlap_energies, score_type
 from ccwsim.stages.upgrid import upgrid
 from ccwsim.study import Study
+from ccwsim.workers import check_stop
 
 
 class TurnedImage(NamedTuple):
@@ -47,6 +48,7 @@ def turn_image(
     p, scale = parameters, parameters.scale
     level = p.level - scale
     one_plane = p.similarity == "ssd" and n_facies <= 2
+    check_stop()  # each step takes a second for an image of many million cells
     pyramid = build_pyramid(image, level, 1 if one_plane else n_facies)
     if level and not p.exact_data:
         blocks = np.broadcast_to(upgrid(pyramid.image, 2**level), pyramid.phases.shape)
@@ -57,6 +59,7 @@ def turn_image(
     places = tuple(length - (template >> level) + 1 for length in pyramid.sums.shape[1:])
     energies = np.empty((len(splits), 4, *places), kind)
     for k, parts in enumerate(splits):
+        check_stop()
         size = (template - overlap) // parts + overlap
         own = overlap_energies(pyramid.sums, size >> level, overlap >> level, kind)
         energies[k] = own[:, : places[0], : places[1]]
