@@ -20,6 +20,8 @@ pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHR
 
 LEFT, TOP, BOTTOM = 40, 1, 20
 """Pixels around the cells of a map with axes."""
+LARGEST = 48
+"""Pixels of a cell beyond which the map zooms no further in."""
 MUD, SAND = 0, 1
 
 
@@ -89,7 +91,7 @@ class Editor:
     def zoom_in(self, times: int) -> None:
         for _ in range(times):
             self.page.locator('.st-key-editor [data-do="in"]').click()
-        self.zoom *= 1.6**times
+        self.zoom = min(self.zoom * 1.6**times, LARGEST / self.frame()[2])
 
     def honours(self, n: int) -> None:
         """Wait until the page says that all n data are honoured, and knows n in the table."""
@@ -133,7 +135,7 @@ def opened(page, address, nx, ny) -> Editor:
     fill(page, "grid_nx", nx)
     fill(page, "grid_ny", ny)
     page.locator(".st-key-menu").get_by_role("link", name="Hard data").click()
-    page.wait_for_url("**/data")
+    page.wait_for_url("**/data*")  # the study may stand in the address already
     editor = Editor(page, nx, ny)
     ready(editor)
     return editor
