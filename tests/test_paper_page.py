@@ -147,7 +147,7 @@ def test_a_run_that_breaks_down_is_said():
     run = PaperRun(Inputs(), True, 0)
     run.job = Job(broken)
     assert run.job.wait(10)
-    assert ended_text(run).startswith("The run ended early: it is number")
+    assert ended_text(run).startswith("The run ended early: an error, number")
     app = launched(run=run)
     assert "in the server's log" in app.error[0].value
     assert app.get("download_button") == []

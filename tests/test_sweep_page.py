@@ -303,7 +303,7 @@ def test_an_error_of_the_sweep_is_said(done):
     assert run is not None
     assert run.job is not None
     run.job.result, run.job.error = None, RuntimeError("the disk is full")
-    assert "The sweep ended early: it is number" in said_end(run)
+    assert "The sweep ended early: an error, number" in said_end(run)
     assert "in the server's log" in warnings(launched(done))
 
 

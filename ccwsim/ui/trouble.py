@@ -89,7 +89,7 @@ def reason(error: Exception) -> str:
         return str(error)
     if isinstance(error, MemoryError):
         return "it does not fit into memory; ask for fewer realizations or a smaller grid"
-    return f"it is number {logged(error)} in the server's log, to be reported if it happens again"
+    return f"an error, number {logged(error)} in the server's log; report it if it happens again"
 
 
 def logged(error: BaseException) -> str:
