@@ -13,7 +13,7 @@ import sample_files as sample
 from PIL import Image
 
 import ccwsim.io as cio
-from ccwsim import CCWSIMError, TrainingImage
+from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, simulate
 from ccwsim.choices import Upload
 from ccwsim.io.bare_pictures import bare_picture
 from ccwsim.io.limits import (
@@ -27,6 +27,7 @@ from ccwsim.io.limits import (
 )
 from ccwsim.io.source import kind_of
 from ccwsim.io.upload_limits import VARIABLES, upload_limits
+from ccwsim.sampling import sample_random
 from tests.fuzz.builders import mat, matrix, png
 from tests.fuzz.mutations import zipped
 
@@ -162,3 +163,24 @@ def test_a_packed_variable_is_unpacked_in_parts():
     content[-3000] ^= 255
     with pytest.raises(CCWSIMError):
         cio.read_training_image(io.BytesIO(bytes(content)))
+
+
+@pytest.mark.parametrize(
+    "value", [10**5000, -(10**5000), "x" * 10**6, {"a": "b" * 500}],
+    ids=["large", "small", "long", "other"],
+)  # fmt: skip
+def test_what_is_too_long_to_be_written_is_named_in_a_few_letters(value):
+    picture = io.BytesIO(sample.picture())
+    points = cio.read_points(io.BytesIO(sample.csv()))
+    for act in (
+        lambda: Parameters(template_size=value),
+        lambda: Grid(value, 3),
+        lambda: simulate(TrainingImage(np.eye(40)), (20, 20), seed=value),
+        lambda: cio.class_edges([1, 2], value),
+        lambda: cio.place_points(points, classes=value),
+        lambda: cio.read_training_image(picture, classes=value),
+        lambda: sample_random(np.eye(3, dtype=int), 2, seed=value),
+    ):
+        with pytest.raises(CCWSIMError) as told:
+            act()
+        assert len(str(told.value)) < 300

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, as_integers
+from ccwsim.arrays import as_array, as_floats, as_integers, whole_number
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.training_image import MAX_FACIES
 
@@ -84,9 +84,8 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     >>> class_edges([1, 2, 3, 4], 2).tolist()
     [3.0]
     """
-    array = np.asarray(values).ravel()
-    if not 2 <= n <= MAX_FACIES:
-        raise CCWSIMError(f"classes = {n} must be from 2 to {MAX_FACIES}")
+    array = as_floats(values, "values").ravel()
+    n = whole_number("classes", n, 2, MAX_FACIES)
     places = np.arange(1, n) * array.size // n
     edges = np.unique(np.partition(array, places)[places] if array.size else array)
     edges = edges[edges > array.min()] if array.size else edges

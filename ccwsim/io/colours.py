@@ -108,7 +108,7 @@ def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
     [[0, 0, 1, 1]]
     """
     if not 2 <= n <= MAX_COLOURS:
-        raise CCWSIMError(f"classes = {n} must be from 2 to {MAX_COLOURS} for a picture")
+        raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")
     coarse = _packed(rgb >> 3, 5)
     counts = np.bincount(coarse.ravel(), minlength=1 << 15)
     bins = np.flatnonzero(counts)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.bare_pictures import bare_picture
 from ccwsim.io.classes import Classes, classify
 from ccwsim.io.colours import MAX_COLOURS, colours_for, distinct_colours, grey_of, nearest_colours
@@ -104,7 +104,7 @@ def picture_facies(
     """
     if threshold is None and isinstance(classes, (int, np.integer)):
         return nearest_colours(picture.rgb, int(classes))
-    if threshold is None and (classes is None or isinstance(classes, str)):
+    if threshold is None and (classes is None or shown(classes) == "'codes'"):
         as_codes = picture.says_codes or classes is not None
         if as_codes and picture.numbers is not None:
             return picture.numbers.astype(np.int64)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
 from ccwsim.io.classes import Classes, classify
 from ccwsim.io.collisions import colliding
@@ -89,8 +89,8 @@ def place_points(
     """
     if isinstance(classes, (int, np.integer)):
         raise CCWSIMError(
-            f"classes = {classes} means equally many of what is classed, and hard data must be "
-            "classed as the training image is: give its class edges"
+            f"classes = {shown(classes)} means equally many of what is classed, and hard data must "
+            "be classed as the training image is: give its class edges"
         )
     cells, offsets = _cells(points, grid)
     facies = _facies(points, threshold, classes)
@@ -134,7 +134,7 @@ def _cells(
 def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -> NDArray[np.int64]:
     if not points.n:
         return np.empty(0, np.int64)
-    if threshold is None and (classes is None or isinstance(classes, str)):
+    if threshold is None and (classes is None or shown(classes) == "'codes'"):
         off = np.abs(points.values - np.rint(points.values)) > 1e-3
         if off.any():
             bad = np.flatnonzero(off)
