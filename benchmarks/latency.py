@@ -4,13 +4,15 @@ A headless browser changes the seed and the level on the page Simulate, Live on,
 machine. Times in milliseconds, median and 95 % quantile: from the key or click to the first frame
 with the new realization, and until the page is complete and at rest; what of the first the server
 took (the request's way there and the picture's back included) and what the browser took after; and
-all bytes that the server sent. With --against DIR another checkout is measured in turns.
+all bytes that the server sent. With --against DIR another checkout is measured in turns. Before
+that, the time from the start of a server to its first page.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -101,9 +103,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--changes", type=int, default=7, metavar="N", help="default: %(default)s")
     options = parser.parse_args(arguments)
     roots = {"this": ROOT, **({"other": options.against.resolve()} if options.against else {})}
-    print(HEADER, flush=True)
     with ExitStack() as stack:
         chromium = stack.enter_context(browser())
+        print(starts(chromium), flush=True)
+        print(HEADER, flush=True)
         addresses = {name: stack.enter_context(served(root)) for name, root in roots.items()}
         for case in CASES:
             pages = {name: opened(chromium, there, case) for name, there in addresses.items()}
@@ -111,6 +114,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 report(case, control, measured(pages, case, control, options.changes))
             for page in pages.values():
                 page.context.close()
+
+
+def starts(chromium: Any) -> str:
+    """Return how long a server takes to its first page with results, kernels compiled before."""
+    began = time.monotonic()
+    with served(ROOT) as address:
+        seconds = [time.monotonic() - began]
+        for _ in range(2):
+            page = chromium.new_context(viewport={"width": 1440, "height": 900}).new_page()
+            began = time.monotonic()
+            page.goto(address)
+            page.wait_for_selector(".facts", timeout=SLOW)
+            seconds.append(time.monotonic() - began)
+            page.context.close()
+    answers, first, second = seconds
+    return (
+        f"The server answers after {answers:.1f} s; the first page has results after "
+        f"{first:.1f} s more, a second one after {second:.1f} s.\n"
+    )
 
 
 def opened(chromium: Any, address: str, case: Case) -> Any:
