@@ -10,6 +10,7 @@ import json
 import time
 import urllib.request
 import uuid
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
@@ -65,19 +66,21 @@ class Session:
     def __enter__(self) -> Session:
         where = urlsplit(self.address)
         self._cookie = self._xsrf()
-        self._socket = self._connect(
+        connection = self._connect(
             f"ws://{where.netloc}/_stcore/stream", max_size=None,
             subprotocols=[Subprotocol("streamlit")],
             additional_headers={"Origin": self.address, "Cookie": f"{COOKIE}={self._cookie}"},
             compression=None, open_timeout=PATIENCE, close_timeout=5, ping_interval=None,
         )  # fmt: skip
+        self._opened = ExitStack()
+        self._socket = self._opened.enter_context(connection)
         self._states: dict[str, WidgetState] = {}
         self._repeats: dict[str, float] = {}
         self._script, self._id, self._running = "", "", False
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._socket.close()
+        self._opened.close()
 
     def open(self, page: str | None = None, query: str | None = None) -> Session:
         """Ask for a page and wait until it is at rest."""

@@ -113,9 +113,11 @@ class TestErrors:
         with pytest.raises(CCWSIMError, match="keep_sources"):
             study(PLAIN, out=tmp_path / "out.npy", keep_sources=True)
 
-    @pytest.mark.parametrize("shape", [(10**8, 10**8), (10**30, 10)])
-    def test_more_than_the_disk_holds_is_refused(self, tmp_path, shape):
-        with pytest.raises(CCWSIMError, match="do not fit"):
+    @pytest.mark.parametrize(
+        ("shape", "said"), [((10**8, 10**8), "do not fit"), ((10**30, 10), "must be at most")]
+    )
+    def test_more_than_the_disk_holds_is_refused(self, tmp_path, shape, said):
+        with pytest.raises(CCWSIMError, match=said):
             simulate(PLAIN, shape, P, out=tmp_path / "out.npy")
         assert not list(tmp_path.iterdir())
 
