@@ -27,6 +27,8 @@ from tests.sessions import Session
 
 TIME_TO_LIVE = 20
 """Seconds that the server keeps the session of a closed tab; 120 where nothing is said."""
+WARMING = 60.0
+"""Seconds of work before the memory is read: what is loaded on demand is loaded then."""
 EVERY = 0.5
 """Seconds between two looks at the memory of the server."""
 BACK_WITHIN = 0.1
@@ -133,8 +135,9 @@ class Outcome:
 
 
 def soak(
-    sessions: int, minutes: float, seed: int = 0, log: Path | None = None, ttl: int = TIME_TO_LIVE
-) -> Outcome:
+    sessions: int, minutes: float, seed: int = 0, log: Path | None = None,
+    ttl: int = TIME_TO_LIVE, warming: float = WARMING,
+) -> Outcome:  # fmt: skip
     """Let so many visitors work for so long and return what it came to.
 
     Parameters
@@ -147,6 +150,8 @@ def soak(
         Takes what the server says.
     ttl : int
         Seconds that the server keeps the session of a closed tab.
+    warming : float
+        Seconds of work before the memory is read.
     """
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
@@ -154,7 +159,7 @@ def soak(
         log.write_bytes(b"")  # what an earlier soak left is not counted
         options = (f"--server.disconnectedSessionTTL={ttl}",)
         with started(ROOT, *options, log=log) as server, Memory(server.process.pid) as memory:
-            _warm_up(server, sessions, seed)
+            _warm_up(server, sessions, seed, warming)
             _all_forgotten(server, ttl)
             begin = memory.now()
             memory.peak = begin
@@ -168,10 +173,10 @@ def soak(
     )  # fmt: skip
 
 
-def _warm_up(server: Server, sessions: int, seed: int) -> None:
+def _warm_up(server: Server, sessions: int, seed: int, seconds: float) -> None:
     """Compile, and fill what the server keeps for all sessions: it is not part of any of them."""
     tally = Tally()
-    _visit(server, min(sessions, 4), 20.0, seed + 10_000, tally, whole=True)
+    _visit(server, min(sessions, 4), seconds, seed + 10_000, tally, whole=True)
 
 
 def _visit(

@@ -9,6 +9,7 @@ from threading import Event
 import pytest
 
 from ccwsim import Cancelled
+from ccwsim.memory import give_back_memory
 from ccwsim.ui import jobs
 from ccwsim.ui.jobs import Job, held_up
 from ccwsim.ui.queue import LONG, Place, Queue
@@ -222,6 +223,28 @@ def test_a_tab_that_comes_back_keeps_its_jobs():
     room.open.remove("a")
     room.look(GRACE + 1)
     assert room.dropped == []
+
+
+def test_memory_is_given_back_once_and_what_all_shared_goes_with_the_last(monkeypatch):
+    given, cleared = [], []
+    monkeypatch.setattr("ccwsim.ui.sessions.give_back_memory", lambda: given.append(True))
+    monkeypatch.setattr("streamlit.cache_data.clear", lambda: cleared.append("data"))
+    monkeypatch.setattr("streamlit.cache_resource.clear", lambda: cleared.append("resource"))
+    room = Room()
+    room.attendance.give_back()
+    assert not given
+    for session, expected in (("a", []), ("b", ["data", "resource"])):
+        room.open.remove(session)
+        room.look(room.clock.now)
+        room.look(room.clock.now + 120)
+        room.attendance.give_back()
+        room.attendance.give_back()
+        assert cleared == expected
+    assert len(given) == 2
+
+
+def test_giving_memory_back_harms_nothing():
+    give_back_memory()
 
 
 def test_a_dropped_job_keeps_nothing():

@@ -13,7 +13,7 @@ from benchmarks.visitor import choices_of, expected
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:
-    return soak(sessions=4, minutes=0.3, ttl=5)
+    return soak(sessions=4, minutes=0.3, ttl=5, warming=15)
 
 
 def test_no_session_sees_an_error_or_the_picture_of_another(outcome):

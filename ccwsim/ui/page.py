@@ -14,6 +14,7 @@ from ccwsim.ui.address import take_address
 from ccwsim.ui.guarding import guarded
 from ccwsim.ui.literal import plain
 from ccwsim.ui.maps import canvas_component
+from ccwsim.ui.sessions import settle_memory
 from ccwsim.ui.share import draw_share
 from ccwsim.ui.state import KEY, State, session_state
 from ccwsim.ui.trouble import safely
@@ -60,6 +61,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
     # the page is drawn again in the colours of the theme that the reader switches to
     canvas_component("theme")(key="theme", data={"theme": theme_name()}, on_theme_change=_nothing)
+    settle_memory()
     first = KEY not in st.session_state
     state = session_state()
     if first:

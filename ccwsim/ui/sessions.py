@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from threading import Event, Lock, Thread
 
+import streamlit as st
 from streamlit import config
 from streamlit.runtime import Runtime
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
+from ccwsim.memory import give_back_memory
 from ccwsim.ui.queue import Queue, server_queue
 
 LOOK_EVERY = 2.0
@@ -57,6 +60,17 @@ def forget(session: str) -> None:
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
 
+@cache
+def settle_memory() -> None:
+    """Leave what a server has imported out of later searches for garbage; call before a session.
+
+    These are nearly all of its objects, and a search holds up every session.
+    """
+    if Runtime.exists():
+        gc.collect()
+        gc.freeze()
+
+
 class Attendance:
     """Looks who is still there: jobs of a session that was left end, and later it is forgotten.
 
@@ -83,6 +97,7 @@ class Attendance:
         self._left: dict[str, float] = {}
         self._lock = Lock()
         self._thread: Thread | None = None
+        self._freed = False
         self._woken = Event()
 
     def note(self, session: str) -> None:
@@ -108,16 +123,32 @@ class Attendance:
                     place.drop()
             if away >= max(config.get_option("server.disconnectedSessionTTL") - EARLY, GRACE):
                 self._forget(session)
+                self._freed = True
                 with self._lock:
                     self._sessions.discard(session)
                     self._left.pop(session, None)
 
+    def give_back(self) -> None:
+        """Give the memory of sessions that were forgotten before the last look to the system.
+
+        With the last of them goes what was kept for all, which came from their images and data.
+        """
+        freed, self._freed = self._freed, False
+        if not freed:
+            return
+        if not self._sessions:
+            st.cache_data.clear()
+            st.cache_resource.clear()
+        gc.collect()
+        give_back_memory()
+
     def _keep_looking(self) -> None:
         while True:
             self._woken.wait(LOOK_EVERY)
+            self.give_back()
             self.look()
             with self._lock:
-                if not self._sessions:
+                if not self._sessions and not self._freed:
                     self._thread = None
                     return
 
