@@ -14,6 +14,9 @@ from tests.served import CHROMIUM
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
+LOOKS = 3
+"""A finding is one that lasts."""
+
 
 def findings(page) -> list[str]:
     """What axe-core calls serious or critical, with the elements."""
@@ -36,6 +39,12 @@ def test_a_page_has_no_serious_finding(chromium, address, path, width, theme):
     page.wait_for_selector(".st-key-menu", timeout=SLOW)
     FILLED.get(path, fill_with_maps)(page)
     page.wait_for_function(SETTLED, timeout=SLOW)
-    at_rest(page)
-    assert not findings(page)
+    found: list[str] = []
+    for _ in range(LOOKS):  # on a slow machine a part may be fading in while axe looks
+        at_rest(page)
+        found = findings(page)
+        if not found:
+            break
+        page.wait_for_timeout(1000)
+    assert not found
     context.close()
