@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hashlib import blake2b
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,6 +49,17 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
     return array.astype(np.float64)
 
 
+def is_whole(value: object) -> TypeGuard[int]:
+    """Return whether a value is a whole number; True and False are none.
+
+    Examples
+    --------
+    >>> is_whole(np.uint8(3)), is_whole(3.0), is_whole(True)
+    (True, False, False)
+    """
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def whole_number(name: str, value: object, low: int, high: int) -> int:
     """Return a whole number between two others, themselves included.
 
@@ -61,10 +73,9 @@ def whole_number(name: str, value: object, low: int, high: int) -> int:
     >>> whole_number("size", 4, 1, 8)
     4
     """
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not whole or not low <= value <= high:  # type: ignore[operator]
+    if not is_whole(value) or not low <= value <= high:
         raise CCWSIMError(f"{name} = {shown(value)} must be a whole number from {low} to {high}")
-    return int(value)  # type: ignore[arg-type]
+    return int(value)
 
 
 def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:

@@ -78,4 +78,5 @@ def _of_turned(study: Study, template: int) -> int:
     n_splits = len(legal_splits(size, overlap)) if split else 1
     score = np.dtype(score_type(level, size, overlap)).itemsize
     sums = places * n_planes * (1 if 4**level <= 255 else 2)
-    return int(3 * cells + sums + n_splits * 4 * places * score)
+    bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
+    return int(3 * cells + bits + sums + n_splits * 4 * places * score)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, as_floats
+from ccwsim.arrays import as_array, as_floats, is_whole
 from ccwsim.errors import CCWSIMError, shown
 
 MOST_CELLS = 2**31 - 1
@@ -48,7 +48,7 @@ class Grid:
     def __post_init__(self) -> None:
         for name in ("ny", "nx"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+            if not is_whole(value) or value < 1:
                 raise CCWSIMError(
                     f"grid {name} = {shown(value)} must be a whole number of cells, at least 1"
                 )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.arrays import digest
+from ccwsim.arrays import digest, whole_number
 from ccwsim.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
@@ -156,11 +156,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
 
 
 def _whole(p: Parameters, name: str, low: int, high: int) -> None:
-    value = getattr(p, name)
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not whole or not low <= value <= high:
-        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number from {low} to {high}")
-    object.__setattr__(p, name, int(value))
+    object.__setattr__(p, name, whole_number(name, getattr(p, name), low, high))
 
 
 def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bool = False) -> None:

@@ -53,12 +53,11 @@ def simulate_realization(
     template = draw_template(study.parameters, study.training_image.shape, rng)
     indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
     cells = study.hard_data.cells
-    if study.parameters.exact_data:
+    if study.parameters.exact_data and study.hard_data.n:
         data = data_grid(cells, study.facies_of_data, indices.shape)
-        rare = image.rare_counts if study.hard_data.n else None
         met_by = mend(
             image.scaled(), image.bits(), data, cells, template, rng, indices,
-            sources, rare, watch.check,
+            sources, image.rare_counts, watch.check,
         )  # fmt: skip
     else:
         missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
-from ccwsim.arrays import as_array, as_integers, whole_number
+from ccwsim.arrays import as_array, as_integers, is_whole, whole_number
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.hard_data import HardData
 
@@ -124,6 +124,6 @@ def _shape(truth: NDArray[np.integer]) -> tuple[int, int]:
 
 
 def _counted(name: str, value: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+    if not is_whole(value) or value < 1:
         raise CCWSIMError(f"{name} = {shown(value)} must be a whole number, at least 1")
     return int(value)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.arrays import is_whole
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
 from ccwsim.hard_data import HardData
@@ -74,9 +75,8 @@ def counted(name: str, value: object, *, least: int) -> int:
     CCWSIMError
         For anything else.
     """
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if whole and least <= value < 2**63:  # type: ignore[operator]
-        return int(value)  # type: ignore[arg-type]
+    if is_whole(value) and least <= value < 2**63:
+        return int(value)
     raise CCWSIMError(f"{name} = {shown(value)} must be a whole number, at least {least}")
 
 

@@ -8,7 +8,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, as_integers, digest, frozen, smallest_integers
+from ccwsim.arrays import (
+    as_array,
+    as_integers,
+    digest,
+    frozen,
+    is_whole,
+    smallest_integers,
+)
 from ccwsim.errors import CCWSIMError, shown
 
 MAX_FACIES = 254
@@ -118,8 +125,7 @@ class TrainingImage:
         CCWSIMError
             Where the image has no such facies.
         """
-        whole = isinstance(code, (int, np.integer)) and not isinstance(code, bool)
-        found = np.flatnonzero(self.codes == code) if whole else np.empty(0, int)
+        found = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
         if not len(found):
             there = ", ".join(map(str, self.codes))
             raise CCWSIMError(f"facies {shown(code)} is not in the training image; it has {there}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
@@ -41,8 +41,8 @@ class Courier(Protocol):
         """Return what a future, which is done, has to give; called on any thread."""
         ...
 
-    def shares(self) -> dict[int, float]:
-        """Say how much of realizations was done when workers last told, by number, 0 … 1."""
+    def shares(self, numbers: Iterable[int]) -> dict[int, float]:
+        """Say how much of these realizations was done when workers last told, 0 … 1."""
         ...
 
     def lost(self, error: BaseException) -> bool:
@@ -142,9 +142,8 @@ class _Tour:
 
     def under_way(self) -> float:
         """Say how many realizations what is done of unfinished ones makes."""
-        finished = {self._work.first + k for k in self.finished}
-        shares = self._courier.shares().items() if self._out else ()
-        return sum(share for number, share in shares if number not in finished)
+        sent = [self._work.first + k for _, batch in self._out.values() for k in batch]
+        return sum(self._courier.shares(sent).values())
 
     def end(self) -> None:
         """Drop what waits, stop what runs, and take in what it gives at once."""

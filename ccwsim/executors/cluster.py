@@ -6,6 +6,7 @@ import asyncio
 import secrets
 import socket
 import time
+from collections.abc import Iterable
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any
@@ -85,7 +86,6 @@ class Cluster:
         self._keep_sources = work.keep_sources
         self._flag = ClusterFlag(f"ccwsim-{secrets.token_hex(8)}")
         self._event = Event(self._flag.name, client=self._client)
-        self._shares.clear()
         self._client.subscribe_topic(self._flag.name, self._hear)
         self._scatter()
 
@@ -136,9 +136,9 @@ class Cluster:
         number, share = event[1]
         self._shares[number] = share
 
-    def shares(self) -> dict[int, float]:
-        """Return what workers told last, by realization."""
-        return dict(self._shares)
+    def shares(self, numbers: Iterable[int]) -> dict[int, float]:
+        """Return what workers told last of some realizations."""
+        return {number: self._shares[number] for number in numbers if number in self._shares}
 
     def lost(self, error: BaseException) -> bool:
         """Say whether a batch is to be sent again: where the study was lost with its workers."""

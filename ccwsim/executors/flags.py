@@ -7,6 +7,7 @@ import shutil
 import socket
 import tempfile
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,12 +84,12 @@ class FileFlag:
         with suppress(FileNotFoundError):
             (Path(self.path) / str(number)).write_text(str(share))
 
-    def shares(self) -> dict[int, float]:
-        """Return what was told last, by realization."""
+    def shares(self, numbers: Iterable[int]) -> dict[int, float]:
+        """Return what was told last of some realizations."""
         told = {}
-        for word in Path(self.path).glob("*"):
-            with suppress(FileNotFoundError, ValueError):  # gone, or being written
-                told[int(word.name)] = float(word.read_text())
+        for number in numbers:
+            with suppress(FileNotFoundError, ValueError):  # not told yet, or being written
+                told[number] = float((Path(self.path) / str(number)).read_text())
         return told
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from concurrent.futures import BrokenExecutor, Executor, Future
 
 from ccwsim.errors import CCWSIMError
@@ -54,9 +55,9 @@ class Pool:
         """Return the answer."""
         return future.result()
 
-    def shares(self) -> dict[int, float]:
-        """Return what workers of this machine told last, by realization."""
-        return self._flag.shares()
+    def shares(self, numbers: Iterable[int]) -> dict[int, float]:
+        """Return what workers of this machine told last of some realizations."""
+        return self._flag.shares(numbers)
 
     def lost(self, error: BaseException) -> bool:
         """Say what ended a batch; a broken pool cannot be used any more."""

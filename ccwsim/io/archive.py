@@ -82,7 +82,10 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     """
     entries = content.count(_ENTRY)  # each becomes an object as soon as the file is opened
     if entries > MAX_MEMBERS:
-        raise CCWSIMError(f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; {_MEND}")
+        raise CCWSIMError(
+            f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; save only what is "
+            "needed"
+        )
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
             yield Archive(archive, name)
@@ -91,6 +94,3 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     except Exception as error:  # zipfile and zlib raise a dozen types for broken archives
         reason = " ".join(str(error).split())[:100]
         raise CCWSIMError(f"{name}: the zip file is broken ({reason}); get it again") from error
-
-
-_MEND = "save only what is needed"

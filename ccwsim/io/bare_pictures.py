@@ -90,7 +90,7 @@ def _png(content: bytes, name: str, keep_text: bytes) -> bytes:
 
 
 def _jpeg(content: bytes, name: str) -> bytes:
-    parts, at, kept = [content[:2]], 2, 0
+    parts, at = [content[:2]], 2
     for _ in range(MAX_PARTS):
         at = content.index(b"\xff", at)
         while content[at + 1] == 0xFF:
@@ -107,7 +107,6 @@ def _jpeg(content: bytes, name: str) -> bytes:
         (size,) = struct.unpack_from(">H", content, at + 2)
         if marker not in _JPEG_LEFT_OUT:
             parts.append(content[at : at + 2 + size])
-            kept += size
         at += 2 + size
     raise _too_many(name, "segments", MAX_PARTS)
 
@@ -170,10 +169,8 @@ def _tiff(content: bytes, name: str) -> bytes:
     if sum(sizes) > len(content) + 4 * n:
         raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
     values = {int(e["tag"]): _tiff_values(content, order, e) for e in entries}
-    strips, tile = (
-        values.get(279, values.get(325, [])),
-        [*values.get(322, []), *values.get(323, [])],
-    )
+    strips = values.get(279, values.get(325, []))
+    tile = [*values.get(322, []), *values.get(323, [])]
     if set(values.get(259, [])) - set(_TIFF_PACKINGS):
         raise CCWSIMError(f"{name}: it is packed in a way not read; save it as PNG")
     if len(strips) > MAX_STRIPS:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, as_floats, as_integers, whole_number
+from ccwsim.arrays import as_array, as_floats, as_integers, is_whole, whole_number
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.training_image import MAX_FACIES
 
@@ -62,13 +62,24 @@ def classify(
         classes = [threshold]
     if classes is None and not are_codes(array):
         raise CCWSIMError(_continuous(array, label))
-    if classes is None or (isinstance(classes, str) and classes == "codes"):
+    if asks_for_codes(classes):
         return as_integers(array, label)
-    if isinstance(classes, (int, np.integer)) and not isinstance(classes, bool):
+    if is_whole(classes):
         edges = class_edges(array, int(classes))
     else:
         edges = _edges(classes)
     return np.searchsorted(edges, array, side="right").astype(np.int64)
+
+
+def asks_for_codes(classes: Classes) -> bool:
+    """Return whether values are asked for as they are: no classes, or the word for it.
+
+    Examples
+    --------
+    >>> asks_for_codes(None), asks_for_codes("codes"), asks_for_codes(3)
+    (True, True, False)
+    """
+    return classes is None or (isinstance(classes, str) and classes == "codes")
 
 
 def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:

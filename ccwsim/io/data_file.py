@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.arrays import is_whole
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.limits import check_cells
 
@@ -107,8 +108,7 @@ class DataFile:
 
 
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
-    whole = all(isinstance(s, (int, np.integer)) and not isinstance(s, bool) for s in shape)
-    if len(shape) not in (2, 3) or not whole:
+    if len(shape) not in (2, 3) or not all(map(is_whole, shape)):
         raise CCWSIMError(f"{name}: shape = {shown(shape)} must be (rows, columns)")
     cells = check_cells(name, tuple(int(s) for s in shape))
     if n != cells and (len(shape) == 3 or n % cells):
@@ -167,11 +167,7 @@ def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:
         return grid.reshape(n, -1)
     if n == 1 and slice_index is None:
         return grid[0]
-    if (
-        not isinstance(slice_index, (int, np.integer))
-        or isinstance(slice_index, bool)
-        or not 0 <= slice_index < n
-    ):
+    if not is_whole(slice_index) or not 0 <= slice_index < n:
         given = "" if slice_index is None else f", not {shown(slice_index)}"
         raise CCWSIMError(
             f"{name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from ccwsim.errors import CCWSIMError, shown
+from ccwsim.errors import CCWSIMError
 from ccwsim.io.bare_pictures import bare_picture
-from ccwsim.io.classes import Classes, classify
+from ccwsim.io.classes import Classes, asks_for_codes, classify
 from ccwsim.io.colours import MAX_COLOURS, colours_for, distinct_colours, grey_of, nearest_colours
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.limits import check_cells
@@ -104,7 +104,7 @@ def picture_facies(
     """
     if threshold is None and isinstance(classes, (int, np.integer)):
         return nearest_colours(picture.rgb, int(classes))
-    if threshold is None and (classes is None or shown(classes) == "'codes'"):
+    if threshold is None and asks_for_codes(classes):
         as_codes = picture.says_codes or classes is not None
         if as_codes and picture.numbers is not None:
             return picture.numbers.astype(np.int64)

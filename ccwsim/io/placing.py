@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ccwsim.errors import CCWSIMError, shown
 from ccwsim.grid import Grid
-from ccwsim.io.classes import Classes, classify
+from ccwsim.io.classes import Classes, asks_for_codes, classify
 from ccwsim.io.collisions import colliding
 from ccwsim.io.points import ImportedPoints
 from ccwsim.training_image import TrainingImage
@@ -134,7 +134,7 @@ def _cells(
 def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -> NDArray[np.int64]:
     if not points.n:
         return np.empty(0, np.int64)
-    if threshold is None and (classes is None or shown(classes) == "'codes'"):
+    if threshold is None and asks_for_codes(classes):
         off = np.abs(points.values - np.rint(points.values)) > 1e-3
         if off.any():
             bad = np.flatnonzero(off)

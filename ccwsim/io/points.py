@@ -120,7 +120,8 @@ def read_points(
     >>> points.places.tolist(), points.values.tolist(), points.lines.tolist()
     ([[3.0, 4.0]], [1.0], [2])
     """
-    if coordinates is not None and shown(coordinates) not in ("'world'", "'cells'"):
+    known = isinstance(coordinates, str) and coordinates in ("world", "cells")
+    if coordinates is not None and not known:
         raise CCWSIMError(f'coordinates = {shown(coordinates)} must be "world" or "cells"')
     file = open_file(path_or_file)
     if isinstance(file, Picture):

@@ -70,11 +70,11 @@ def pattern_histogram(
     image = as_indices(indices, n_facies)[0]
     size = whole_number("pattern size", size, 1, min(image.shape))
     fits = size * size * np.log2(max(n_facies, 2)) < 64
-    base, n_dense = n_facies if fits else 0, n_facies ** (size * size)
-    if fits and n_dense <= DENSE:
-        table = np.zeros(n_dense, np.int64)
+    base = n_facies if fits else 0
+    if fits and n_facies ** (size * size) <= DENSE:
+        table = np.zeros(n_facies ** (size * size), np.int64)
         for codes in _codes_of_strips(image, size, base):
-            table += np.bincount(codes.view(np.int64), minlength=n_dense)
+            table += np.bincount(codes.view(np.int64), minlength=len(table))
         there = np.flatnonzero(table)
         found, counts = there.astype(np.uint64), table[there]
     else:

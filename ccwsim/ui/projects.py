@@ -9,8 +9,6 @@ import ccwsim
 from ccwsim.errors import CCWSIMError
 from ccwsim.io import Project, read_project, training_image_as_bytes
 from ccwsim.io.classes import MAX_CODES
-from ccwsim.io.limits import limited
-from ccwsim.io.upload_limits import upload_limits
 from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
 from ccwsim.study import Study
@@ -64,8 +62,8 @@ def open_project(state: State, upload: Upload) -> None:
         For a file that cannot be read, or a study that is too large for a page; the session's
         study then stays as it is.
     """
-    with limited(upload_limits()):
-        project = read_project(opened(upload))
+    with opened(upload) as file:
+        project = read_project(file)
     choices = choices_of(project)
     _check(choices)
     study_of(choices)

@@ -10,8 +10,6 @@ import streamlit as st
 
 from ccwsim.errors import CCWSIMError
 from ccwsim.io import FileSummary, inspect
-from ccwsim.io.limits import limited
-from ccwsim.io.upload_limits import upload_limits
 from ccwsim.ui.choices import Answers, Upload
 from ccwsim.ui.fields import field
 from ccwsim.ui.resolve import opened
@@ -27,8 +25,8 @@ Write = Callable[[Answers], None]
 
 @st.cache_resource(max_entries=8, show_spinner=False)
 def _summary(digest: str, _upload: Upload) -> FileSummary:
-    with limited(upload_limits()):
-        return inspect(opened(_upload))
+    with opened(_upload) as file:
+        return inspect(file)
 
 
 def summary_of(upload: Upload) -> FileSummary | None:

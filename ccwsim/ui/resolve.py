@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BytesIO
 
 import numpy as np
@@ -61,15 +63,17 @@ def _image(digest: str, _choice: ImageChoice) -> TrainingImage:
 def _read_image(choice: ImageChoice) -> TrainingImage:
     if choice.upload is None:
         return datasets.load(choice.bundled)
-    with limited(upload_limits()):
-        return read_training_image(opened(choice.upload), **dict(choice.answers))
+    with opened(choice.upload) as file:
+        return read_training_image(file, **dict(choice.answers))
 
 
-def opened(upload: Upload) -> BytesIO:
-    """Return an upload as a file object that carries its name."""
+@contextmanager
+def opened(upload: Upload) -> Iterator[BytesIO]:
+    """Yield an upload as a file object that carries its name, and read under its limits."""
     file = BytesIO(upload.content)
     file.name = upload.name
-    return file
+    with limited(upload_limits()):
+        yield file
 
 
 def data_of(choices: Choices) -> HardData:
@@ -108,8 +112,8 @@ def imported_data(choices: Choices) -> HardDataImport:
 def _of_file(
     key: tuple, _upload: Upload, _choice: DataChoice, _grid: Grid, _image: TrainingImage
 ) -> HardDataImport:
-    with limited(upload_limits()):
-        return import_hard_data(opened(_upload), _grid, _image, **dict(_choice.answers))
+    with opened(_upload) as file:
+        return import_hard_data(file, _grid, _image, **dict(_choice.answers))
 
 
 def _settled(
