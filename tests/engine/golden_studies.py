@@ -1,0 +1,79 @@
+"""Studies whose cells are fixed: `python -m tests.engine.golden_studies` writes their digests anew.
+
+A change that is meant to alter cells writes them anew and says so in CHANGELOG.md; any other change
+leaves them as they are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from ccwsim import HardData, Parameters, datasets, simulate
+
+DIGESTS = Path(__file__).with_name("golden_digests.json")
+IMAGES = ("channels", "stone_wall", "barchans", "levees")
+GRID = (117, 150)
+N_DATA = (0, 40, 700, 2500)
+SEARCHES = (
+    {"method": "ccwsim", "wavelet_level": 0},
+    {"method": "ccwsim", "wavelet_level": 1},
+    {"method": "ccwsim", "wavelet_level": 2},
+    {"method": "ccwsim", "wavelet_level": 3},
+    {"method": "ccsim"},
+    {"method": "ms-ccsim", "wavelet_level": 1},
+    {"method": "ms-ccsim", "wavelet_level": 2},
+    {"method": "ms-ccsim", "wavelet_level": 3},
+)
+OPTIONS = (
+    {"similarity": "correlation"},
+    {"exact_data": False},
+    {"refine": False},
+    {"match_proportions": True},
+    {"location_weight": 1.0},
+    {"template_variation": 0.3},
+    {"random_path": False, "n_candidates": 1},
+    {"co_template": 4, "search_fraction": 0.5},
+    {"template_size": 16, "overlap_size": 8},
+    {"template_size": 48, "overlap_size": 16, "n_candidates": 100},
+    {"exact_data": False, "method": "ms-ccsim"},
+    {"location_weight": 0.3, "method": "ms-ccsim", "match_proportions": True},
+    {"template_size": 64, "overlap_size": 8, "wavelet_level": 3},
+)
+
+
+def studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
+    """Yield the name, training image, parameters and number of data of each of the 180 studies."""
+    for image, search, n_data in product(IMAGES, SEARCHES, N_DATA):
+        yield _name(image, search, n_data), image, search, n_data
+    for k, (image, options) in enumerate(product(IMAGES, OPTIONS)):
+        n_data = N_DATA[k % len(N_DATA)]
+        yield _name(image, options, n_data), image, options, n_data
+
+
+def _name(image: str, options: dict[str, object], n_data: int) -> str:
+    return " ".join([image, *(f"{key}={value}" for key, value in options.items()), f"n={n_data}"])
+
+
+def digest(image: str, options: dict[str, object], n_data: int) -> str:
+    """Return a digest of two realizations: their cells, their sources and their data's status."""
+    ti = datasets.load(image)
+    rng = np.random.default_rng(n_data)
+    cells = np.argwhere(np.ones(GRID))[rng.choice(GRID[0] * GRID[1], n_data, replace=False)]
+    facies = np.asarray(ti.array)[cells[:, 0] + 20, cells[:, 1] + 30]
+    parameters = Parameters(**options)  # type: ignore[arg-type]
+    e = simulate(ti, GRID, parameters, HardData(cells, facies), 2, seed=7, keep_sources=True)
+    summary = hashlib.blake2b(digest_size=16)
+    for array, kind in ((e.realizations, "<i8"), (e.met_by, "<i2"), (e.sources, "<i4")):
+        summary.update(np.ascontiguousarray(array, kind).tobytes())
+    return summary.hexdigest()
+
+
+if __name__ == "__main__":
+    found = {name: digest(image, options, n_data) for name, image, options, n_data in studies()}
+    DIGESTS.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
