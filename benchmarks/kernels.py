@@ -17,15 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ccwsim import Grid, HardData, Parameters, datasets, simulate
-from ccwsim.kernels import kernel
-from ccwsim.prepared_image import PreparedImage
-from ccwsim.stages.bits import make_strips
-from ccwsim.stages.candidates import best_places
-from ccwsim.stages.conditioning import place_data
-from ccwsim.stages.cut import keep_old, paste
-from ccwsim.stages.refinement import refine_place
-from ccwsim.stages.similarity import L_SHAPE, overlap_terms, score_places
-from ccwsim.study import Study
+from ccwsim.engine.kernels import kernel
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.stages.bits import make_strips
+from ccwsim.engine.stages.candidates import best_places
+from ccwsim.engine.stages.conditioning import place_data
+from ccwsim.engine.stages.cut import keep_old, paste
+from ccwsim.engine.stages.refinement import refine_place
+from ccwsim.engine.stages.similarity import L_SHAPE, overlap_terms, score_places
+from ccwsim.model.study import Study
 
 ROUNDS = 30
 REPEATS = 10_000

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from tests.hands import SLOW, at_rest, choose, close_menu, fill, menu
-from tests.served import ROOT, browser, served
+from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu
+from tests.browser.served import ROOT, browser, served
 
 TRACE = """
 window.trace = {start: 0, sent: [], got: [], drawn: []};

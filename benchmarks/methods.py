@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.quality import N_REALIZATIONS, columns_of
 from ccwsim import Grid, HardData, Parameters, TrainingImage, read_hard_data, simulate
-from ccwsim.parameters import METHODS
+from ccwsim.model.parameters import METHODS
 
 IMAGE = "paper/ti_channel_256x256.npy"
 DATA = (

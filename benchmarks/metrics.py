@@ -17,10 +17,10 @@ from ccwsim.metrics import (
     data_match,
     etype,
     proportions,
-    reuse,
     transiograms,
     variogram,
 )
+from ccwsim.metrics import copying as reuse
 
 N = 100
 

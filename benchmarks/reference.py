@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from ccwsim import Parameters, TrainingImage
-from ccwsim.stages.path import N_ORIENTATIONS, from_path_frame, n_tiles, to_path_frame
+from ccwsim.engine.stages.path import N_ORIENTATIONS, from_path_frame, n_tiles, to_path_frame
 
 
 def block_sums(image: NDArray, level: int, n_facies: int) -> NDArray[np.float64]:

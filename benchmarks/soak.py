@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.visitor import Visitor
-from tests.served import ROOT, Server, started
-from tests.sessions import Session
+from tests.browser.served import ROOT, Server, started
+from tests.ui.sessions import Session
 
 TIME_TO_LIVE = 20
 """Seconds that the server keeps the session of a closed tab; 120 where nothing is said."""

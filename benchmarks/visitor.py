@@ -12,10 +12,10 @@ from urllib.parse import parse_qs
 import numpy as np
 
 from ccwsim import TrainingImage, datasets, simulate
-from ccwsim.choices import Choices
 from ccwsim.figures import index_png
+from ccwsim.model.choices import Choices
 from ccwsim.sharing import read_link
-from tests.sessions import Session, Stuck
+from tests.ui.sessions import Session, Stuck
 
 IMAGES = tuple(datasets.names())
 SIDES = (48, 64, 96, 128)

@@ -3,10 +3,7 @@
 After Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024).
 """
 
-from ccwsim.ensemble import Ensemble
-from ccwsim.errors import Cancelled, CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
+from ccwsim.engine.revision import revise
 from ccwsim.io import (
     Project,
     read_hard_data,
@@ -15,10 +12,13 @@ from ccwsim.io import (
     save_project,
     write_realizations,
 )
-from ccwsim.parameters import Parameters
-from ccwsim.revision import revise
-from ccwsim.simulation import simulate
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
 
 __version__ = "0.1.0"
 

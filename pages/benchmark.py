@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ccwsim.ui.benchmark_page import draw_benchmark
+from ccwsim.ui.benchmark.page import draw_benchmark
 from ccwsim.ui.page import show_page
 
 if __name__ == "__main__":

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.compare_page import draw_results, draw_style, draw_top, is_old, problem_of
-from ccwsim.ui.compare_run import collect_comparison, follow_comparison, start_comparison
-from ccwsim.ui.examples_note import draw_opened
-from ccwsim.ui.literal import plain
+from ccwsim.ui.compare.page import draw_results, draw_style, draw_top, is_old, problem_of
+from ccwsim.ui.compare.run import collect_comparison, follow_comparison, start_comparison
+from ccwsim.ui.examples.note import draw_opened
 from ccwsim.ui.page import show_page
-from ccwsim.ui.run import PATIENCE
-from ccwsim.ui.state import State
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import PATIENCE
+from ccwsim.ui.widgets.literal import plain
 
 
 def compare_page(state: State) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.data_editor import draw_editor
-from ccwsim.ui.editor_actions import needs_run
-from ccwsim.ui.literal import plain
+from ccwsim.ui.hard_data.actions import needs_run
+from ccwsim.ui.hard_data.page import draw_editor
 from ccwsim.ui.page import show_page
-from ccwsim.ui.run import PATIENCE, collect, follow_run, start_run
-from ccwsim.ui.state import State
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import PATIENCE, collect, follow_run, start_run
+from ccwsim.ui.widgets.literal import plain
 
 
 def data_page(state: State) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ccwsim.ui.examples_page import draw_examples
+from ccwsim.ui.examples.page import draw_examples
 from ccwsim.ui.page import show_page
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ccwsim.ui.how_page import draw_how
+from ccwsim.ui.how_it_works.page import draw_how
 from ccwsim.ui.page import show_page
 
 if __name__ == "__main__":

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.examples_note import draw_opened
-from ccwsim.ui.history import draw_history
-from ccwsim.ui.literal import plain
-from ccwsim.ui.live import dim_and_wait, keep_up
+from ccwsim.ui.examples.note import draw_opened
 from ccwsim.ui.page import show_page
-from ccwsim.ui.results import draw_results
-from ccwsim.ui.run import collect, follow_run
-from ccwsim.ui.run_step import run_button
-from ccwsim.ui.state import State
-from ccwsim.ui.study_column import study_column
+from ccwsim.ui.session.state import State
+from ccwsim.ui.simulate.history import draw_history
+from ccwsim.ui.simulate.live import dim_and_wait, keep_up
+from ccwsim.ui.simulate.results import draw_results
+from ccwsim.ui.study.run import collect, follow_run
+from ccwsim.ui.study.run_step import run_button
+from ccwsim.ui.study.study_column import study_column
+from ccwsim.ui.widgets.literal import plain
 
 
 def simulate_page(state: State) -> None:

@@ -7,10 +7,10 @@ import time
 import streamlit as st
 
 from ccwsim.ui.page import show_page
-from ccwsim.ui.state import State
-from ccwsim.ui.sweep_controls import draw_controls, sweep_button
-from ccwsim.ui.sweep_follow import follow_sweep
-from ccwsim.ui.sweep_results import draw_empty, draw_found, draw_planned, draw_sweep_style
+from ccwsim.ui.session.state import State
+from ccwsim.ui.sweep.controls import draw_controls, sweep_button
+from ccwsim.ui.sweep.follow import follow_sweep
+from ccwsim.ui.sweep.results import draw_empty, draw_found, draw_planned, draw_sweep_style
 
 
 def sweep_page(state: State) -> None:

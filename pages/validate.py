@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.literal import plain
 from ccwsim.ui.page import show_page
-from ccwsim.ui.results import draw_ghost
-from ccwsim.ui.run import PATIENCE, collect, follow_run, start_run
-from ccwsim.ui.run_step import run_button
-from ccwsim.ui.state import State
-from ccwsim.ui.validate_page import draw_style, draw_validation
-from ccwsim.ui.validate_panel import draw_work
+from ccwsim.ui.session.state import State
+from ccwsim.ui.simulate.results import draw_ghost
+from ccwsim.ui.study.run import PATIENCE, collect, follow_run, start_run
+from ccwsim.ui.study.run_step import run_button
+from ccwsim.ui.validate.page import draw_style, draw_validation
+from ccwsim.ui.validate.panel import draw_work
+from ccwsim.ui.widgets.literal import plain
 
 
 def validate_page(state: State) -> None:

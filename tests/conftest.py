@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.served import browser, served
+from tests.browser.served import browser, served
 
 settings.register_profile("patient", deadline=None)  # a test never fails for being slow
 settings.load_profile("patient")

@@ -12,13 +12,18 @@ from benchmarks.__main__ import main
 from benchmarks.cases import CASES, Case, Row, measure
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
+from ccwsim.engine.stages.bits import make_strips, to_bits
+from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
+from ccwsim.engine.stages.cut import keep_old
+from ccwsim.engine.stages.pyramid import build_pyramid
+from ccwsim.engine.stages.refinement import refine_place
+from ccwsim.engine.stages.similarity import (
+    overlap_energies,
+    overlap_terms,
+    score_places,
+    score_type,
+)
 from ccwsim.metrics import pattern_distance
-from ccwsim.stages.bits import make_strips, to_bits
-from ccwsim.stages.conditioning import UNKNOWN, place_data
-from ccwsim.stages.cut import keep_old
-from ccwsim.stages.pyramid import build_pyramid
-from ccwsim.stages.refinement import refine_place
-from ccwsim.stages.similarity import overlap_energies, overlap_terms, score_places, score_type
 
 SHAPES = st.sampled_from([(True, False), (False, True), (True, True)])
 """Overlap on the left, at the top, or both."""

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from ccwsim import datasets
 from ccwsim.cli.values import edges_or_codes, grid_shape
-from ccwsim.errors import CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
 from ccwsim.io import import_hard_data
-from ccwsim.io.collisions import COLLISION_CHOICES
-from ccwsim.training_image import TrainingImage
+from ccwsim.io.hard_data.collisions import COLLISION_CHOICES
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 
 DEFAULT_SHAPE = (256, 256)
 READING = {

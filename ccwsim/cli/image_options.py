@@ -7,9 +7,9 @@ from pathlib import Path
 
 from ccwsim import datasets
 from ccwsim.cli.values import classes, sizes
-from ccwsim.errors import CCWSIMError
 from ccwsim.io import read_training_image
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
 
 NORTH, SOUTH = "north", "south"
 

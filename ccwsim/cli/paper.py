@@ -10,7 +10,7 @@ from typing import Any
 
 from ccwsim.cli.progress import ProgressLine
 from ccwsim.cli.stopping import stop_on_interrupt
-from ccwsim.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import (
     EXPERIMENTS,
     FULL,
@@ -117,7 +117,7 @@ def check_report(path: str) -> None:
     >>> check_report("report.pdf")
     Traceback (most recent call last):
         ...
-    ccwsim.errors.CCWSIMError: report.pdf: the report is HTML; call it report.html
+    ccwsim.model.errors.CCWSIMError: report.pdf: the report is HTML; call it report.html
     """
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")

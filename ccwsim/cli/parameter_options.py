@@ -8,7 +8,7 @@ from typing import Any
 
 from ccwsim.io import parameters_from_json
 from ccwsim.io.source import read_bytes
-from ccwsim.parameters import Parameters, parameter_table
+from ccwsim.model.parameters import Parameters, parameter_table
 from ccwsim.sharing import short_name
 
 

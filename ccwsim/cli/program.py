@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import ccwsim
 from ccwsim.cli import paper, simulate, warm_up
-from ccwsim.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = (simulate, paper, warm_up)
 """Modules with `add_command(commands)`, which sets the function to run as the default `run`."""

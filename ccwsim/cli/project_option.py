@@ -8,12 +8,12 @@ from dataclasses import asdict, dataclass, fields
 from ccwsim.cli.data_options import READING, grid_of, hard_data_of
 from ccwsim.cli.image_options import image_of
 from ccwsim.cli.parameter_options import parameters_of
-from ccwsim.errors import CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
 from ccwsim.io import read_project
-from ccwsim.parameters import Parameters
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
 
 OF_THE_PROJECT = (
     "training_image", "variable", "threshold", "classes", "shape", "slice_index", "first_row",

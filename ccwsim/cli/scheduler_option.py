@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ccwsim.errors import CCWSIMError
-from ccwsim.executors import connect
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.run.executors import connect
 
 
 def add_scheduler_option(group: Any) -> None:

@@ -17,11 +17,11 @@ from ccwsim.cli.project_option import add_project_option, inputs_of
 from ccwsim.cli.scheduler_option import add_scheduler_option, executor_of
 from ccwsim.cli.stopping import stop_on_interrupt
 from ccwsim.cli.summary import summary
-from ccwsim.ensemble import Ensemble
-from ccwsim.errors import Cancelled, CCWSIMError
 from ccwsim.io import FORMATS, write_realizations
 from ccwsim.io.atomic import format_of
-from ccwsim.simulation import simulate
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.run.simulation import simulate
 
 STREAMED = "npy"
 """The format that is written during the run instead of after it."""
@@ -120,7 +120,7 @@ def check_output(path: str) -> None:
     >>> check_output("out.bmp")
     Traceback (most recent call last):
         ...
-    ccwsim.errors.CCWSIMError: format 'bmp' cannot be written; choose one of dat, gslib, npy, ...
+    ccwsim.model.errors.CCWSIMError: format 'bmp' cannot be written; choose one of dat, gslib, npy, ...
     """
     format_of(path, None, (*FORMATS, STREAMED))
     folder = Path(path).parent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.ensemble import Ensemble
+from ccwsim.model.ensemble import Ensemble
 
 
 def summary(ensemble: Ensemble) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from ccwsim.io.classes import Classes
+from ccwsim.io.formats.classes import Classes
 
 
 def sizes(text: str) -> tuple[int, ...]:

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.ensemble import Ensemble
-from ccwsim.hard_data import HardData
-from ccwsim.kernels import FOLDER
+from ccwsim.engine.kernels import FOLDER
 from ccwsim.metrics import connectivity, etype, variogram
-from ccwsim.parameters import Parameters
-from ccwsim.simulation import simulate
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
 
 SIZE = 64
 """Side of the training image and of the grid."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from ccwsim import datasets
 from ccwsim.datasets import files
-from ccwsim.grid import Grid
+from ccwsim.model.grid import Grid
 
 
 def write_assets() -> None:

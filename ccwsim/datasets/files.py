@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ccwsim.errors import CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 
-ASSETS = Path(__file__).parents[2] / "assets"
+ASSETS = Path(__file__).parents[1] / "assets"
 PALETTE = [(235, 225, 200), (60, 90, 150), (190, 90, 50), (80, 140, 80)]
 
 

@@ -9,8 +9,8 @@ from numpy.random import RandomState
 
 from ccwsim.datasets import files
 from ccwsim.datasets.catalogue import DATASETS, Dataset
-from ccwsim.errors import CCWSIMError, shown
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.training_image import TrainingImage
 
 SMALLEST, LARGEST = 64, 1024
 """Fewest and most cells along a side of a generated image."""

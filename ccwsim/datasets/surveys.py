@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ccwsim.datasets import files
 from ccwsim.datasets.catalogue import SURVEYS, Survey
 from ccwsim.datasets.images import generate
-from ccwsim.errors import CCWSIMError, shown
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 
 
 def hard_data_names() -> tuple[str, ...]:

@@ -8,11 +8,11 @@ from ccwsim.figures.compared_times import compared_times_chart
 from ccwsim.figures.convergence import convergence_chart
 from ccwsim.figures.curves import Bundle, curves_chart
 from ccwsim.figures.data_maps import Dots, data_map_png, share_png
+from ccwsim.figures.data_status import met_by_chart
 from ccwsim.figures.divergences import divergence_chart
 from ccwsim.figures.grouped_scaling import grouped_scaling_chart
 from ccwsim.figures.lag_maps import lag_map_chart
 from ccwsim.figures.lines import Line, lines_chart
-from ccwsim.figures.met_by import met_by_chart
 from ccwsim.figures.palette import CIVIDIS, ENTROPY, FACIES, facies_colours, ramp
 from ccwsim.figures.proportions import proportions_chart, proportions_height
 from ccwsim.figures.rasters import contact_sheet, data_png, index_png, map_png, tile_size

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ccwsim.comparison import ComparedCurves
+from ccwsim.experiments.comparison import ComparedCurves
 from ccwsim.figures.setting_marks import DASHES, setting_colours, thinned
 from ccwsim.figures.style import Theme, blank_chart
 

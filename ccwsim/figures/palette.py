@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 
 import plotly.colors
 
-from ccwsim.errors import CCWSIMError
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
 """Deep blue, amber, green, brick, violet, grey: distinct for the three common colour-blindnesses

@@ -1,17 +1,17 @@
 """Files in and out: training images, hard data, realizations, parameters."""
 
-from ccwsim.io.classes import class_edges, classify
-from ccwsim.io.colours import DEFAULT_COLOURS
-from ccwsim.io.hard_data import import_hard_data, read_hard_data
-from ccwsim.io.hard_data_files import hard_data_as_bytes, write_hard_data
+from ccwsim.io.formats.classes import class_edges, classify
+from ccwsim.io.formats.colours import DEFAULT_COLOURS
+from ccwsim.io.hard_data.placing import PlacedPoints, place_points
+from ccwsim.io.hard_data.points import ImportedPoints, read_points
+from ccwsim.io.hard_data.reading import import_hard_data, read_hard_data
+from ccwsim.io.hard_data.resolving import HardDataImport, resolve_points
+from ccwsim.io.hard_data.writing import hard_data_as_bytes, write_hard_data
 from ccwsim.io.inspection import FileSummary, VariableSummary, inspect
 from ccwsim.io.limits import limited
 from ccwsim.io.parameters_json import parameters_from_json, parameters_to_json
-from ccwsim.io.placing import PlacedPoints, place_points
-from ccwsim.io.points import ImportedPoints, read_points
 from ccwsim.io.project import Project, project_as_bytes, read_project, save_project
 from ccwsim.io.realizations import FORMATS, realizations_as_bytes, write_realizations
-from ccwsim.io.resolving import HardDataImport, resolve_points
 from ccwsim.io.training_images import (
     read_grid,
     read_training_image,

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.io.limits import MAX_MEMBERS, check_bytes, check_packing, check_time
+from ccwsim.model.errors import CCWSIMError
 
 _ENTRY = b"PK\x01\x02"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ccwsim.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import is_whole
-from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.limits import check_cells
+from ccwsim.model.arrays import is_whole
+from ccwsim.model.errors import CCWSIMError, shown
 
 MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
 """Values that GSLIB, SGeMS and MPSLIB files write where nothing is known."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.classes import are_codes
-from ccwsim.io.colours import MAX_COLOURS, distinct_colours, grey_of
 from ccwsim.io.data_file import DataFile
+from ccwsim.io.formats.classes import are_codes
+from ccwsim.io.formats.colours import MAX_COLOURS, distinct_colours, grey_of
+from ccwsim.io.formats.pictures import Picture
 from ccwsim.io.opening import open_file
-from ccwsim.io.pictures import Picture
 from ccwsim.io.source import PathOrFile
 
 MOST = 1000

@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from math import inf, prod
 
-from ccwsim.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, shown
 
 MIB = 2**20
 

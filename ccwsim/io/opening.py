@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.delimited import read_delimited
-from ccwsim.io.esri import is_esri, read_esri
-from ccwsim.io.gslib import is_gslib, read_gslib
-from ccwsim.io.matlab import read_matlab
-from ccwsim.io.numpy_files import read_npy, read_npz
-from ccwsim.io.pictures import Picture, read_picture
+from ccwsim.io.formats.delimited import read_delimited
+from ccwsim.io.formats.esri import is_esri, read_esri
+from ccwsim.io.formats.gslib import is_gslib, read_gslib
+from ccwsim.io.formats.matlab import read_matlab
+from ccwsim.io.formats.numpy_files import read_npy, read_npz
+from ccwsim.io.formats.pictures import Picture, read_picture
 from ccwsim.io.source import PathOrFile, kind_of, read_bytes
+from ccwsim.model.errors import CCWSIMError
 
 _READERS = {
     "npy": read_npy,

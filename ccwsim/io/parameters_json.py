@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, fields
 
-from ccwsim.errors import CCWSIMError, shown
-from ccwsim.parameters import Parameters
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.parameters import Parameters
 
 MAX_LENGTH = 100_000
 

@@ -11,20 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.choices import Shown
-from ccwsim.ensemble import Ensemble
-from ccwsim.errors import CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
-from ccwsim.io.numpy_files import read_npy
+from ccwsim.io.formats.numpy_files import read_npy
 from ccwsim.io.project_settings import Settings, checked
 from ccwsim.io.source import PathOrFile, read_bytes
-from ccwsim.parameters import Parameters
-from ccwsim.simulation import simulate
-from ccwsim.study import Study
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.choices import Shown
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
 
 FORMAT, VERSION = "CCWSIM project", 1
 SETTINGS, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"

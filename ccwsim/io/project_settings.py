@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, get_args
 
-from ccwsim.choices import EMap, Shown
-from ccwsim.errors import CCWSIMError, shown
-from ccwsim.grid import Grid
 from ccwsim.io.data_file import printable
-from ccwsim.parameters import Parameters
-from ccwsim.study import counted
+from ccwsim.model.choices import EMap, Shown
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import counted
 
 MOST_REALIZATIONS = 1_000_000
 MOST_LETTERS = 10_000
@@ -50,7 +50,7 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
     >>> checked({"format": "A", "version": 2}, "a.ccwsim", "A", 1)
     Traceback (most recent call last):
         ...
-    ccwsim.errors.CCWSIMError: a.ccwsim was saved by a newer version of CCWSIM; update this one
+    ccwsim.model.errors.CCWSIMError: a.ccwsim was saved by a newer version of CCWSIM; update this one
     """
     if not isinstance(given, dict) or given.get("format") != format:
         raise CCWSIMError(f"{name} is no project of CCWSIM")

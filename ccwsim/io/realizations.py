@@ -9,13 +9,13 @@ from math import ceil, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.ensemble import Ensemble
-from ccwsim.errors import CCWSIMError
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.gslib import grid_as_bytes
+from ccwsim.io.formats.gslib import grid_as_bytes
+from ccwsim.io.formats.pictures import picture_as_bytes
 from ccwsim.io.parameters_json import parameters_to_json
-from ccwsim.io.pictures import picture_as_bytes
 from ccwsim.io.source import PathOrFile
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "png")
 """Formats of realizations, by their endings."""

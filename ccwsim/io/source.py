@@ -7,9 +7,9 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import check_bytes, limits
+from ccwsim.model.errors import CCWSIMError
 
 
 class Readable(Protocol):

@@ -8,16 +8,16 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.classes import Classes, classify
-from ccwsim.io.colours import colours_for, grey_of
 from ccwsim.io.data_file import DataFile, layer
-from ccwsim.io.gslib import grid_as_bytes
+from ccwsim.io.formats.classes import Classes, classify
+from ccwsim.io.formats.colours import colours_for, grey_of
+from ccwsim.io.formats.gslib import grid_as_bytes
+from ccwsim.io.formats.pictures import Picture, picture_as_bytes, picture_facies
 from ccwsim.io.opening import open_file
-from ccwsim.io.pictures import Picture, picture_as_bytes, picture_facies
 from ccwsim.io.source import PathOrFile, stem
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, by their endings."""

@@ -6,8 +6,8 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields, replace
 
-from ccwsim.errors import CCWSIMError, shown
 from ccwsim.io.limits import OF_UPLOADS, Limits
+from ccwsim.model.errors import CCWSIMError, shown
 
 VARIABLES = {
     "bytes": "CCWSIM_MAX_UPLOAD_BYTES",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ccwsim.arrays import whole_number
-from ccwsim.grid import Grid
 from ccwsim.metrics.spacing import Spacing
-from ccwsim.parameters import MAX_TEMPLATE
+from ccwsim.model.arrays import whole_number
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import MAX_TEMPLATE
 
 MIN_ACROSS = 6
 """So many templates should fit along the smaller side, else the image is soon repeated."""

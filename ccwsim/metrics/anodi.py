@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_floats
-from ccwsim.errors import CCWSIMError, shown
 from ccwsim.metrics.divergence import divergences
 from ccwsim.metrics.patterns import FACTORS, PATTERN_SIZE, pyramid_histograms
 from ccwsim.metrics.scaling import Scaling, classical_scaling
 from ccwsim.metrics.stack import Fraction, as_stack
+from ccwsim.model.arrays import as_floats
+from ccwsim.model.errors import CCWSIMError, shown
 
 HISTOGRAM_SHARE = 0.5
 """What counting takes of the time, for the progress bar; comparing takes the rest."""

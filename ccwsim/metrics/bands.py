@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_floats
-from ccwsim.errors import CCWSIMError, shown
+from ccwsim.model.arrays import as_floats
+from ccwsim.model.errors import CCWSIMError, shown
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import whole_number
-from ccwsim.kernels import kernel
+from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.stack import as_indices
+from ccwsim.model.arrays import whole_number
 
 TIE = 1e-9
 """Shares closer than this are equal, so that rounding does not decide."""

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from ccwsim.arrays import whole_number
-from ccwsim.errors import CCWSIMError, shown
-from ccwsim.kernels import kernel
+from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
 from ccwsim.metrics.stack import Fraction, as_map, as_stack, in_pieces, map_parallel
+from ccwsim.model.arrays import whole_number
+from ccwsim.model.errors import CCWSIMError, shown
 
 _TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool)}
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError, shown
-from ccwsim.hard_data import HardData
 from ccwsim.metrics.stack import as_stack
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.hard_data import HardData
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from ccwsim.metrics.stationarity import (
     Stationarity,
     stationarity,
 )
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.training_image import TrainingImage
 
 STRICT = 0.5
 """From this strength on the image repeats itself like wallpaper."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import as_array
-from ccwsim.errors import CCWSIMError, shown
+from ccwsim.model.arrays import as_array
+from ccwsim.model.errors import CCWSIMError, shown
 
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
 """One lag of each named direction in rows (to the north) and columns (to the east)."""

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
-from ccwsim.kernels import kernel
+from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.patterns import FACTORS, PATTERN_SIZE, PatternHistogram, pyramid_histograms
 from ccwsim.metrics.stack import Fraction, map_parallel
+from ccwsim.model.errors import CCWSIMError
 
 
 def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:

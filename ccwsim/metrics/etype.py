@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, as_floats
-from ccwsim.errors import CCWSIMError
-from ccwsim.kernels import kernel
+from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.stack import as_indices
-from ccwsim.workers import check_stop
+from ccwsim.model.arrays import as_array, as_floats
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.system.workers import check_stop
 
 CELLS_A_PIECE = 1_000_000
 """Cells whose entropy is worked out at a time."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import whole_number
 from ccwsim.metrics.stack import as_map
+from ccwsim.model.arrays import whole_number
 
 THICK_SHARE = 0.95
 """A facies is as thick as the squares that keep so much of it."""

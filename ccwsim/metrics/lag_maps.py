@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ccwsim.arrays import whole_number
+from ccwsim.model.arrays import whole_number
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:

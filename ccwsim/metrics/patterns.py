@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, as_integers, whole_number
-from ccwsim.kernels import kernel
+from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.stack import Fraction, as_indices, map_parallel
-from ccwsim.workers import check_stop
+from ccwsim.model.arrays import as_array, as_integers, whole_number
+from ccwsim.system.workers import check_stop
 
 PATTERN_SIZE = 4
 FACTORS = (1, 2, 3)

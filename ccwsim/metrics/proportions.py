@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_floats
-from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.stack import as_indices
+from ccwsim.model.arrays import as_floats
+from ccwsim.model.errors import CCWSIMError
 
 
 def proportions(images: ArrayLike, n_facies: int) -> NDArray[np.float64]:

@@ -8,13 +8,13 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import whole_number
-from ccwsim.ensemble import Ensemble
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.directions import Direction
 from ccwsim.metrics.divergence import pattern_distance
 from ccwsim.metrics.etype import facies_counts
-from ccwsim.workers import check_stop
+from ccwsim.model.arrays import whole_number
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.system.workers import check_stop
 
 CELLS_OF_STRIP = 1_000_000
 """Cells in which realizations are compared at a time."""

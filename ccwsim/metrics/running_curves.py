@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.bands import Band
+from ccwsim.model.errors import CCWSIMError
 
 
 class RunningCurves:

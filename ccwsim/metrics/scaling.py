@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.arrays import as_floats, whole_number
-from ccwsim.errors import CCWSIMError
+from ccwsim.model.arrays import as_floats, whole_number
+from ccwsim.model.errors import CCWSIMError
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.arrays import as_array, whole_number
-from ccwsim.errors import CCWSIMError
-from ccwsim.training_image import MAX_FACIES
-from ccwsim.workers import Watch, check_stop, n_cores, run_all
+from ccwsim.model.arrays import as_array, whole_number
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import MAX_FACIES
+from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
 
 CELLS_A_PIECE = 200_000_000
 """Cells that are compared between two looks at whether to stop: some tenths of a second."""

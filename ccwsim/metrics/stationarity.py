@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.proportions import proportions
 from ccwsim.metrics.stack import as_indices
 from ccwsim.metrics.variograms import variogram
+from ccwsim.model.errors import CCWSIMError
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
 PROPORTION_LIMIT = 0.15

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.errors import CCWSIMError
 from ccwsim.metrics.bands import Band
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts
@@ -16,6 +15,7 @@ from ccwsim.metrics.proportions import proportions
 from ccwsim.metrics.running_curves import RunningCurves
 from ccwsim.metrics.stack import as_indices
 from ccwsim.metrics.variograms import variogram
+from ccwsim.model.errors import CCWSIMError
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.kernels import kernel
+from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
 from ccwsim.metrics.lag_maps import lags_of_map, overlap_sums, product_sums
 from ccwsim.metrics.stack import Fraction, as_indices, as_stack, map_parallel

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.ensemble import Ensemble
-from ccwsim.hard_data import HardData
 from ccwsim.metrics import etype
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import (
     CONDITIONING,
@@ -28,7 +29,6 @@ from ccwsim.paper.verdicts import (
     seconds,
 )
 from ccwsim.report import Block, Judgement, Row, Table
-from ccwsim.training_image import TrainingImage
 
 SHOWN = 3
 LEVEL = 2

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.ensemble import Ensemble
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import CONDITIONING, published, settings, stated_seconds, wrong_share
 from ccwsim.paper.pictures import map_picture, relative_tau, share_picture
@@ -21,7 +22,6 @@ from ccwsim.paper.verdicts import (
     seconds,
 )
 from ccwsim.report import Judgement, Picture, Row, Table
-from ccwsim.training_image import TrainingImage
 
 LEVEL = 2
 RECOVERED = 0.9

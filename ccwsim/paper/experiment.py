@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ccwsim.ensemble import Ensemble
-from ccwsim.errors import Cancelled
-from ccwsim.hard_data import HardData
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import Cancelled
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.extent import Extent
 from ccwsim.paper.inputs import Inputs
-from ccwsim.parameters import Parameters
 from ccwsim.report import Block, Judgement
-from ccwsim.simulation import simulate
-from ccwsim.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
 
 
 @dataclass

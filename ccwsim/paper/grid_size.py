@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ccwsim.experiments.timing import Timing, time_grids
 from ccwsim.figures import LIGHT
 from ccwsim.figures.timings import TimeSeries, timings_chart
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import settings
+from ccwsim.paper.published_times import FIGURE_13
 from ccwsim.paper.verdicts import (
     AGREES,
     DIFFERS,
@@ -18,9 +20,7 @@ from ccwsim.paper.verdicts import (
     of_time,
     seconds,
 )
-from ccwsim.published import FIGURE_13
 from ccwsim.report import Chart, Judgement, Row, Table
-from ccwsim.timing import Timing, time_grids
 
 LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000

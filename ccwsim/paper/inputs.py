@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import datasets
-from ccwsim.errors import CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
+from ccwsim.datasets.sampling import sample_random
 from ccwsim.io import read_hard_data, read_training_image
-from ccwsim.sampling import sample_random
-from ccwsim.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 
 IMAGES = {
     "channel": ("ti_channel_256x256", "channels"),

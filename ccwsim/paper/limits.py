@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ccwsim import datasets
-from ccwsim.ensemble import Ensemble
 from ccwsim.metrics import Stationarity, stationarity
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import settings
 from ccwsim.paper.pictures import image_picture, map_picture, share_picture
 from ccwsim.paper.verdicts import AGREES, DIFFERS, judged, percent
 from ccwsim.report import Block, Judgement, Row, Table, Text
-from ccwsim.training_image import TrainingImage
 
 IMAGES = ("delta", "bend")
 LEVEL = 2

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.hard_data import HardData
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Run
-from ccwsim.parameters import Parameters
-from ccwsim.published import SINGLE_TIMES
-from ccwsim.training_image import TrainingImage
+from ccwsim.paper.published_times import SINGLE_TIMES
 
 CONDITIONING = "Data conditioning “to a considerable degree” (the authors' page)."
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}

@@ -18,11 +18,11 @@ from ccwsim.figures import (
     lines_chart,
     share_png,
 )
-from ccwsim.hard_data import HardData
 from ccwsim.metrics import band, connectivity, variogram
 from ccwsim.metrics.directions import Direction
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.report import Chart, Picture
-from ccwsim.training_image import TrainingImage
 
 COLOURS = {
     "training image": LIGHT.reference,

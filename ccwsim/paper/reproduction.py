@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from ccwsim.errors import Cancelled, CCWSIMError
+from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.paper.conditional import CONDITIONAL
 from ccwsim.paper.dense_data import DENSE_DATA
 from ccwsim.paper.experiment import Experiment, Outcome, Run

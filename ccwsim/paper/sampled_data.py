@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.hard_data import HardData
+from ccwsim.datasets.sampling import sample_random
 from ccwsim.metrics import pattern_distance
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import TITLES, published, settings, wrong_share
 from ccwsim.paper.pictures import connection_chart, lags_for, map_picture, relative_tau
 from ccwsim.paper.verdicts import AGREES, BEHIND, BETTER, DIFFERS, judged, percent
 from ccwsim.report import Judgement, Row, Table
-from ccwsim.sampling import sample_random
-from ccwsim.training_image import TrainingImage
 
 N_DATA = 1000
 LEVELS = (1, 3)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.ensemble import Ensemble
 from ccwsim.metrics import etype
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import CONDITIONING, settings, stated_seconds
 from ccwsim.paper.pictures import image_picture, map_picture, share_picture
+from ccwsim.paper.published_times import OCTAVE, published_time
 from ccwsim.paper.verdicts import (
     AGREES,
     DIFFERS,
@@ -19,7 +20,6 @@ from ccwsim.paper.verdicts import (
     percent,
     seconds,
 )
-from ccwsim.published import OCTAVE, published_time
 from ccwsim.report import Judgement, Row, Table
 
 LEVEL, TEMPLATE = 2, 48

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from ccwsim.experiments.timing import Timing, time_data
+from ccwsim.model.parameters import Parameters
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import TITLES, settings
+from ccwsim.paper.published_times import OCTAVE, PAPER, published_time
 from ccwsim.paper.verdicts import AGREES, OPEN, judged, of_order, of_ratio, of_time, seconds
-from ccwsim.parameters import Parameters
-from ccwsim.published import OCTAVE, PAPER, published_time
 from ccwsim.report import Judgement, Table, Text
-from ccwsim.timing import Timing, time_data
 
 NUMBERS = (1000, 2000)
 LEVELS = (1, 2, 3)

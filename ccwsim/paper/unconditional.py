@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.ensemble import Ensemble
 from ccwsim.metrics import pattern_distance
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import SAID, published, settings, stated_seconds
 from ccwsim.paper.pictures import image_picture, map_picture, relative_tau
 from ccwsim.paper.verdicts import AGREES, DIFFERS, OPEN, judged, of_time, percent, seconds
 from ccwsim.report import Judgement, Row, Table, Text
-from ccwsim.training_image import TrainingImage
 
 SHOWN = 3
 CLOSE_SHARE, CLOSE_TAU = 0.03, 0.85

@@ -6,7 +6,7 @@ from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
 
 import ccwsim
-from ccwsim.machine import this_machine
+from ccwsim.system.machine import this_machine
 
 PACKAGES = ("SciPy", "PyWavelets", "plotly")
 

@@ -1,8 +1,8 @@
 """A study to give away: as a link, as Python, as a command, as a report."""
 
-from ccwsim.sharing.again import Again, again
 from ccwsim.sharing.link import left_out, link_of, meant, read_link, short_name
 from ccwsim.sharing.packed_data import MOST_DATA, packed, unpacked
+from ccwsim.sharing.recipe import Again, again
 from ccwsim.sharing.study_report import REVISED, study_report
 
 __all__ = [

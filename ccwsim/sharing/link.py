@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.io.data_file import printable
-from ccwsim.parameters import Parameters
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown
+from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.link_parts import data_of, grid_of, image_of, parameters_of
 from ccwsim.sharing.link_values import Reading, Words
 from ccwsim.sharing.packed_data import MOST_DATA, packed

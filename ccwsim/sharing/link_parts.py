@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 
 from ccwsim import datasets
-from ccwsim.choices import DataChoice, ImageChoice
-from ccwsim.errors import CCWSIMError
-from ccwsim.grid import Grid
-from ccwsim.hard_data import HardData
 from ccwsim.io.data_file import printable
-from ccwsim.parameters import Parameters
+from ccwsim.model.choices import DataChoice, ImageChoice
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.link_values import MOST_LETTERS, Reading
 from ccwsim.sharing.packed_data import packed, unpacked
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ccwsim.errors import CCWSIMError
-from ccwsim.hard_data import HardData
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.hard_data import HardData
 
 MOST_DATA = 200
 """More data make an address that mail programs cut."""

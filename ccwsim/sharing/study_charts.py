@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.ensemble import Ensemble
 from ccwsim.figures import (
     LIGHT,
     Bundle,
@@ -20,6 +19,7 @@ from ccwsim.figures import (
     times_chart,
 )
 from ccwsim.metrics import band, connectivity, etype, variogram
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.report import Chart, Picture, Row
 
 LARGEST_LAG = 100

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ccwsim.choices import Choices, Shown
-from ccwsim.ensemble import Ensemble
-from ccwsim.parameters import parameter_table
+from ccwsim.model.choices import Choices, Shown
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.parameters import parameter_table
 from ccwsim.report import Block, Code, Document, Facts, Row, Section, Table, Text, surroundings
-from ccwsim.sharing.again import Again
 from ccwsim.sharing.link import left_out, said
+from ccwsim.sharing.recipe import Again
 from ccwsim.sharing.study_charts import (
     counted_charts,
     curve_charts,

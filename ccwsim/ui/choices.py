@@ -1,6 +1,6 @@
 """What the user chose; it lives in the core, so that links and files of it need no screen."""
 
-from ccwsim.choices import (
+from ccwsim.model.choices import (
     Answers,
     Choices,
     DataChoice,

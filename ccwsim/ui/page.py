@@ -10,17 +10,17 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.figures import DARK, LIGHT, Theme, theme_named
-from ccwsim.ui.address import take_address
-from ccwsim.ui.guarding import guarded
-from ccwsim.ui.literal import plain
-from ccwsim.ui.maps import canvas_component
-from ccwsim.ui.sessions import settle_memory
-from ccwsim.ui.share import draw_share
-from ccwsim.ui.state import KEY, State, session_state
-from ccwsim.ui.trouble import safely
+from ccwsim.ui.jobs.sessions import settle_memory
+from ccwsim.ui.session.address import take_address
+from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.state import KEY, State, session_state
+from ccwsim.ui.share.menu import draw_share
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.maps import canvas_component
 
 ROOT = Path(__file__).parents[2]
-ASSETS = ROOT / "assets"
+ASSETS = Path(__file__).parents[1] / "assets"
 STYLE = Path(__file__).with_name("style.css")
 MENU_SCRIPT = Path(__file__).with_name("menu.js")
 STUDY_WIDTH = 336

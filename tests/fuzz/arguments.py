@@ -12,7 +12,7 @@ import numpy as np
 
 import ccwsim
 from ccwsim import Grid, HardData, Parameters, TrainingImage, metrics, simulate
-from ccwsim.choices import Choices
+from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import (
     classify,
     hard_data_as_bytes,
@@ -21,10 +21,11 @@ from ccwsim.io import (
     read_points,
     training_image_as_bytes,
 )
-from ccwsim.sampling import sample_grid, sample_random, sample_wells
-from ccwsim.sharing import again, link_of, packed, read_link, unpacked
+from ccwsim.model.choices import Choices
+from ccwsim.model.study import Study
+from ccwsim.sharing import link_of, packed, read_link, unpacked
+from ccwsim.sharing import recipe as again
 from ccwsim.sharing.link import KEYS
-from ccwsim.study import Study
 
 Act = Callable[[], object]
 ABSURD: tuple[Any, ...] = (

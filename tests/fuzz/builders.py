@@ -11,8 +11,8 @@ import zlib
 import numpy as np
 from PIL import Image
 
-from tests import sample_files as sample
 from tests.fuzz.mutations import png_chunk, zipped
+from tests.io import sample_files as sample
 
 MIB = 2**20
 SPRUNG = "sprung"

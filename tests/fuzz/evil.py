@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tests import sample_files as sample
 from tests.fuzz.builders import (
     MIB,
     SPRUNG,
@@ -41,6 +40,7 @@ from tests.fuzz.builders import (
     tiff_of_tags,
 )
 from tests.fuzz.mutations import zipped
+from tests.io import sample_files as sample
 
 _LAUGHS = b"".join(b'<!ENTITY l%d "%s">' % (k, b"&l%d;" % (k - 1) * 10) for k in range(1, 12))
 _BLANK = (64 * MIB - 100) * b"\n"

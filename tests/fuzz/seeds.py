@@ -13,8 +13,8 @@ from PIL import Image
 
 from ccwsim import Grid, HardData, Parameters, Project, TrainingImage
 from ccwsim.io import parameters_to_json, project_as_bytes
-from ccwsim.study import Study
-from tests import sample_files as sample
+from ccwsim.model.study import Study
+from tests.io import sample_files as sample
 
 LARGEST = 2 * 2**20
 """Bytes of a published file that is taken."""

@@ -1,0 +1,1 @@
+"""The simulation of one realization: Algorithm 1 of the paper, its stages and its trace."""

@@ -1,0 +1,100 @@
+"""How kernels are compiled: one decorator, and a cache that a changed source makes anew.
+
+Numba keeps compiled functions by the date of their own file. A kernel that calls another one from
+another file has that one compiled into it, so that after an update of the other file alone the old
+code would still run. The cache therefore lies in a folder named after the content of all files
+with kernels.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+from numba import config, njit
+
+_PACKAGE = Path(__file__).parent
+
+
+def _digest_of_sources() -> str:
+    sums = blake2b(digest_size=8)
+    for source in sorted(_PACKAGE.rglob("*.py")):
+        text = source.read_bytes()
+        sums.update(text if b"\n@kernel\n" in text else b"")
+    return sums.hexdigest()
+
+
+SOURCE = _digest_of_sources()
+"""A short name of the content of all files with kernels."""
+
+
+def _cache_folder() -> str:
+    """Return where compiled kernels are kept: beside the package, or where the user may write.
+
+    Where nothing can be written, as in a container whose files are read-only, kernels that were
+    compiled beforehand are copied to a temporary folder, which Numba wants to write to; empty where
+    there is not even that.
+    """
+    name = f"kernels-{SOURCE}"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    places = [_PACKAGE / "__pycache__" / name, home / "ccwsim" / name]
+    for place in places:
+        if _is_writable(place):
+            return str(place)
+    warm = [place for place in places if place.is_dir()]
+    try:
+        temporary = tempfile.mkdtemp(prefix="ccwsim-")
+    except OSError:
+        return ""
+    atexit.register(shutil.rmtree, temporary, ignore_errors=True)
+    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # not shutil.copytree: it copies modes
+        own = Path(temporary) / file.relative_to(warm[0])
+        own.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, own)
+    return temporary
+
+
+def _is_writable(place: Path) -> bool:
+    """Return whether a folder can be written to, or made."""
+    there = next(folder for folder in (place, *place.parents) if folder.exists())
+    return os.access(there, os.W_OK | os.X_OK)
+
+
+FOLDER = _cache_folder()
+"""Where compiled kernels are kept; empty where nothing can be written."""
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function without the interpreter lock; the result is kept between runs.
+
+    Examples
+    --------
+    >>> from ccwsim.engine.stages.cut import KEEP_OLD, wanted
+    >>> wanted(old=1, new=0, datum=1) == KEEP_OLD
+    True
+    """
+    return _compiled(function)
+
+
+def part_of_kernel(function: Callable[..., Any]) -> Any:
+    """As `kernel`, for what one other kernel does: that one has it compiled into it, and only it.
+
+    Called from Python it is compiled by itself, as any other.
+    """
+    return _compiled(function, inline="always")
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
+    # Read when a function is decorated; other packages keep their own.
+    setattr(config, "CACHE_DIR", FOLDER)  # noqa: B010
+    try:
+        return njit(nogil=True, cache=bool(FOLDER), **options)(function)
+    finally:
+        setattr(config, "CACHE_DIR", others)  # noqa: B010

@@ -1,0 +1,106 @@
+"""One realization of a study: the raster of Algorithm 1, then mending."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.raster import draw_template, simulate_raster
+from ccwsim.engine.stages.conditioning import data_grid
+from ccwsim.engine.stages.resimulation import mend
+from ccwsim.model.ensemble import WRONG
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.study import Study
+from ccwsim.system.workers import Watch
+
+
+@dataclass(frozen=True, eq=False)
+class Realization:
+    """One realization of a study.
+
+    Attributes
+    ----------
+    indices : ndarray of uint8, shape (ny, nx)
+        Facies indices.
+    sources : ndarray of int32, shape (ny, nx) or (0, 0)
+        As `Ensemble.sources` has it.
+    met_by : ndarray of int16, shape (n_data,)
+        As `Ensemble.met_by` has it.
+    cpu_seconds : float
+        CPU time of the thread that simulated it.
+    """
+
+    indices: NDArray[np.uint8]
+    sources: NDArray[np.int32]
+    met_by: NDArray[np.int16]
+    cpu_seconds: float = 0.0
+
+
+def simulate_realization(
+    study: Study, number: int, image: PreparedImage, keep_sources: bool, watch: Watch
+) -> Realization:
+    """Return realization `number` of a study: the raster first, then its data mended.
+
+    Its random numbers depend on the seed and its own number alone.
+    """
+    before = time.thread_time()
+    rng = random_numbers(study.seed, number)
+    template = draw_template(study.parameters, study.training_image.shape, rng)
+    indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
+    cells = study.hard_data.cells
+    if study.parameters.exact_data and study.hard_data.n:
+        data = data_grid(cells, study.facies_of_data, indices.shape)
+        met_by = mend(
+            image.scaled(), image.bits(), data, cells, template, rng, indices,
+            sources, image.rare_counts, watch.check,
+        )  # fmt: skip
+    else:
+        missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data
+        met_by = np.where(missed, WRONG, 0).astype(np.int16)
+    watch.report(1.0)
+    return Realization(indices, sources, met_by, time.thread_time() - before)
+
+
+def random_numbers(seed: int, number: int) -> np.random.Generator:
+    """Return the random numbers of a realization.
+
+    Examples
+    --------
+    >>> random_numbers(0, 3).random() == random_numbers(0, 3).random()
+    True
+    """
+    sequence = np.random.SeedSequence(seed, spawn_key=(number,))
+    return np.random.Generator(np.random.PCG64(sequence))
+
+
+_compiled: set[tuple[object, ...]] = set()
+
+
+def is_compiled(study: Study, image: PreparedImage) -> bool:
+    """Say whether this process has run all kernels that a study needs."""
+    return _ways(study, image) in _compiled
+
+
+def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
+    """Run each kernel of a study once, on next to nothing, before realizations are timed."""
+    if is_compiled(study, image):
+        return
+    cells = np.argwhere(np.ones((8, 8))) if study.hard_data.n else np.empty((0, 2), int)
+    codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]  # none can be met at once
+    data = HardData(cells, codes)
+    tiny = Study(study.training_image, Grid(8, 8), study.parameters, data, 0)
+    simulate_realization(tiny, 0, image, False, watch)
+    _compiled.add(_ways(study, image))
+
+
+def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
+    """Return what decides which kernels are run, and for which types."""
+    p = study.parameters
+    turned = image.turned(0, p.template_size)
+    types = turned.pyramid.sums.dtype, turned.energies.dtype
+    return *types, study.hard_data.n > 0, p.exact_data, p.scale > 0

@@ -1,0 +1,125 @@
+"""The wavelet pyramid of the training image (section 3; Algorithm 1, line 1).
+
+The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells. The search
+uses it as block *sums*, small integers, so that scores are exact.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pywt
+from numpy.typing import NDArray
+
+from ccwsim.engine.stages.bits import to_bits
+from ccwsim.model.errors import CCWSIMError
+
+
+class Pyramid(NamedTuple):
+    """The training image in the path frame, as the kernels need it.
+
+    Attributes
+    ----------
+    image : ndarray of uint8, shape (ny, nx)
+        Facies indices.
+    bits : ndarray of uint64, shape (n, ny, n_words)
+        The same as `to_bits` gives it.
+    sums : ndarray of uint8 or int16, shape (n_planes, ny / 2^J, nx / 2^J)
+        How many cells of each block have each facies. Two facies need one plane.
+    phases : ndarray of uint8, shape (2^J, 2^J, ny / 2^J, nx / 2^J)
+        `phases[a, b, i, j]` is `image[i * 2^J + a, j * 2^J + b]`: the cell at a fixed offset from
+        all places lies in one contiguous plane.
+    """
+
+    image: NDArray[np.uint8]
+    bits: NDArray[np.uint64]
+    sums: NDArray[np.integer]
+    phases: NDArray[np.uint8]
+
+
+def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
+    """Return the DWT of an image as `pywt.wavedec2` gives it: [cA_J, details_J, …, details_1].
+
+    Rows and columns that do not fill a block of 2^level are left out.
+
+    Raises
+    ------
+    CCWSIMError
+        Where the image is smaller than one block.
+
+    Examples
+    --------
+    >>> decompose(np.ones((5, 4)), 1)[0]
+    array([[2., 2.], [2., 2.]])
+    """
+    unit = 2**level
+    ny, nx = (length - length % unit for length in image.shape)
+    if min(ny, nx) == 0:
+        raise CCWSIMError(
+            f"level {level} needs an image of at least {unit} × {unit} cells, "
+            f"not {image.shape[0]} × {image.shape[1]}; choose a lower level"
+        )
+    return pywt.wavedec2(image[:ny, :nx].astype(float), wavelet, "periodization", level)
+
+
+def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> NDArray[np.float64]:
+    """Return the patch at a place by the inverse DWT of its coefficients (Algorithm 1, line 9).
+
+    For Haar this is the slice of the image itself, which is what the compiled conductor uses; this
+    function shows, and the tests prove, that it may.
+
+    Parameters
+    ----------
+    coefficients : list
+        From `decompose`, with the wavelet "haar".
+    place : pair of int
+        Row and column in the approximation.
+    size : int
+        Side of the patch in cells, a multiple of 2^J.
+
+    Returns
+    -------
+    ndarray, shape (size, size)
+
+    Examples
+    --------
+    >>> image = np.arange(64.0).reshape(8, 8)
+    >>> np.allclose(reconstruct(decompose(image, 2), (1, 0), 4), image[4:8, 0:4])
+    True
+    """
+    level = len(coefficients) - 1
+
+    def crop(band: NDArray, scale: int) -> NDArray:
+        first = [index * 2 ** (level - scale) for index in place]
+        side = size >> scale
+        return band[first[0] : first[0] + side, first[1] : first[1] + side]
+
+    own = [crop(coefficients[0], level)]
+    own += [
+        tuple(crop(band, level - k) for band in bands) for k, bands in enumerate(coefficients[1:])
+    ]
+    return pywt.waverec2(own, "haar", "periodization")
+
+
+def build_pyramid(indices: NDArray[np.uint8], level: int, n_planes: int) -> Pyramid:
+    """Return the pyramid of a training image that is already in the path frame.
+
+    Parameters
+    ----------
+    indices : ndarray of uint8, shape (ny, nx)
+        Facies indices.
+    level : int
+        J, at least 0.
+    n_planes : int
+        1 compares facies 1 with the rest (enough for two facies), otherwise one plane a facies.
+    """
+    image = np.ascontiguousarray(indices)
+    unit = 2**level
+    facies = [1] if n_planes == 1 else range(n_planes)
+    planes = [decompose(image == f, level)[0] * unit for f in facies]
+    sums = np.rint(planes).astype(np.uint8 if unit * unit <= 255 else np.int16)
+    ny, nx = sums.shape[1:]
+    blocks = image[: ny * unit, : nx * unit].reshape(ny, unit, nx, unit)
+    phases = np.ascontiguousarray(blocks.transpose(1, 3, 0, 2))
+    return Pyramid(image, to_bits(image), np.ascontiguousarray(sums), phases)

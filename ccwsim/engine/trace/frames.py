@@ -1,0 +1,99 @@
+"""Where things of the path frame lie in the world: on the grid and the image as the user sees them.
+
+The stages work in the path frame, where every path begins in the same corner.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.stages.path import cells_to_path_frame, from_path_frame
+
+CORNERS = {(0, 0): "south-west", (0, 1): "south-east", (1, 0): "north-west", (1, 1): "north-east"}
+
+
+class Box(NamedTuple):
+    """A rectangle of cells: its south-west cell, height and width."""
+
+    row: int
+    column: int
+    height: int
+    width: int
+
+
+class Frame(NamedTuple):
+    """An image as the path sees it.
+
+    Attributes
+    ----------
+    orientation : int
+        0 … 7, see `ccwsim.engine.stages.path`.
+    shape : pair of int
+        Rows and columns in the path frame.
+    """
+
+    orientation: int
+    shape: tuple[int, int]
+
+    @property
+    def world_shape(self) -> tuple[int, int]:
+        """Rows and columns in the world."""
+        rows, columns = self.shape
+        return (columns, rows) if self.orientation & 4 else (rows, columns)
+
+    def map_to_world(self, image: NDArray) -> NDArray:
+        """Return a copy of a map of the path frame as it lies in the world.
+
+        Examples
+        --------
+        >>> Frame(1, (2, 2)).map_to_world(np.array([[1, 2], [3, 4]])).tolist()
+        [[3, 4], [1, 2]]
+        """
+        rows, columns = self.shape
+        return np.ascontiguousarray(from_path_frame(image[:rows, :columns], self.orientation))
+
+    def patch_to_world(self, patch: NDArray) -> NDArray:
+        """Return a piece of the path frame turned as the world has it."""
+        return np.ascontiguousarray(from_path_frame(patch, self.orientation))
+
+    def box_to_world(self, y0: int, x0: int, height: int, width: int) -> Box:
+        """Return where a box of the path frame lies; what is outside the image is cut off.
+
+        Examples
+        --------
+        >>> Frame(4, (10, 20)).box_to_world(0, 5, 2, 3)
+        Box(row=5, column=0, height=3, width=2)
+        """
+        rows, columns = self.shape
+        last_y, last_x = min(y0 + height, rows), min(x0 + width, columns)
+        y0, height = (rows - last_y if self.orientation & 1 else y0), last_y - y0
+        x0, width = (columns - last_x if self.orientation & 2 else x0), last_x - x0
+        return Box(x0, y0, width, height) if self.orientation & 4 else Box(y0, x0, height, width)
+
+    def cell_to_path(self, row: int, column: int) -> tuple[int, int]:
+        """Return the cell of the path frame of a cell of the world."""
+        cells = cells_to_path_frame(np.array([[row, column]]), self.world_shape, self.orientation)
+        return int(cells[0, 0]), int(cells[0, 1])
+
+    @property
+    def origin(self) -> str:
+        """The corner where the path begins."""
+        far_y, far_x = self.orientation & 1, self.orientation >> 1 & 1
+        return CORNERS[(far_x, far_y) if self.orientation & 4 else (far_y, far_x)]
+
+    @property
+    def direction(self) -> str:
+        """Where the path goes along its rows.
+
+        Examples
+        --------
+        >>> Frame(0, (9, 9)).origin, Frame(0, (9, 9)).direction, Frame(6, (9, 9)).direction
+        ('south-west', 'east', 'south')
+        """
+        back = bool(self.orientation & 2)
+        if self.orientation & 4:
+            return "south" if back else "north"
+        return "west" if back else "east"

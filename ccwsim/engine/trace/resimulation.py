@@ -1,0 +1,81 @@
+"""What mending did: each window it laid around a missed datum, before and after."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.stages.conditioning import data_grid
+from ccwsim.engine.stages.resimulation import first_cell, mend
+from ccwsim.model.study import Study
+
+
+class MendedWindow(NamedTuple):
+    """A window around a datum, in the world; one cell where it was set by force.
+
+    Attributes
+    ----------
+    datum : int
+        Its number in the hard data.
+    size, row, column : int
+        Side, and first cell.
+    before, after : ndarray of uint8, shape (size, size)
+    sources : ndarray of int32, shape (size, size)
+        Flat index in the training image of each cell after it, −1 where it was set by force.
+    fits : bool
+        Whether a patch was found that honours all data and fits; else nothing changed.
+    scar : bool
+        Whether the datum was right already and the window heals a scar.
+    """
+
+    datum: int
+    size: int
+    row: int
+    column: int
+    before: NDArray[np.uint8]
+    after: NDArray[np.uint8]
+    sources: NDArray[np.int32]
+    fits: bool
+    scar: bool
+
+
+def mended_windows(
+    study: Study,
+    template: int,
+    image: PreparedImage,
+    rng: np.random.Generator,
+    grid: NDArray[np.uint8],
+    sources: NDArray[np.int32],
+) -> tuple[list[MendedWindow], NDArray[np.int16]]:
+    """Mend `grid`, in place, and return every window that was tried, and how each datum was met.
+
+    Windows around data that another window had brought already are left out.
+    """
+    cells = study.hard_data.cells
+    data = data_grid(cells, study.facies_of_data, grid.shape)
+    last = grid.copy()
+    windows: list[MendedWindow] = []
+
+    def note(datum: int, size: int, mended: bool) -> None:
+        y, x = cells[datum]
+        row = first_cell(y, size, grid.shape[0])
+        column = first_cell(x, size, grid.shape[1])
+        part = np.s_[row : row + size, column : column + size]
+        before, after, right = last[part].copy(), grid[part].copy(), last[y, x] == data[y, x]
+        last[part] = after
+        if right and (before == after).all():
+            return
+        came_from = sources[part].copy()
+        windows.append(
+            MendedWindow(datum, size, int(row), int(column), before, after, came_from, mended,
+                         bool(right))
+        )  # fmt: skip
+
+    rare = image.rare_counts if study.hard_data.n else None
+    met_by = mend(
+        image.scaled(), image.bits(), data, cells, template, rng, grid, sources, rare, note=note
+    )
+    return windows, met_by

@@ -1,0 +1,186 @@
+"""A realization that can be looked at patch by patch: the compiled run, one patch a call."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.raster import draw_template, in_world, lay_plan
+from ccwsim.engine.realization import Realization, random_numbers
+from ccwsim.engine.stages.conditioning import DENSE, SPARSE, data_ahead
+from ccwsim.engine.stages.pyramid import decompose, reconstruct
+from ccwsim.engine.trace.data import data_terms
+from ccwsim.engine.trace.frames import Frame
+from ccwsim.engine.trace.patch import Patch, TracedPatch
+from ccwsim.engine.trace.resimulation import MendedWindow, mended_windows
+from ccwsim.engine.trace.stepper import Laying
+from ccwsim.model.ensemble import WRONG
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study
+
+
+class Trace:
+    """One realization of a study, laid patch by patch by the kernels that `simulate` runs.
+
+    Patches are laid when they are asked for; going back starts from the nearest state that was
+    kept, so that any patch is at hand at once.
+
+    Parameters
+    ----------
+    study : Study
+    number : int
+        Of the realization.
+
+    Raises
+    ------
+    CCWSIMError
+        For the method "ms-ccsim", which lays each patch once a scale.
+
+    Examples
+    --------
+    >>> from ccwsim import Grid, Parameters, TrainingImage
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> trace = Trace(Study(stripes, Grid(40, 50), Parameters(16, 4, 1)))
+    >>> len(trace.patches), trace.at(1).n_candidates, trace.realization.indices.shape
+    (12, 20, (40, 50))
+    """
+
+    def __init__(self, study: Study, number: int = 0) -> None:
+        check_traceable(study.parameters)
+        self.study, self.number = study, number
+        rng = random_numbers(study.seed, number)
+        self.template = draw_template(study.parameters, study.training_image.shape, rng)
+        self._image = PreparedImage(study)
+        plan = lay_plan(study, self.template, self._image, rng)
+        self.path, self.turned, self.search = plan.path, plan.turned, plan.search
+        self.data = plan.data[0]
+        self._laying = Laying(study, plan, rng)
+        self.patches = self._laying.patches
+        self.grid_frame = Frame(self.path.orientation, self.path.shape)
+        turned_shape = self.turned.pyramid.image.shape
+        self.image_frame = Frame(self.path.orientation, turned_shape)  # type: ignore[arg-type]
+        self._coefficients: dict[int, list[Any]] = {}
+
+    @property
+    def n_done(self) -> int:
+        """Up to which patch it is known so far."""
+        return self._laying.n_done
+
+    def at(self, number: int) -> TracedPatch:
+        """Return how a patch was laid.
+
+        Parameters
+        ----------
+        number : int
+            0 for the first one.
+
+        Raises
+        ------
+        CCWSIMError
+            Where there is no such patch.
+        """
+        if not 0 <= number < len(self.patches):
+            raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
+        self._laying.go_to(number)
+        before = self._laying.grid.copy()
+        place = self._laying.lay_next()
+        return self._traced(self.patches[number], before, place)
+
+    @cached_property
+    def _finished(self) -> tuple[Realization, NDArray[np.uint8], list[MendedWindow]]:
+        """The realization, how it was before it was mended, and the windows that mended it."""
+        laying = self._laying
+        laying.go_to(len(self.patches))
+        shape, hard_data = self.study.training_image.shape, self.study.hard_data
+        indices, sources = in_world(laying.grid, laying.sources, self.path, shape)
+        raw, windows = indices.copy(), []
+        indices, sources = indices.copy(), sources.copy()  # not those that the trace goes on with
+        if self.study.parameters.exact_data:
+            rng = random_numbers(0, 0)
+            rng.bit_generator.state = laying.rng.bit_generator.state
+            windows, met_by = mended_windows(
+                self.study, self.template, self._image, rng, indices, sources
+            )
+        else:
+            rows, columns = hard_data.cells.T
+            missed = indices[rows, columns] != self.study.facies_of_data
+            met_by = np.where(missed, WRONG, 0).astype(np.int16)
+        return Realization(indices, sources, met_by), raw, windows
+
+    @property
+    def realization(self) -> Realization:
+        """The realization: what `simulate` gives, cell by cell."""
+        return self._finished[0]
+
+    @property
+    def before_mending(self) -> NDArray[np.uint8]:
+        """Facies indices as the last patch left them, in the world."""
+        return self._finished[1]
+
+    @property
+    def windows(self) -> list[MendedWindow]:
+        """The windows that mended data, in the order in which they were laid."""
+        return self._finished[2]
+
+    def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
+        """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 9).
+
+        In the path frame, shape (n, n) where n are the whole blocks of its side.
+        """
+        if facies not in self._coefficients:
+            image = self.turned.pyramid.image == facies
+            self._coefficients[facies] = decompose(image, self.study.parameters.level)
+        row, column = step.places[step.drawn].tolist()
+        size = step.cells.shape[0] // step.unit * step.unit
+        return reconstruct(self._coefficients[facies], (row, column), size)
+
+    def patch_of_cell(self, row: int, column: int) -> int:
+        """Return the number of the patch that first covers a cell of the grid in the world."""
+        y, x = self.grid_frame.cell_to_path(row, column)
+        return next(
+            p.number
+            for p in self.patches
+            if p.y0 <= y < p.y0 + p.size and p.x0 <= x < p.x0 + p.size
+        )
+
+    def _traced(self, p: Patch, before: NDArray[np.uint8], place: tuple[int, int]) -> TracedPatch:
+        """Return what the latest call left in the room."""
+        room, search, pyramid = self._laying.room, self.search, self.turned.pyramid
+        n_terms, n_candidates, drawn = room.choice.tolist()
+        blocks = np.zeros((len(pyramid.sums), *(p.size // search.unit,) * 2), np.int64)
+        planes, rows, columns, sums = room.terms[:, :n_terms]
+        blocks[planes, rows, columns] = sums
+        reach = search.co_template * p.size
+        has_data = bool(data_ahead(self.data, p.y0, p.x0, reach))
+        totals = room.totals.copy() if has_data or search.location_cost > 0 else None
+        data = None
+        if has_data and totals is not None:
+            weights = SPARSE if p.size == search.template else DENSE
+            slack = int(weights.slack * search.cell_cost)
+            data = data_terms(
+                pyramid.phases, before, self.data, (p.y0, p.x0), p.size, reach, weights, slack,
+                totals,
+            )  # fmt: skip
+        ty, tx = place
+        correlation = self.study.parameters.similarity == "correlation"
+        return TracedPatch(
+            p, before, self._laying.grid.copy(), blocks, room.scores.copy(),
+            0 if correlation else int(np.square(blocks).sum()), search.unit, room.places.copy(),
+            n_candidates, drawn, place,
+            pyramid.image[ty : ty + p.size, tx : tx + p.size],
+            room.kept[: p.size, : p.size].copy(), search.overlap, correlation, data, totals,
+        )  # fmt: skip
+
+
+def check_traceable(parameters: Parameters) -> None:
+    """Raise where realizations of these parameters cannot be followed patch by patch."""
+    if parameters.scale:
+        raise CCWSIMError(
+            'the method "ms-ccsim" lays every patch once a scale and is not followed here: choose '
+            '"ccwsim", or "ccsim"'
+        )

@@ -1,0 +1,1 @@
+"""Many settings simulated alike: timing, sweeps and comparisons."""

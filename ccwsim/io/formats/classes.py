@@ -1,0 +1,166 @@
+"""From values to facies codes: as they are, by classes, or by a threshold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.model.arrays import as_array, as_floats, as_integers, is_whole, whole_number
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.training_image import MAX_FACIES
+
+MAX_CODES = 32
+"""More different whole numbers look like a continuous variable, such as grey values."""
+
+Classes = int | Sequence[float] | Literal["codes"] | None
+"""A number of classes, their inner edges, or "codes" to take the values as they are."""
+
+
+def classify(
+    values: ArrayLike, *, threshold: float | None = None, classes: Classes = None, what: str = ""
+) -> NDArray[np.int64]:
+    """Return facies codes for values, none of which may be NaN.
+
+    Parameters
+    ----------
+    values : array_like
+        Codes, or a continuous variable.
+    threshold : float, optional
+        1 at or above it, 0 below.
+    classes : int, sequence of float or "codes", optional
+        How many classes of (as nearly as ties allow) equally many values; or the ascending inner
+        edges, where a value on an edge belongs to the class above; or "codes" for whole numbers
+        that are codes although there are many of them. Classes are numbered from 0, low to high.
+    what : str
+        What to call the values in messages.
+
+    Raises
+    ------
+    CCWSIMError
+        For values that look continuous where neither is given, or edges that make no classes.
+
+    Examples
+    --------
+    >>> classify([0.1, 0.4, 0.7], threshold=0.4).tolist()
+    [0, 1, 1]
+    >>> classify([0.1, 0.4, 0.7, 0.9], classes=2).tolist()
+    [0, 0, 1, 1]
+    """
+    label = what or "values"
+    array = as_array(values, label)
+    if array.dtype.kind not in "buif":
+        raise CCWSIMError(f"{label}: numbers are needed, not values of type {array.dtype}")
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        bad = array[~np.isfinite(array)][0]
+        raise CCWSIMError(f"{label}: {bad} is not finite; every value must be a number")
+    if threshold is not None and classes is not None:
+        raise CCWSIMError("give either a threshold or classes, not both")
+    if threshold is not None:
+        classes = [threshold]
+    if classes is None and not are_codes(array):
+        raise CCWSIMError(_continuous(array, label))
+    if asks_for_codes(classes):
+        return as_integers(array, label)
+    if is_whole(classes):
+        edges = class_edges(array, int(classes))
+    else:
+        edges = _edges(classes)
+    return np.searchsorted(edges, array, side="right").astype(np.int64)
+
+
+def asks_for_codes(classes: Classes) -> bool:
+    """Return whether values are asked for as they are: no classes, or the word for it.
+
+    Examples
+    --------
+    >>> asks_for_codes(None), asks_for_codes("codes"), asks_for_codes(3)
+    (True, True, False)
+    """
+    return classes is None or (isinstance(classes, str) and classes == "codes")
+
+
+def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
+    """Return the n − 1 inner edges of n classes of equally many values, ascending.
+
+    Raises
+    ------
+    CCWSIMError
+        Where n is not from 2 to 254, or so many values are equal that n classes cannot be.
+
+    Examples
+    --------
+    >>> class_edges([1, 2, 3, 4], 2).tolist()
+    [3.0]
+    """
+    array = as_floats(values, "values").ravel()
+    n = whole_number("classes", n, 2, MAX_FACIES)
+    places = np.arange(1, n) * array.size // n
+    edges = np.unique(np.partition(array, places)[places] if array.size else array)
+    edges = edges[edges > array.min()] if array.size else edges
+    if len(edges) < n - 1:
+        raise CCWSIMError(
+            f"so many values are equal that only {len(edges) + 1} classes of equally many can be "
+            f"made, not {n}; give fewer, or the edges themselves"
+        )
+    return edges.astype(np.float64)
+
+
+def are_codes(values: NDArray) -> bool:
+    """Return whether values are whole numbers, few enough to be facies.
+
+    Examples
+    --------
+    >>> are_codes(np.array([0, 0.9999, 2])), are_codes(np.array([0.1, 0.2]))
+    (True, False)
+    """
+    few = distinct_values(values, MAX_CODES)
+    return few is not None
+
+
+def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
+    """Return the different codes, sorted, or None where they are more than `most` or not whole.
+
+    Examples
+    --------
+    >>> distinct_values(np.array([2.0, 0.0, 2.0]), 5).tolist()
+    [0, 2]
+    """
+    seen = np.empty(0, np.int64)
+    flat = values.ravel()
+    for start in range(0, flat.size, 2**20):
+        part = np.unique(flat[start : start + 2**20])
+        whole = np.rint(part.astype(np.float64))
+        if not np.isfinite(whole).all():
+            return None
+        if np.abs(part - whole).max() > 1e-3 or np.abs(whole).max() >= 2.0**62:
+            return None
+        seen = np.union1d(seen, whole.astype(np.int64))
+        if len(seen) > most:
+            return None
+    return seen
+
+
+def _edges(classes: object) -> NDArray[np.float64]:
+    try:
+        edges = np.asarray(classes, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        edges = np.empty((0, 0))
+    if edges.ndim != 1 or not edges.size or not np.isfinite(edges).all():
+        raise CCWSIMError(
+            f"classes or threshold = {shown(classes)} must be a number or a list of them"
+        )
+    if (np.diff(edges) <= 0).any() or len(edges) >= MAX_FACIES:
+        raise CCWSIMError(
+            f"classes = {shown(classes)} must be ascending edges, fewer than {MAX_FACIES}"
+        )
+    return edges
+
+
+def _continuous(array: NDArray, label: str) -> str:
+    return (
+        f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
+        "threshold (1 at or above it), or classes: how many of equal size, or a list of edges"
+    )

@@ -1,0 +1,166 @@
+"""SGeMS, MPSLIB and geone grids, classic GSLIB grids and Geo-EAS tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import MISSING_CODES, DataFile, distinct_names
+from ccwsim.io.formats.numbers import is_number, numbers_in
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
+from ccwsim.model.errors import CCWSIMError
+
+MAX_HEADER_LINE = 1000
+"""Longer lines are no header."""
+
+
+def is_gslib(content: bytes) -> bool:
+    """Return whether a text starts as these formats do: title or sizes, count, names.
+
+    Examples
+    --------
+    >>> is_gslib(b"250 250 1\\n1\\nfacies\\n0\\n"), is_gslib(b"x,y,facies\\n1,2,0\\n")
+    (True, False)
+    """
+    lines, _ = _head(content, 3)
+    if len(lines) < 2:
+        return False
+    count = lines[1].split()
+    counted = len(count) == 1 and count[0].isdecimal()
+    if _grid_sizes(lines[0]) and counted:
+        return True
+    sized = len(count) >= 4 and all(map(is_number, count)) and count[0].isdecimal()
+    named = len(lines) < 3 or not all(map(is_number, lines[2].replace(",", " ").split() or ["0"]))
+    return (counted or sized) and named
+
+
+def read_gslib(content: bytes, name: str) -> DataFile:
+    """Return the grid or table of a GSLIB-like text.
+
+    Three to nine numbers in line 1 (`nx ny nz [sx sy sz [ox oy oz]]`), or sizes after the count in
+    line 2, make a grid; a title or one number make a table: points, or a grid whose sizes the file
+    does not say.
+
+    Raises
+    ------
+    CCWSIMError
+        For sizes that are absurd or do not fit the values that follow.
+
+    Examples
+    --------
+    >>> file = read_gslib(b"3 2 1\\n1\\nfacies\\n0\\n0\\n1\\n1\\n1\\n0\\n", "ti.sgems")
+    >>> file.variables["facies"].tolist()
+    [[[0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]]
+    """
+    lines, _ = _head(content, 2)
+    count = lines[1].split()
+    n = int(count[0]) if len(count[0]) < 9 else MAX_VARIABLES + 1
+    if not 1 <= n <= MAX_VARIABLES:
+        raise CCWSIMError(
+            f"{name}, line 2: {count[0][:20]} variables; 1 to {MAX_VARIABLES} are allowed"
+        )
+    lines, start = _head(content, n + 2)
+    if len(lines) < n + 2:
+        raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 promises")
+    names = distinct_names(lines[2:])
+    sizes = _grid_sizes(lines[0]) or _grid_sizes(" ".join(count[1:4]))
+    if sizes is None:
+        return _table(content, name, names, start, lines[0])
+    values = _grid_values(content, name, n, sizes, start)
+    extra = [float(word) for word in lines[0].split()[3:]] if _grid_sizes(lines[0]) else []
+    cell = (extra[0], extra[1]) if len(extra) >= 3 and min(extra[:2]) > 0 else None
+    origin = (extra[3], extra[4]) if cell and len(extra) == 6 else None
+    return DataFile(
+        "SGeMS/GSLIB grid", name, dict(zip(names, values, strict=True)),
+        missing=MISSING_CODES, cell_size=cell, origin=origin,
+    )  # fmt: skip
+
+
+def grid_as_bytes(columns: Sequence[NDArray[np.integer]], names: Sequence[str]) -> bytes:
+    """Return whole-number grids of shape (ny, nx), row 0 at the south, as an SGeMS text.
+
+    Examples
+    --------
+    >>> grid_as_bytes([np.array([[0, 1], [1, 1]])], ["facies"])
+    b'2 2 1\\n1\\nfacies\\n0\\n1\\n1\\n1\\n'
+    """
+    ny, nx = columns[0].shape
+    table = np.stack([column.ravel() for column in columns], axis=1)
+    codes, indices = np.unique(table, return_inverse=True)
+    width = max(len(str(code)) for code in codes)
+    words = np.frombuffer(
+        b"".join(f"{code:>{width}} ".encode() for code in codes.tolist()), np.uint8
+    ).reshape(len(codes), width + 1)
+    text = words[indices.reshape(table.shape)]
+    text[:, -1, -1] = ord("\n")
+    header = "\n".join([f"{nx} {ny} 1", str(len(names)), *names, ""])
+    return header.encode() + text.tobytes()
+
+
+def _head(content: bytes, n: int) -> tuple[list[str], int]:
+    """The first n lines and where the next one begins; ends early at a line that is too long."""
+    lines: list[str] = []
+    at = 0
+    while len(lines) < n and at < len(content):
+        end = content.find(b"\n", at, at + MAX_HEADER_LINE)
+        if end < 0 and len(content) - at > MAX_HEADER_LINE:
+            break
+        end = end if end >= 0 else len(content)
+        lines.append(content[at:end].decode("utf-8", "replace").strip())
+        at = end + 1
+    return lines, min(at, len(content))
+
+
+def _grid_sizes(line: str) -> tuple[int, int, int] | None:
+    words = line.split()
+    if not 3 <= len(words) <= 9 or not all(map(is_number, words)):
+        return None
+    sizes = [float(word) for word in words[:3]]
+    if not np.isfinite([float(word) for word in words]).all():
+        return None
+    if any(size != int(size) or size > 1e15 for size in sizes):
+        return None
+    return int(sizes[0]), int(sizes[1]), int(sizes[2])
+
+
+def _grid_values(
+    content: bytes, name: str, n: int, sizes: tuple[int, int, int], start: int
+) -> NDArray[np.float64]:
+    nx, ny, nz = sizes
+    promised = check_cells(name, (n, nz, ny, nx))
+    values = numbers_in(content, name, start=start, first_line=n + 3)
+    if len(values) != promised:
+        raise CCWSIMError(
+            f"{name} promises {nx} × {ny} × {nz} cells of {n} variables, {promised} values, but "
+            f"{len(values)} follow; correct the header or get the whole file"
+        )
+    return np.ascontiguousarray(values.reshape(-1, n).T).reshape(n, nz, ny, nx)
+
+
+def _table(content: bytes, name: str, names: list[str], start: int, title: str) -> DataFile:
+    n = len(names)
+    values = numbers_in(content, name, start=start, first_line=n + 3)
+    if not len(values) or len(values) % n:
+        raise CCWSIMError(f"{name}: {len(values)} values do not fill rows of {n} columns")
+    rows = values.reshape(-1, n)
+    if title.isdecimal() and len(title) < 9 and n > 1 and len(rows) < int(title):
+        raise CCWSIMError(f"{name} promises {title} points in line 1, but {len(rows)} follow")
+    few = len(rows) <= limits().points and content.count(b"\n") <= 3 * limits().points
+    lines = _line_numbers(content, name, start, n) if few else None
+    columns = dict(zip(names, np.ascontiguousarray(rows.T), strict=True))
+    return DataFile(
+        "GSLIB/Geo-EAS table", name, columns, is_table=True, lines=lines, missing=MISSING_CODES
+    )
+
+
+def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.int64]:
+    """The line of each row of n numbers; a row may not run over a line's end."""
+    counts = np.array([len(line.split()) for line in content[start:].split(b"\n")])
+    numbers = np.flatnonzero(counts) + n + 3
+    filled = counts[counts > 0]
+    bad = numbers[filled != n]
+    if n > 1 and len(bad):
+        raise CCWSIMError(f"{name}, line {bad[0]}: {n} numbers are needed in every line")
+    return np.repeat(numbers, filled // n)

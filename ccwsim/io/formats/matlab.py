@@ -1,0 +1,176 @@
+"""MATLAB files of version 5 to 7: their arrays of numbers.
+
+Written here rather than left to `scipy.io.loadmat`, which believes the sizes and types that a file
+states: a few changed bytes end the whole process. The layout is that of "MAT-File Format", chapter
+1, of MathWorks.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.limits import (
+    MAX_VARIABLES,
+    check_bytes,
+    check_cells,
+    check_packing,
+    check_time,
+    limits,
+)
+from ccwsim.model.errors import CCWSIMError
+
+_TYPES = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    9: "f8",
+    12: "i8",
+    13: "u8",
+}
+_MATRIX, _COMPRESSED = 14, 15
+_NUMERIC_CLASSES = range(6, 16)
+_COMPLEX = 0x08
+_START, _BLOCK = 2000, 4 * 2**20
+"""Bytes of a packed variable that hold its header; bytes that are unpacked at a time."""
+
+
+def read_matlab(content: bytes, name: str) -> DataFile:
+    """Return the 2-D and 3-D arrays of real numbers in a MATLAB file.
+
+    Raises
+    ------
+    CCWSIMError
+        For a broken file, one that unpacks to too much, or one without such an array.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> from scipy.io import savemat
+    >>> content = BytesIO()
+    >>> savemat(content, {"ti": np.eye(2)})
+    >>> list(read_matlab(content.getvalue(), "ti.mat").variables)
+    ['ti']
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+    if order is None:
+        raise CCWSIMError(f"{name}: the MATLAB header is broken; save it again with -v7")
+    grids: dict[str, NDArray] = {}
+    for kind, element in _elements(memoryview(content)[128:], order, name):
+        array = _named_array(element, order, name) if kind == _MATRIX else None
+        if array is not None:
+            grids[array[0]] = _as_grid(array[1])
+            check_cells(name, (sum(grid.size for grid in grids.values()),))
+    if not grids:
+        raise CCWSIMError(f"{name}: no array of real numbers with rows and columns in it")
+    return DataFile("MATLAB file", name, grids, asks_up=True)
+
+
+def _as_grid(array: NDArray) -> NDArray:
+    """MATLAB has the slices last."""
+    return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
+
+
+def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int, memoryview]]:
+    """The top-level elements, unpacked."""
+    at, n, left = 0, 0, limits().unpacked
+    while at + 8 <= len(content):
+        check_time(name)
+        kind, data, at = _element(content, at, order, name)
+        if kind == _COMPRESSED:
+            at -= -len(data) % 8  # packed elements are not padded
+            data = memoryview(_unpacked(data, left, order, name))
+            left -= len(data)
+            kind, data, _ = _element(data, 0, order, name)
+        n += 1
+        if n > MAX_VARIABLES:
+            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} variables")
+        yield kind, data
+
+
+def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
+    """A packed element; its size and its cells are looked at before it is unpacked."""
+    stream = zlib.decompressobj()
+    try:
+        start = stream.decompress(data, _START)
+        if len(start) < 8:
+            raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+        kind, size = np.frombuffer(start, order + "u4", count=2).tolist()
+        if kind == _MATRIX:
+            _shape_and_name(memoryview(start)[8:], order, name)
+        else:
+            size = 0
+        size += 8
+        check_bytes(name, limits().unpacked - left + size, unpacked=True)
+        check_packing(name, len(data), size)
+        parts = [start]
+        while (more := size - sum(map(len, parts))) > 0:
+            check_time(name)
+            parts.append(stream.decompress(stream.unconsumed_tail, min(more, _BLOCK)))
+            if not parts[-1]:
+                break
+        if kind == _MATRIX and (stream.decompress(stream.unconsumed_tail, 1) or not stream.eof):
+            raise CCWSIMError(f"{name}: a packed variable is broken; save it again")
+    except zlib.error as error:
+        raise CCWSIMError(f"{name}: a packed variable is broken; save it again") from error
+    return b"".join(parts)
+
+
+def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, memoryview, int]:
+    """Type, data and end of the element at byte `at`."""
+    if at + 8 > len(content):
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+    first, second = np.frombuffer(content, order + "u4", count=2, offset=at).tolist()
+    if first >> 16:  # a short element: size and type in one word, data in the next
+        size, start, end = first >> 16, at + 4, at + 8
+        kind = first & 0xFFFF
+    else:
+        kind, size, start = first, second, at + 8
+        end = start + size + -size % 8
+    if start + size > len(content) or (first >> 16 and size > 4):
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+    return kind, content[start : start + size], end
+
+
+def _shape_and_name(
+    content: memoryview, order: str, name: str
+) -> tuple[tuple[int, ...], str, int] | None:
+    """Shape and name of a matrix element, and where its values begin; None for no real grid."""
+    _, flags, at = _element(content, 0, order, name)
+    _, sizes, at = _element(content, at, order, name)
+    if len(flags) < 4 or len(sizes) % 4:
+        raise CCWSIMError(f"{name}: a variable has a broken header; save it again")
+    word = int(np.frombuffer(flags, order + "u4", count=1)[0])
+    if word & 0xFF not in _NUMERIC_CLASSES or (word >> 8) & _COMPLEX:
+        return None
+    if len(sizes) not in (8, 12):  # neither two nor three dimensions
+        return None
+    _, label, at = _element(content, at, order, name)
+    shape = tuple(np.frombuffer(sizes, order + "i4").tolist())
+    key = printable(bytes(label[:800]).decode("latin-1"))
+    if prod(shape) == 0:
+        return None
+    check_cells(f"{name}, {key}", shape)
+    return shape, key, at
+
+
+def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArray] | None:
+    """Name and values of a matrix element; None for what is no array of real numbers."""
+    found = _shape_and_name(content, order, name)
+    if found is None:
+        return None
+    shape, key, at = found
+    kind, data, _ = _element(content, at, order, name)
+    if kind not in _TYPES or len(data) != prod(shape) * np.dtype(_TYPES[kind]).itemsize:
+        raise CCWSIMError(f"{name}, {key}: the values do not fill {shape}; save it again")
+    values = np.frombuffer(data, order + _TYPES[kind])
+    return key, values.astype(values.dtype.newbyteorder("=")).reshape(shape, order="F")

@@ -1,0 +1,126 @@
+"""NumPy files: one array (.npy) or several (.npz), never pickled objects."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from math import prod
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from ccwsim.io.archive import Archive, opened_archive
+from ccwsim.io.data_file import DataFile, distinct_names
+from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.model.errors import CCWSIMError, shown
+
+MAX_HEADER = 10_000
+"""Bytes of the header of an array, a Python literal; NumPy's own limit."""
+
+
+def read_npy(content: bytes, name: str) -> DataFile:
+    """Return the array of an `.npy` file: (ny, nx), or (n, ny, nx) with n slices.
+
+    Raises
+    ------
+    CCWSIMError
+        For a broken file, values that are not real numbers, or another number of dimensions.
+
+    Examples
+    --------
+    >>> content = BytesIO()
+    >>> np.save(content, np.eye(2))
+    >>> read_npy(content.getvalue(), "a.npy").variables["array"].shape
+    (1, 2, 2)
+    """
+    return DataFile("NumPy array", name, {"array": _as_grid(_array(content, name))}, asks_up=True)
+
+
+def read_npz(content: bytes, name: str) -> DataFile:
+    """Return the arrays of an `.npz` file that can be grids.
+
+    Raises
+    ------
+    CCWSIMError
+        For a broken file, one that unpacks to too much, or one without such an array.
+
+    Examples
+    --------
+    >>> content = BytesIO()
+    >>> np.savez_compressed(content, ti=np.eye(2), seed=7)
+    >>> list(read_npz(content.getvalue(), "a.npz").variables)
+    ['ti']
+    """
+    with opened_archive(content, name) as archive:
+        members, reasons = _grids(archive, name)
+    if not members:
+        tail = f"; {reasons[0]}" if reasons else ""
+        raise CCWSIMError(f"{name}: no array in it has rows and columns{tail}")
+    names = distinct_names([key.removesuffix(".npy") for key in members])
+    grids: dict[str, NDArray] = {}
+    for key in names:
+        member = members.pop(next(iter(members)))  # let go of what has been turned into an array
+        grids[key] = _as_grid(_array(member, f"{name}, {key}"))
+    return DataFile("NumPy arrays", name, grids, asks_up=True)
+
+
+def _as_grid(array: NDArray) -> NDArray:
+    return array.reshape((1, *array.shape)) if array.ndim == 2 else array
+
+
+def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
+    """The members that can be grids by their headers, and why others cannot."""
+    arrays = [key for key in archive.infos if key.endswith(".npy")]
+    if not arrays:
+        raise CCWSIMError(f"{name}: the zip file holds no NumPy array")
+    if len(arrays) > MAX_VARIABLES:
+        raise CCWSIMError(f"{name}: {len(arrays)} arrays are more than {MAX_VARIABLES}")
+    archive.check(arrays)
+    shapes, reasons = {}, []
+    for key, label in zip(arrays, distinct_names(arrays), strict=True):
+        try:
+            file = BytesIO(archive.start(key, MAX_HEADER + 20))
+            shape, _, _ = _header(file, f"{name}, {label.removesuffix('.npy')}")
+            if len(shape) in (2, 3):
+                shapes[key] = shape
+        except CCWSIMError as error:
+            reasons.append(str(error))
+    if shapes:
+        check_cells(name, (sum(prod(shape) for shape in shapes.values()),))
+    return {key: archive.read(key) for key in shapes}, reasons
+
+
+def _header(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether by columns, and type; the file is then where the values begin."""
+    try:
+        version = npy.read_magic(file)
+        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, by_columns, dtype = read(file, max_header_size=MAX_HEADER)
+    except Exception as error:  # the header is a Python literal: any parser error may come
+        raise CCWSIMError(f"{name}: the NumPy header is broken; save it again") from error
+    if dtype.kind not in "buif" or dtype.itemsize > 16:
+        raise CCWSIMError(f"{name}: values of type {dtype} are no numbers; save real numbers")
+    shape = tuple(map(int, shape))
+    check_cells(name, shape or (1,))
+    return shape, by_columns, dtype
+
+
+def _array(content: bytes, name: str) -> NDArray:
+    file = BytesIO(content)
+    shape, by_columns, dtype = _header(file, name)
+    if len(shape) not in (2, 3):
+        raise CCWSIMError(
+            f"{name}: an array of shape {shown(shape)} is no grid of rows and columns"
+        )
+    n_bytes = prod(shape) * dtype.itemsize
+    if len(content) - file.tell() < n_bytes:
+        raise CCWSIMError(f"{name} ends before the {prod(shape)} values that it promises")
+    values = np.frombuffer(content, dtype, count=prod(shape), offset=file.tell())
+    native = values.astype(_native(dtype), copy=False)
+    return native.reshape(shape, order="F" if by_columns else "C")
+
+
+def _native(dtype: np.dtype) -> np.dtype:
+    if dtype.kind == "f":
+        return np.dtype(np.float64 if dtype.itemsize > 4 else np.float32)
+    return np.dtype(np.uint8) if dtype.kind == "b" else dtype.newbyteorder("=")

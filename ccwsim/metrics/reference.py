@@ -1,0 +1,174 @@
+"""Scores of an ensemble's probabilities where the true facies are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.metrics.stack import as_indices
+from ccwsim.model.arrays import as_array, as_floats, whole_number
+from ccwsim.model.errors import CCWSIMError
+
+
+@dataclass(frozen=True, eq=False)
+class TruthScores:
+    """How well probabilities foresaw the truth.
+
+    Attributes
+    ----------
+    accuracy : float
+        Share of the cells whose most likely facies is the true one.
+    brier : float
+        Mean of Σ (p − o)² over facies, o = 1 for the true one; 0 is perfect, 2 the worst.
+    log_score : float
+        Mean of −ln p of the true facies; 0 is perfect. A share of n realizations counts as
+        (n p + ½) / (n + n_facies / 2), so that a facies no realization has is not impossible.
+    n_cells : int
+        How many cells were scored.
+    right : ndarray of bool, shape (ny, nx)
+        Where the most likely facies is the true one, also in cells that were not scored.
+    """
+
+    accuracy: float
+    brier: float
+    log_score: float
+    n_cells: int
+    right: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Whether what has probability p comes true in a share p of the cells.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (n_bins + 1,)
+        Bins of probability.
+    forecast : ndarray, shape (n_bins,)
+        Mean probability in each bin; NaN for an empty one.
+    observed : ndarray, shape (n_bins,)
+        Share that came true; NaN for an empty one.
+    count : ndarray of int, shape (n_bins,)
+        Cells (times facies) in each bin.
+    error : float
+        Mean of |forecast − observed| over all cells: the expected calibration error.
+    """
+
+    edges: NDArray[np.float64]
+    forecast: NDArray[np.float64]
+    observed: NDArray[np.float64]
+    count: NDArray[np.int64]
+    error: float
+
+
+def score_truth(
+    probability: ArrayLike,
+    truth: ArrayLike,
+    n_realizations: int,
+    scored: NDArray[np.bool_] | None = None,
+) -> TruthScores:
+    """Score probabilities, as `etype` gives them, against the true facies.
+
+    Parameters
+    ----------
+    probability : array_like, shape (n_facies, ny, nx)
+        They sum to 1 in each cell.
+    truth : array_like, shape (ny, nx)
+        Index of the true facies.
+    n_realizations : int
+        How many the probabilities are shares of.
+    scored : ndarray of bool, shape (ny, nx), optional
+        Which cells count; leave out those with hard data, which are no achievement.
+
+    Raises
+    ------
+    CCWSIMError
+        For shapes that do not fit, no realization, or no scored cell.
+
+    Examples
+    --------
+    >>> scores = score_truth([[[1.0, 0.5]], [[0.0, 0.5]]], [[0, 1]], 4)
+    >>> scores.accuracy, scores.brier
+    (0.5, 0.25)
+    """
+    p, true, mask = _checked(probability, truth, scored)
+    n_realizations = whole_number("n_realizations", n_realizations, 1, 2**53)
+    chances = np.take_along_axis(p, true[None], axis=0)[0]
+    right = p.argmax(axis=0) == true
+    squares = (p**2).sum(axis=0) - 2 * chances + 1
+    smoothed = (n_realizations * chances + 0.5) / (n_realizations + len(p) / 2)
+    return TruthScores(
+        accuracy=float(right[mask].mean()),
+        brier=float(squares[mask].mean()),
+        log_score=float(-np.log(smoothed[mask]).mean()),
+        n_cells=int(mask.sum()),
+        right=right,
+    )
+
+
+def calibration(
+    probability: ArrayLike,
+    truth: ArrayLike,
+    facies: int | None = None,
+    n_bins: int = 10,
+    scored: NDArray[np.bool_] | None = None,
+) -> Calibration:
+    """Return the reliability of probabilities in bins of equal width.
+
+    Parameters
+    ----------
+    probability, truth, scored
+        As in `score_truth`.
+    facies : int, optional
+        Index of one facies; all facies pooled where left out.
+    n_bins : int
+
+    Raises
+    ------
+    CCWSIMError
+        For shapes that do not fit, a facies that is not there, or no bins.
+
+    Examples
+    --------
+    >>> table = calibration([[[0.5, 0.5]], [[0.5, 0.5]]], [[0, 1]], facies=1, n_bins=2)
+    >>> table.observed, table.count
+    (array([nan, 0.5]), array([0, 2]))
+    """
+    p, true, mask = _checked(probability, truth, scored)
+    n_bins = whole_number("n_bins", n_bins, 1, 10_000)
+    if facies is not None:
+        facies = whole_number("facies index", facies, 0, len(p) - 1)
+    which = range(len(p)) if facies is None else [facies]
+    chances = np.concatenate([p[k][mask] for k in which])
+    came = np.concatenate([(true == k)[mask] for k in which])
+    edges = np.linspace(0, 1, n_bins + 1)
+    bins = np.clip(np.floor(chances * n_bins + 1e-9).astype(int), 0, n_bins - 1)
+    count, forecasts, observed = (
+        np.bincount(bins, weights=w, minlength=n_bins)
+        for w in (np.ones_like(chances), chances, came)
+    )
+    there = count > 0
+    mean, share = (
+        np.divide(sums, count, out=np.full(n_bins, np.nan), where=there)
+        for sums in (forecasts, observed)
+    )
+    error = float(np.abs(forecasts - observed).sum() / count.sum())
+    return Calibration(edges, mean, share, count.astype(np.int64), error)
+
+
+def _checked(
+    probability: ArrayLike, truth: ArrayLike, scored: NDArray[np.bool_] | None
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_]]:
+    p, truth = as_floats(probability, "probabilities"), as_array(truth, "truth")
+    if p.ndim != 3 or p.shape[1:] != np.shape(truth):
+        raise CCWSIMError(
+            f"probabilities of shape (n_facies, ny, nx) and a truth of (ny, nx) are needed, not "
+            f"{p.shape} and {np.shape(truth)}"
+        )
+    true = as_indices(truth, len(p))[0].astype(np.int64)
+    mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)
+    if mask.shape != true.shape or not mask.any():
+        raise CCWSIMError(f"scored must be a mask of shape {true.shape} with at least one cell")
+    return p, true, mask

@@ -1,0 +1,1 @@
+"""The nouns: what a simulation starts from and returns. All are immutable."""

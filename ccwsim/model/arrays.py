@@ -1,0 +1,160 @@
+"""Checks and identities of arrays that all nouns share."""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+from typing import TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.lazy_stack import LazyStack
+
+
+def as_array(values: ArrayLike, what: str) -> NDArray:
+    """Return `values` as an array, or say that they are not a regular one.
+
+    Raises
+    ------
+    CCWSIMError
+        For rows of different lengths and the like.
+    """
+    if np.ma.is_masked(values):
+        raise CCWSIMError(f"{what}: some values are masked; every value must be known")
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise CCWSIMError(f"{what}: a regular array is needed; the rows differ in length") from None
+    except (TypeError, OverflowError, MemoryError):
+        raise CCWSIMError(f"{what}: {shown(values)} is no array of numbers") from None
+
+
+def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Return `values` as an array of real numbers, which may be NaN.
+
+    Raises
+    ------
+    CCWSIMError
+        For anything else.
+
+    Examples
+    --------
+    >>> as_floats([0, 2.5], "lags")
+    array([0. , 2.5])
+    """
+    array = as_array(values, what)
+    if array.dtype.kind not in "buif":
+        raise CCWSIMError(f"{what}: {shown(values)} is no array of real numbers")
+    return array.astype(np.float64)
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Return whether a value is a whole number; True and False are none.
+
+    Examples
+    --------
+    >>> is_whole(np.uint8(3)), is_whole(3.0), is_whole(True)
+    (True, False, False)
+    """
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def whole_number(name: str, value: object, low: int, high: int) -> int:
+    """Return a whole number between two others, themselves included.
+
+    Raises
+    ------
+    CCWSIMError
+        For anything else.
+
+    Examples
+    --------
+    >>> whole_number("size", 4, 1, 8)
+    4
+    """
+    if not is_whole(value) or not low <= value <= high:
+        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number from {low} to {high}")
+    return int(value)
+
+
+def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
+    """Return `values` as int64, or say which value is not a whole number.
+
+    MATLAB files carry codes such as 0.9999 and 1.1e-16: within 1e-3 of a whole number counts as it.
+
+    Raises
+    ------
+    CCWSIMError
+        Where a value is not a finite whole number.
+
+    Examples
+    --------
+    >>> as_integers([0.0, 0.9999, 2.0], "facies codes")
+    array([0, 1, 2])
+    """
+    array = as_array(values, what)
+    if array.dtype.kind in "bui":
+        if array.dtype == np.uint64 and array.size and array.max() > np.iinfo(np.int64).max:
+            raise CCWSIMError(f"{what}: {array.max()} is too large for a code; renumber the codes")
+        return array.astype(np.int64)
+    if array.dtype.kind != "f":
+        raise CCWSIMError(f"{what}: whole numbers are needed, not values of type {array.dtype}")
+    if not np.isfinite(array).all():
+        bad = array[~np.isfinite(array)].flat[0]
+        raise CCWSIMError(f"{what}: {bad} is not a number; every value must be known")
+    rounded = np.rint(array)
+    far = np.abs(array - rounded) > 1e-3
+    if far.any():
+        raise CCWSIMError(
+            f"{what}: {array[far].flat[0]:g} is not a whole number; "
+            "for continuous values give classes or a threshold"
+        )
+    if array.size and np.abs(rounded).max() >= 2.0**62:
+        raise CCWSIMError(f"{what}: {rounded.flat[np.abs(rounded).argmax()]:g} is too large")
+    return rounded.astype(np.int64)
+
+
+def frozen(array: NDArray) -> NDArray:
+    """Return a contiguous, read-only array that nobody else can write to."""
+    own = np.array(array, order="C", copy=True)
+    own.setflags(write=False)
+    return own
+
+
+def frozen_view(array: NDArray) -> NDArray:
+    """Return a read-only view, without a copy, of an array that its maker gives away."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
+    """Return `array` in the smallest integer type that holds its values."""
+    if not array.size:
+        return array.astype(np.uint8)
+    low, high = array.min(), array.max()
+    furthest = high if low >= 0 else min(low, -high - 1)
+    return array.astype(np.min_scalar_type(furthest))
+
+
+def digest(*parts: object) -> str:
+    """Return a short name of the content of arrays and plain values.
+
+    Examples
+    --------
+    >>> digest(np.zeros(3), "a") == digest(np.zeros(3), "a")
+    True
+    """
+    sums = blake2b(digest_size=12)
+    for part in parts:
+        if isinstance(part, (np.ndarray, LazyStack)):
+            sums.update(repr((part.shape, part.dtype.str)).encode())
+            for piece in part if part.ndim > 2 else (part,):  # a stack may lie on disk
+                sums.update(np.ascontiguousarray(piece).tobytes())
+        elif isinstance(part, bytes):  # as they are: written out they take four times the room
+            sums.update(b"%d:" % len(part))
+            sums.update(part)
+        else:
+            sums.update(repr(part).encode())
+    return sums.hexdigest()

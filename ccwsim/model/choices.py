@@ -1,0 +1,95 @@
+"""What the user chose, as plain values, before it is turned into what `simulate` takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+from ccwsim.model.arrays import digest
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+
+DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
+EMap = Literal["probability", "most likely", "entropy"]
+Answers = tuple[tuple[str, Any], ...]
+"""What the user answered to the questions a reader raised: (argument, value), sorted."""
+
+
+@dataclass(frozen=True)
+class Upload:
+    """A file from the user's machine; its name is shown, never used as a path."""
+
+    name: str
+    content: bytes = field(repr=False)
+
+    @cached_property
+    def digest(self) -> str:
+        """A short name of name and content."""
+        return digest(self.name, self.content)
+
+
+@dataclass(frozen=True)
+class ImageChoice:
+    """Which training image, how it is read, and how it is turned and named."""
+
+    bundled: str = "channels"
+    upload: Upload | None = None
+    answers: Answers = ()
+    flip_ew: bool = False
+    flip_ns: bool = False
+    transpose: bool = False
+    names: tuple[str, ...] = ()
+    colours: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def digest(self) -> str:
+        """A short name of all that decides how the image looks, colours excepted."""
+        source = self.upload.digest if self.upload else self.bundled
+        turned = self.flip_ew, self.flip_ns, self.transpose
+        return digest(source, self.answers, turned, self.names)
+
+
+@dataclass(frozen=True)
+class DataChoice:
+    """Where the hard data come from."""
+
+    source: DataSource = "none"
+    bundled: str = ""
+    upload: Upload | None = None
+    answers: Answers = ()
+    n_sampled: int = 400
+    seed_sampled: int = 1
+    placed: HardData | None = None
+
+
+@dataclass(frozen=True)
+class Choices:
+    """A whole study as the user set it up."""
+
+    image: ImageChoice = ImageChoice()
+    data: DataChoice = DataChoice("bundled", "channels_400_data")
+    grid: Grid = field(default_factory=lambda: Grid(512, 512))
+    parameters: Parameters = field(default_factory=Parameters)
+    n_realizations: int = 12
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What of the results is looked at.
+
+    Attributes
+    ----------
+    realization : int
+        Which one is large, from 0.
+    facies : int
+        The place of the facies whose curves and probability are shown.
+    e_type : str
+        What the uncertainty map shows.
+    """
+
+    realization: int = 0
+    facies: int = 1
+    e_type: EMap = "probability"

@@ -1,0 +1,195 @@
+"""What a simulation returns: realizations and how they came about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.model.arrays import digest, frozen_view
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.lazy_stack import LazyStack
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+
+FORCED = -1
+"""In `Ensemble.met_by`: no window could mend the datum, so its cell was set."""
+WRONG = -2
+"""In `Ensemble.met_by`: the datum is not honoured, as `exact_data` is off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Equally likely realizations of one study.
+
+    Attributes
+    ----------
+    training_image, grid, parameters, hard_data, seed
+        What they were simulated from.
+    indices : ndarray of uint8, shape (n, ny, nx)
+        Facies as places in `training_image.codes`; read-only. Realizations that `simulate` sent to
+        disk are read from there.
+    cpu_seconds : ndarray, shape (n,)
+        CPU time of each realization in seconds.
+    wall_seconds : float
+        Time from the call to the answer in seconds.
+    met_by : ndarray of int16, shape (n, n_data)
+        How each realization came to honour each datum: 0 by the raster, a window's side in cells
+        by mending, FORCED by setting the cell; WRONG where it does not, with `exact_data` off.
+    numbers : ndarray of int64, shape (n,)
+        Which realization of the study each one is.
+    sources : ndarray of int32, shape (n, ny, nx), optional
+        Flat index of the TI cell that each cell came from, −1 where it was set by force; None
+        where `simulate` was not asked to keep it.
+    revised : bool
+        Whether `revise` mended it for edited data: the seed alone does not give it again.
+    """
+
+    training_image: TrainingImage
+    grid: Grid
+    parameters: Parameters
+    hard_data: HardData
+    seed: int
+    indices: NDArray[np.uint8]
+    cpu_seconds: NDArray[np.float64]
+    wall_seconds: float
+    met_by: NDArray[np.int16]
+    numbers: NDArray[np.int64]
+    sources: NDArray[np.int32] | None = None
+    revised: bool = False
+
+    @property
+    def n(self) -> int:
+        """How many realizations there are."""
+        return len(self.indices)
+
+    @cached_property
+    def realizations(self) -> NDArray[np.integer]:
+        """The realizations in the TI's own codes, shape (n, ny, nx), read-only."""
+        codes = self.training_image.codes
+        if isinstance(self.indices, LazyStack):
+            return self.indices.stack
+        if np.array_equal(codes, np.arange(len(codes))):
+            return self.indices
+        own = codes[self.indices]
+        own.setflags(write=False)
+        return own
+
+    @cached_property
+    def n_mismatched(self) -> NDArray[np.int64]:
+        """Hard data that each realization does not honour at full resolution, shape (n,)."""
+        return np.array([self.hard_data.n_mismatched(r) for r in self.realizations], dtype=int)
+
+    @property
+    def n_met_by_raster(self) -> NDArray[np.int64]:
+        """Hard data that patches of the raster brought, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by == 0, axis=1)
+
+    @property
+    def n_mended(self) -> NDArray[np.int64]:
+        """Hard data that mending windows brought, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by > 0, axis=1)
+
+    @property
+    def n_forced(self) -> NDArray[np.int64]:
+        """Cells set by force because no window fitted, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by == FORCED, axis=1)
+
+    @property
+    def n_wrong(self) -> NDArray[np.int64]:
+        """Hard data left wrong because `exact_data` is off, by realization, shape (n,)."""
+        return np.count_nonzero(self.met_by == WRONG, axis=1)
+
+    @cached_property
+    def proportions(self) -> NDArray[np.float64]:
+        """Share of the cells of each facies in each realization, shape (n, n_facies)."""
+        facies = range(self.training_image.n_facies)
+        counts = [np.count_nonzero(r == k) for r in self.indices for k in facies]
+        shares = np.array(counts).reshape(-1, len(facies)) / (self.grid.ny * self.grid.nx)
+        return frozen_view(shares)
+
+    def probability(self, code: int) -> NDArray[np.float64]:
+        """Return the E-type of a facies: the share of realizations that have it, shape (ny, nx).
+
+        Raises
+        ------
+        CCWSIMError
+            Where the training image has no such facies.
+        """
+        index = self.training_image.index_of(code)
+        counts = np.zeros(self.grid.shape, np.int64)
+        for realization in self.indices:  # one by one: they may lie on disk
+            counts += realization == index
+        return counts / self.n
+
+    @cached_property
+    def digest(self) -> str:
+        """A short name of the content: equal for equal realizations."""
+        return digest(self.training_image.codes.tolist(), self.indices)
+
+    def __repr__(self) -> str:
+        return f"Ensemble({self.n} realizations of {self.grid.nx} × {self.grid.ny})"
+
+
+def joined(parts: Sequence[Ensemble]) -> Ensemble:
+    """Return the realizations of several runs of one study as one ensemble, in their order.
+
+    Parameters
+    ----------
+    parts : sequence of Ensemble
+        As `simulate` gives them for different `first_realization`. Their wall times are added, and
+        sources are kept where all parts have them.
+
+    Raises
+    ------
+    CCWSIMError
+        For no parts, parts of different studies, and a realization that is in two of them.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> parts = [simulate(stripes, (40, 50), p, first_realization=r) for r in (0, 1)]
+    >>> joined(parts).digest == simulate(stripes, (40, 50), p, n_realizations=2).digest
+    True
+    """
+    if not parts:
+        raise CCWSIMError("no realizations to join; give one ensemble at least")
+    first = parts[0]
+    if any(_study(part) != _study(first) for part in parts):
+        raise CCWSIMError(
+            "ensembles of different studies cannot be joined; they must have the same training "
+            "image, grid, parameters, hard data and seed"
+        )
+    numbers = np.concatenate([part.numbers for part in parts])
+    twice = np.flatnonzero(np.bincount(numbers) > 1)
+    if len(twice):
+        raise CCWSIMError(f"realization {twice[0]} is in two ensembles; join others or drop one")
+    sources = [part.sources for part in parts if part.sources is not None]
+    return replace(
+        first,
+        indices=_end_to_end([part.indices for part in parts]),
+        cpu_seconds=_end_to_end([part.cpu_seconds for part in parts]),
+        wall_seconds=sum(part.wall_seconds for part in parts),
+        met_by=_end_to_end([part.met_by for part in parts]),
+        numbers=frozen_view(numbers),
+        sources=_end_to_end(sources) if len(sources) == len(parts) else None,
+    )
+
+
+def _study(ensemble: Ensemble) -> tuple[object, ...]:
+    image, data = ensemble.training_image, ensemble.hard_data
+    return (
+        image.digest, ensemble.grid, ensemble.parameters, data.digest, ensemble.seed,
+        ensemble.revised,
+    )  # fmt: skip
+
+
+def _end_to_end(arrays: Sequence[NDArray]) -> NDArray:
+    return frozen_view(np.concatenate(arrays))

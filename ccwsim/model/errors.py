@@ -1,0 +1,48 @@
+"""What can go wrong, said so that the user can mend it."""
+
+from __future__ import annotations
+
+from reprlib import Repr
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ccwsim.model.ensemble import Ensemble
+
+
+class CCWSIMError(ValueError):
+    """Bad input: the message names the value and what to do about it."""
+
+
+class Cancelled(CCWSIMError):
+    """The user stopped a simulation.
+
+    Attributes
+    ----------
+    ensemble : Ensemble or None
+        The realizations that were finished before, None where there was none.
+    """
+
+    def __init__(self, message: str, ensemble: Ensemble | None = None) -> None:
+        super().__init__(message)
+        self.ensemble = ensemble
+
+
+_SHORT = Repr()
+_SHORT.maxstring = _SHORT.maxother = 80
+_SHORT.maxtuple = _SHORT.maxlist = 10
+
+
+def shown(value: object) -> str:
+    """Return a value as messages name it: as in Python, on one line, cut where it is long.
+
+    Examples
+    --------
+    >>> shown("sand"), shown((3, 4)), shown(10**5000), len(shown("a" * 10**6))
+    ("'sand'", '(3, 4)', 'a value of type int', 80)
+    """
+    if isinstance(value, (bytes, bytearray)):
+        value = bytes(value[:60])
+    try:
+        return " ".join(_SHORT.repr(value).split())
+    except Exception:  # such as a whole number of more digits than Python writes
+        return f"a value of type {type(value).__name__}"

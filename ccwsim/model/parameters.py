@@ -1,0 +1,216 @@
+"""The parameters of a simulation: one table of names, symbols, ranges and meanings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from ccwsim.model.arrays import digest, whole_number
+from ccwsim.model.errors import CCWSIMError, shown
+
+METHODS = ("ccwsim", "ccsim", "ms-ccsim")
+SIMILARITIES = ("ssd", "correlation")
+MAX_LEVEL = 6
+MAX_TEMPLATE = 1024
+
+
+def _parameter(default: Any, symbol: str, matlab: str, allowed: str, meaning: str) -> Any:
+    about = {"symbol": symbol, "matlab": matlab, "allowed": allowed, "meaning": meaning}
+    return field(default=default, metadata=about)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    template_size: int = _parameter(
+        32, "T", "T", "4 … 1024, a multiple of 2^level",
+        "Side of the square patches in cells. Larger patches keep long shapes whole, but fewer "
+        "of them fit and the training image is repeated more.",
+    )  # fmt: skip
+    overlap_size: int = _parameter(
+        8, "OR", "OL", "1 … template / 2, a multiple of 2^level",
+        "How far neighbouring patches overlap, in cells. A wider overlap joins shapes better and "
+        "takes longer.",
+    )  # fmt: skip
+    wavelet_level: int = _parameter(
+        2, "J", "level", "0 … 6",
+        "How often the overlap is halved by the Haar wavelet before it is compared. Higher is "
+        "faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
+        "coarsened.",
+    )  # fmt: skip
+    n_candidates: int = _parameter(
+        20, "K", "cand", "1 or more",
+        "How many of the best places the patch is drawn from. More gives more varied and less "
+        "faithful realizations.",
+    )  # fmt: skip
+    method: str = _parameter(
+        "ccwsim", "", "", "ccwsim, ccsim, ms-ccsim",
+        "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); ms-ccsim "
+        "searches a coarsened image, then refines the places scale by scale.",
+    )  # fmt: skip
+    similarity: str = _parameter(
+        "ssd", "CCW", "", "ssd, correlation",
+        "How overlap and training image are compared: sum of squared differences, or the plain "
+        "cross-correlation of the paper.",
+    )  # fmt: skip
+    search_fraction: float = _parameter(
+        0.1, "", "prop", "more than 0, up to 1",
+        "Where there are hard data, the share of the places, best overlap first, among which one "
+        "that fits the data is sought. Less keeps to the best overlaps, more fits more data at "
+        "once.",
+    )  # fmt: skip
+    co_template: int = _parameter(
+        2, "CT", "CT", "1 … 4",
+        "How many template sizes ahead along the path hard data are looked at; 1 looks at the "
+        "patch alone.",
+    )  # fmt: skip
+    random_path: bool = _parameter(
+        True, "", "mrp", "yes, no",
+        "Start each realization from a random corner along a random axis (8 ways). Off: always "
+        "from the south-west, along rows.",
+    )  # fmt: skip
+    template_variation: float = _parameter(
+        0.0, "", "T_vibration", "0 … 0.5",
+        "Each realization draws its own template size up to this share smaller or larger than T.",
+    )  # fmt: skip
+    match_proportions: bool = _parameter(
+        False, "", "fc", "yes, no",
+        "Among the candidates prefer patches that bring the facies proportions towards those of "
+        "the training image.",
+    )  # fmt: skip
+    location_weight: float = _parameter(
+        0.0, "", "", "0 … 10",
+        "How strongly each patch keeps to its own place in the training image, for images that "
+        "change from one end to the other: at 1 a patch from the other end must fit better by a "
+        "whole overlap. 0 takes patches from anywhere.",
+    )  # fmt: skip
+    refine: bool = _parameter(
+        True, "", "", "yes, no",
+        "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
+        "resolution. Mends the breaks that a coarse level leaves.",
+    )  # fmt: skip
+    exact_data: bool = _parameter(
+        True, "", "", "yes, no",
+        "Honour every datum at full resolution. Off, as in the published CCWSIM code: data steer "
+        "the search on the coarse grid only, and what is then wrong stays wrong.",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        _whole(self, "template_size", 4, MAX_TEMPLATE)
+        _whole(self, "overlap_size", 1, MAX_TEMPLATE // 2)
+        _whole(self, "wavelet_level", 0, MAX_LEVEL)
+        _whole(self, "n_candidates", 1, 10**6)
+        _whole(self, "co_template", 1, 4)
+        _number(self, "search_fraction", 0.0, 1.0, open_below=True)
+        _number(self, "template_variation", 0.0, 0.5)
+        _number(self, "location_weight", 0.0, 10.0)
+        _one_of(self, "method", METHODS)
+        _one_of(self, "similarity", SIMILARITIES)
+        for name in ("random_path", "match_proportions", "refine", "exact_data"):
+            _yes_or_no(self, name)
+        _check_sizes(self)
+
+    @property
+    def level(self) -> int:
+        """How often lengths are halved for the search: 0 for "ccsim", which compares cells."""
+        return 0 if self.method == "ccsim" else self.wavelet_level
+
+    @property
+    def scale(self) -> int:
+        """How often the images are up-gridded: the level for the method "ms-ccsim", else 0."""
+        return self.level if self.method == "ms-ccsim" else 0
+
+    @property
+    def step(self) -> int:
+        """How far the path goes from one patch to the next, T − OR, in cells."""
+        return self.template_size - self.overlap_size
+
+    @property
+    def digest(self) -> str:
+        """A short name of the content: equal for equal parameters."""
+        return digest(*((f.name, getattr(self, f.name)) for f in fields(self)))
+
+
+def parameter_table() -> list[dict[str, str]]:
+    """Return one row a parameter: name, symbol, matlab, allowed, default, meaning.
+
+    Examples
+    --------
+    >>> parameter_table()[0]["symbol"]
+    'T'
+    """
+    return [{"name": f.name, **f.metadata, "default": str(f.default)} for f in fields(Parameters)]
+
+
+def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
+    """Return the template or overlap sizes a level allows: multiples of 2^level.
+
+    Examples
+    --------
+    >>> legal_sizes(3, 5, 32)
+    [8, 16, 24, 32]
+    """
+    unit = 2**level
+    return list(range(-(-smallest // unit) * unit, largest + 1, unit))
+
+
+def _whole(p: Parameters, name: str, low: int, high: int) -> None:
+    object.__setattr__(p, name, whole_number(name, getattr(p, name), low, high))
+
+
+def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bool = False) -> None:
+    value = getattr(p, name)
+    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
+        value, bool
+    )
+    if not number or not low <= value <= high or (open_below and value == low):
+        above = "more than" if open_below else "from"
+        raise CCWSIMError(
+            f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
+        )
+    object.__setattr__(p, name, float(value))
+
+
+def _one_of(p: Parameters, name: str, choices: tuple[str, ...]) -> None:
+    value = getattr(p, name)
+    if not isinstance(value, str) or value not in choices:
+        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(choices)}")
+
+
+def _yes_or_no(p: Parameters, name: str) -> None:
+    value = getattr(p, name)
+    if not isinstance(value, (bool, np.bool_)):
+        raise CCWSIMError(f"{name} = {shown(value)} must be True or False")
+    object.__setattr__(p, name, bool(value))
+
+
+def _check_sizes(p: Parameters) -> None:
+    unit = 2**p.level
+    for name, high in (("template_size", MAX_TEMPLATE), ("overlap_size", p.template_size // 2)):
+        value = getattr(p, name)
+        if value % unit == 0 and value <= high:
+            continue
+        legal = legal_sizes(p.level, 1 if name == "overlap_size" else 4, high)
+        near = sorted(legal, key=lambda size: (abs(size - value), size))[:2]
+        rule = "at most half the template" if value > high else f"a multiple of {unit}"
+        tail = f"try {' or '.join(map(str, sorted(near)))}" if near else "choose a lower level"
+        label = name.removesuffix("_size").capitalize()
+        raise CCWSIMError(f"{label} {value} must be {rule} at level {p.level}: {tail}")
+
+
+def _documented() -> str:
+    lines = ["Everything that steers a simulation, checked when it is made.", "", "Parameters"]
+    lines.append("-" * len("Parameters"))
+    for row in parameter_table():
+        names = [f"{row['symbol']} in the paper"] if row["symbol"] else []
+        names += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
+        lines.append(f"{row['name']} : {row['allowed']}; default {row['default']}")
+        lines.append(f"    {row['meaning']}" + (f" ({', '.join(names)})" if names else ""))
+    lines += ["", "Raises", "------", "CCWSIMError", "    For a value that is not allowed; the"]
+    lines += ["    message says which would be.", "", "Examples", "--------"]
+    lines += [">>> Parameters(template_size=48, overlap_size=8).step", "40"]
+    return "\n".join(lines)
+
+
+Parameters.__doc__ = _documented()

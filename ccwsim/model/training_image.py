@@ -1,0 +1,147 @@
+"""The training image: the picture of facies that realizations should look like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.model.arrays import (
+    as_array,
+    as_integers,
+    digest,
+    frozen,
+    is_whole,
+    smallest_integers,
+)
+from ccwsim.model.errors import CCWSIMError, shown
+
+MAX_FACIES = 254
+"""Facies are bytes in the kernels, and 255 marks a cell that is not simulated yet."""
+
+
+class TrainingImage:
+    """A picture of facies codes (section 2.1 of the paper: the TI).
+
+    Facies are categories: any integer codes, in any number up to 254; nothing depends on how they
+    are numbered.
+
+    Parameters
+    ----------
+    array : array_like, shape (ny, nx)
+        Facies codes, row 0 at the south.
+    name : str
+        What to call it on screen and in files.
+    facies_names : sequence of str, optional
+        One name a facies, in the order of the sorted codes.
+
+    Attributes
+    ----------
+    array : ndarray, shape (ny, nx)
+        The codes, read-only, in the smallest integer type that holds them.
+    codes : ndarray, shape (n_facies,)
+        The codes that occur, sorted.
+    indices : ndarray of uint8, shape (ny, nx)
+        Where the code of each cell stands in `codes`.
+    digest : str
+        A short name of the content.
+
+    Raises
+    ------
+    CCWSIMError
+        For another number of dimensions, no cells, a value that is no whole number, or more than
+        254 facies.
+
+    Examples
+    --------
+    >>> ti = TrainingImage([[0, 0, 7], [0, 7, 7]])
+    >>> ti.codes, ti.proportions
+    (array([0, 7], dtype=uint8), array([0.5, 0.5]))
+    """
+
+    def __init__(
+        self, array: ArrayLike, *, name: str = "", facies_names: Sequence[str] | None = None
+    ) -> None:
+        raw = as_array(array, "training image")
+        if raw.ndim != 2 or raw.size == 0:
+            raise CCWSIMError(
+                f"training image: an array of shape (ny, nx) is needed, not {raw.shape}; "
+                "for a 3-D image take one slice"
+            )
+        integers = as_integers(raw, "training image")
+        codes, indices = _coded(integers)
+        if len(codes) > MAX_FACIES:
+            raise CCWSIMError(
+                f"training image: {len(codes)} different codes look like a continuous variable; "
+                "give classes or a threshold"
+            )
+        self.array = frozen(smallest_integers(integers))
+        self.codes = frozen(codes.astype(self.array.dtype))
+        self.indices = frozen(indices.astype(np.uint8))
+        if not isinstance(name, str):
+            raise CCWSIMError(f"name = {shown(name)} must be a text")
+        self.name = name
+        self.facies_names = self._named(facies_names)
+
+    def _named(self, names: Sequence[str] | None) -> tuple[str, ...]:
+        if names is None:
+            return tuple(f"facies {code}" for code in self.codes)
+        if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+            raise CCWSIMError(f"facies names: a list of names is needed, not {shown(names)}")
+        if len(names) != self.n_facies:
+            raise CCWSIMError(
+                f"facies names: {len(names)} were given for {self.n_facies} facies "
+                f"({', '.join(map(str, self.codes))})"
+            )
+        return tuple(names)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.array.shape[0], self.array.shape[1]
+
+    @property
+    def n_facies(self) -> int:
+        """How many facies occur."""
+        return len(self.codes)
+
+    @cached_property
+    def proportions(self) -> NDArray[np.float64]:
+        """Share of the cells of each facies, in the order of `codes`."""
+        return np.bincount(self.indices.ravel(), minlength=self.n_facies) / self.indices.size
+
+    @cached_property
+    def digest(self) -> str:
+        """A short name of the content: equal for equal images."""
+        return digest(self.array.shape, self.codes.tolist(), self.indices)
+
+    def index_of(self, code: int) -> int:
+        """Return where `code` stands in `codes`, or say which codes there are.
+
+        Raises
+        ------
+        CCWSIMError
+            Where the image has no such facies.
+        """
+        found = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
+        if not len(found):
+            there = ", ".join(map(str, self.codes))
+            raise CCWSIMError(f"facies {shown(code)} is not in the training image; it has {there}")
+        return int(found[0])
+
+    def __repr__(self) -> str:
+        ny, nx = self.shape
+        return f"TrainingImage({self.name or 'unnamed'!r}, {nx} × {ny}, {self.n_facies} facies)"
+
+
+def _coded(integers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.integer]]:
+    """Return the sorted codes and where the code of each cell stands among them."""
+    low, high = int(integers.min()), int(integers.max())
+    if high - low >= 2**16:
+        codes, indices = np.unique(integers, return_inverse=True)
+        return codes, indices.reshape(integers.shape)
+    offsets = integers - low  # close together, as nearly always: counting beats sorting
+    occurs = np.bincount(offsets.ravel()) > 0
+    return np.flatnonzero(occurs) + low, (np.cumsum(occurs) - 1)[offsets]

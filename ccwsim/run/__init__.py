@@ -1,0 +1,1 @@
+"""Many realizations: where they are simulated and where they are kept."""

@@ -1,0 +1,194 @@
+"""Where realizations go as they are finished: into memory, or straight to disk."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from io import BytesIO
+from pathlib import Path
+from threading import Lock
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.model.arrays import frozen_view
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.lazy_stack import LazyStack
+from ccwsim.model.study import Study
+
+
+class Stored(NamedTuple):
+    """What an ensemble holds of finished realizations.
+
+    Attributes
+    ----------
+    indices : ndarray of uint8 or LazyStack, shape (n, ny, nx)
+    sources : ndarray of int32, shape (n, ny, nx), or None
+    """
+
+    indices: NDArray[np.uint8]
+    sources: NDArray[np.int32] | None
+
+
+class Store(Protocol):
+    """Takes realizations in any order."""
+
+    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
+        """Keep realization k."""
+        ...
+
+    def finish(self, finished: list[int]) -> Stored:
+        """Return those that were finished, ascending."""
+        ...
+
+
+@contextmanager
+def store_of(
+    study: Study, n: int, keep_sources: bool, out: str | os.PathLike[str] | None
+) -> Iterator[Store]:
+    """Yield a place for n realizations; a file is there at the end or as it was before.
+
+    Raises
+    ------
+    CCWSIMError
+        For too many to fit, and for a file that cannot be written.
+    """
+    if out is None:
+        yield Memory(study.grid.shape, n, keep_sources)
+        return
+    if keep_sources:
+        raise CCWSIMError("sources are not written to disk; leave out `out` or `keep_sources`")
+    file = MapFile(out, study.training_image.codes, (n, *study.grid.shape))
+    try:
+        yield file
+    finally:
+        file.drop()
+
+
+class Memory:
+    """Keeps realizations in memory."""
+
+    def __init__(self, shape: tuple[int, int], n: int, keep_sources: bool) -> None:
+        self._indices = _room((n, *shape), np.uint8)
+        self._sources = _room((n, *shape), np.int32) if keep_sources else None
+
+    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
+        """Copy realization k."""
+        self._indices[k] = indices
+        if self._sources is not None:
+            self._sources[k] = sources
+
+    def finish(self, finished: list[int]) -> Stored:
+        """Return the finished ones, without a copy where these are all."""
+        indices, sources = self._indices, self._sources
+        if len(finished) < len(indices):
+            indices = indices[finished]
+            sources = None if sources is None else sources[finished]
+        return Stored(frozen_view(indices), None if sources is None else frozen_view(sources))
+
+
+class MapFile:
+    """Writes facies codes to a NumPy file, by a temporary one beside it and a rename.
+
+    Realizations are written, not mapped: what is on disk takes no memory of this process.
+    """
+
+    def __init__(
+        self, out: str | os.PathLike[str], codes: NDArray[np.integer], shape: tuple[int, int, int]
+    ) -> None:
+        self._path = path = Path(out)
+        if path.suffix.lower() != ".npy":
+            raise CCWSIMError(f"{path}: realizations go straight to disk as .npy only")
+        self._codes, self._shape, self._lock = codes, shape, Lock()
+        self._header = self._header_of(shape[0])
+        self._size = int(np.prod(shape[1:], dtype=object)) * codes.itemsize
+        self._beside = path.parent / f".{path.name[:100]}.{secrets.token_hex(6)}.tmp"
+        try:
+            _check_room(path.parent, shape[0] * self._size)
+            self._file = self._beside.open("xb+")
+            self._file.write(self._header)
+        except OSError as error:
+            self.drop()
+            raise _unwritable(path, error) from error
+
+    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
+        """Write realization k at its place."""
+        own = np.ascontiguousarray(self._codes[indices])
+        with self._lock:
+            try:
+                self._file.seek(len(self._header) + k * self._size)
+                self._file.write(own.data)
+            except OSError as error:
+                raise _unwritable(self._path, error) from error
+
+    def finish(self, finished: list[int]) -> Stored:
+        """Close the gaps of those that are missing, put the file in place, and map it."""
+        n = len(finished)
+        if not n:
+            return Stored(np.empty((0, *self._shape[1:]), np.uint8), None)
+        try:
+            self._close_gaps(finished)
+            self._file.seek(0)
+            self._file.write(self._header_of(n))
+            self._file.truncate(len(self._header) + n * self._size)
+            self._file.flush()
+            os.fsync(self._file.fileno())
+            self._file.close()
+            self._beside.replace(self._path)
+            mapped = np.load(self._path, mmap_mode="r")
+        except OSError as error:
+            raise _unwritable(self._path, error) from error
+        plain = np.array_equal(self._codes, np.arange(len(self._codes)))
+        return Stored(mapped if plain else LazyStack(mapped, self._codes), None)  # type: ignore[arg-type]
+
+    def drop(self) -> None:
+        """Take the temporary file away, if it is still there."""
+        with suppress(OSError, AttributeError):
+            self._file.close()
+        with suppress(OSError):
+            self._beside.unlink(missing_ok=True)
+
+    def _close_gaps(self, finished: list[int]) -> None:
+        for to, k in enumerate(finished):
+            if to != k:
+                self._file.seek(len(self._header) + k * self._size)
+                content = self._file.read(self._size)
+                self._file.seek(len(self._header) + to * self._size)
+                self._file.write(content)
+
+    def _header_of(self, n: int) -> bytes:
+        """Return a header whose length does not depend on n: NumPy leaves room for its digits."""
+        header = BytesIO()
+        kind = np.lib.format.dtype_to_descr(self._codes.dtype)
+        shape = n, *self._shape[1:]
+        of = {"descr": kind, "fortran_order": False, "shape": shape}
+        np.lib.format.write_array_header_1_0(header, of)
+        return header.getvalue()
+
+
+def _check_room(folder: Path, size: int) -> None:
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        raise CCWSIMError(
+            f"realizations of {size / 1e9:.1f} GB do not fit into {folder}, which has "
+            f"{free / 1e9:.1f} GB left; ask for fewer, or for another place"
+        )
+
+
+def _unwritable(path: Path, error: OSError) -> CCWSIMError:
+    return CCWSIMError(f"{path} cannot be written: {error.strerror or error}")
+
+
+def _room(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:
+    try:
+        return np.empty(shape, kind)
+    except (MemoryError, ValueError):
+        n, ny, nx = shape
+        raise CCWSIMError(
+            f"{n} realizations of {nx} × {ny} cells do not fit into memory; "
+            "ask for fewer, for a smaller grid, or send them to disk"
+        ) from None

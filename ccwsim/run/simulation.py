@@ -1,0 +1,129 @@
+"""The conductor: realizations of a study, wherever they are simulated and kept."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ccwsim.engine.realization import Realization
+from ccwsim.model.arrays import frozen_view
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study, counted
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.executors import Work, runner_of
+from ccwsim.run.output import store_of
+from ccwsim.system.workers import Progress
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+
+def simulate(
+    training_image: TrainingImage,
+    grid_shape: tuple[int, int] | Grid = (256, 256),
+    parameters: Parameters | None = None,
+    hard_data: HardData | None = None,
+    n_realizations: int = 1,
+    seed: int = 0,
+    n_workers: int | None = None,
+    progress: Progress | None = None,
+    cancel: Callable[[], bool] | None = None,
+    first_realization: int = 0,
+    keep_sources: bool = False,
+    executor: Executor | Client | None = None,
+    out: str | os.PathLike[str] | None = None,
+) -> Ensemble:
+    """Simulate realizations of a training image that honour hard data (Algorithm 1).
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    grid_shape : pair of int or Grid
+        Rows and columns of the simulation grid.
+    parameters : Parameters, optional
+    hard_data : HardData, optional
+    n_realizations : int
+    seed : int
+        The same seed gives the same realizations for any number of workers, and realization r does
+        not depend on how many are asked for.
+    n_workers : int, optional
+        Threads; as many as there are cores where not given.
+    progress : callable, optional
+        Called as progress(fraction, n_done) about 20 times a second.
+    cancel : callable, optional
+        Asked as often; returns True to stop.
+    first_realization : int
+        Number of the first one: two calls for 0 … 9 and 10 … 19 give what one for 0 … 19 gives.
+    keep_sources : bool
+        Keep where in the TI each cell came from, at four bytes a cell.
+    executor : concurrent.futures.Executor or distributed.Client, optional
+        Where to simulate instead: threads or processes of a pool, or the workers of a Dask
+        cluster, which have ccwsim too. It stays open. `n_workers` then only counts for an executor
+        that does not tell how many it has.
+    out : path, optional
+        An npy file: realizations go straight to it, in facies codes, and the ensemble reads them
+        from there. What was there before is replaced at the end.
+
+    Returns
+    -------
+    Ensemble
+
+    Raises
+    ------
+    CCWSIMError
+        For inputs that do not fit together; the message says what would.
+    Cancelled
+        Where `cancel` returned True; its `ensemble` has the realizations that were finished.
+
+    Examples
+    --------
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> simulate(stripes, (40, 50), p, n_realizations=2).realizations.shape
+    (2, 40, 50)
+    """
+    study = Study(
+        training_image,
+        Grid.of(grid_shape),
+        Parameters() if parameters is None else parameters,
+        HardData() if hard_data is None else hard_data,
+        seed,
+    )
+    n = counted("n_realizations", n_realizations, least=1)
+    first = counted("first_realization", first_realization, least=0)
+    runner = runner_of(executor, n_workers)
+    work = Work(study, first, n, keep_sources)
+    try:
+        met_by, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
+    except (MemoryError, ValueError):
+        raise CCWSIMError(f"{n} realizations do not fit into memory; ask for fewer") from None
+    with store_of(study, n, keep_sources, out) as store:
+
+        def take(k: int, r: Realization) -> None:
+            store.put(k, r.indices, r.sources)
+            met_by[k], seconds[k] = r.met_by, r.cpu_seconds
+
+        runner.prepare(work, progress)
+        start = time.perf_counter()
+        finished = runner.run(work, take, progress, cancel)
+        stored = store.finish(finished)
+    ensemble = Ensemble(
+        study.training_image, study.grid, study.parameters, study.hard_data, study.seed,
+        stored.indices, frozen_view(seconds[finished]), time.perf_counter() - start,
+        frozen_view(met_by[finished]), frozen_view(first + np.array(finished, int)),
+        stored.sources,
+    )  # fmt: skip
+    if len(finished) < n:
+        raise Cancelled(
+            f"stopped after {len(finished)} of {n} realizations", ensemble if finished else None
+        )
+    return ensemble

@@ -1,0 +1,172 @@
+"""The same study in Python and on the command line: text to copy that gives the same cells."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass, fields
+
+from ccwsim import datasets
+from ccwsim.model.choices import Choices
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study
+from ccwsim.sharing.link import number, short_name
+
+MOST_WRITTEN = 40
+"""More data placed by hand are read from the project file instead of being written out."""
+OUTPUT = "realizations.npz"
+
+
+@dataclass(frozen=True)
+class Again:
+    """How to get the realizations of a study again.
+
+    Attributes
+    ----------
+    python, command : str
+        A script, and one line for a shell.
+    python_needs_project, command_needs_project : bool
+        Whether they read the project file, which then must lie beside them.
+    """
+
+    python: str
+    command: str
+    python_needs_project: bool
+    command_needs_project: bool
+
+
+def again(choices: Choices, study: Study, project: str) -> Again:
+    """Return the script and the command of a study.
+
+    Parameters
+    ----------
+    choices : Choices
+        Where image and data came from.
+    study : Study
+        What `choices` came to.
+    project : str
+        The name of the project file.
+
+    Examples
+    --------
+    >>> from ccwsim import HardData
+    >>> from ccwsim.model.choices import DataChoice
+    >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
+    >>> found = again(choices, Study(datasets.load("channels"), grid, seed=7), "a.ccwsim")
+    >>> print(found.command.removesuffix(" --output realizations.npz"))
+    python -m ccwsim simulate channels --grid 512x512 --realizations 12 --seed 7
+    """
+    lines, by_project = _python(choices, study, project)
+    words, command_by_project = _command(choices, study, project)
+    return Again("\n".join(lines), shlex.join(words), by_project, command_by_project)
+
+
+def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:
+    image, data = _image_lines(choices), _data_lines(choices, study)
+    reads = image is None or data is None
+    lines = ["import ccwsim"]
+    needed = [*(image or ()), *(data or ())]
+    if any("datasets." in line for line in needed):
+        lines.append("from ccwsim import datasets")
+    if any("sample_random" in line for line in needed):
+        lines.append("from ccwsim.datasets.sampling import sample_random")
+    lines.append("")
+    if reads:
+        lines.append(f"study = ccwsim.read_project({project!r}).study")
+    lines += image or ["ti = study.training_image"]
+    lines.append(f"grid = {_grid(study.grid)}")
+    lines.append(f"p = {_parameters(study.parameters)}")
+    lines += ["hd = study.hard_data"] if data is None else data
+    given = ", hd" if data is None or data else ""
+    lines.append(
+        f"e = ccwsim.simulate(ti, grid, p{given}, n_realizations={choices.n_realizations}, "
+        f"seed={study.seed})"
+    )
+    lines += [f"ccwsim.write_realizations({OUTPUT!r}, e)", ""]
+    return lines, reads
+
+
+def _image_lines(choices: Choices) -> list[str] | None:
+    """How a bundled image is loaded, turned and named; None for one from a file."""
+    choice = choices.image
+    if choice.upload is not None:
+        return None
+    lines = [f"ti = datasets.load({choice.bundled!r})"]
+    turned = ".T" if choice.transpose else ""
+    if choice.flip_ew or choice.flip_ns:
+        turned += f"[{'::-1' if choice.flip_ns else ':'}, {'::-1' if choice.flip_ew else ':'}]"
+    named = choice.names if len(choice.names) == datasets.load(choice.bundled).n_facies else ()
+    if turned or named:
+        names = repr(list(named)) if named else "ti.facies_names"
+        lines.append(
+            f"ti = ccwsim.TrainingImage(ti.array{turned}, name=ti.name, facies_names={names})"
+        )
+    return lines
+
+
+def _data_lines(choices: Choices, study: Study) -> list[str] | None:
+    """How the data are had: nothing for none, None for those that only the project has."""
+    choice, data = choices.data, study.hard_data
+    if not data.n:
+        return []
+    if choice.source == "bundled" and is_bundled(choices, study):
+        return [f"hd = datasets.load_hard_data({choice.bundled!r})"]
+    if choice.source == "sampled":
+        return [
+            f"truth = ccwsim.simulate(ti, grid, p, seed={choice.seed_sampled}).realizations[0]",
+            f"hd = sample_random(truth, {choice.n_sampled}, seed={choice.seed_sampled})",
+        ]
+    if data.n > MOST_WRITTEN:
+        return None
+    return [f"hd = ccwsim.HardData({data.cells.tolist()}, {data.facies.tolist()})"]
+
+
+def is_bundled(choices: Choices, study: Study) -> bool:
+    """Return whether the data of a study are bundled ones, none of them left out."""
+    data = choices.data
+    return data.source == "bundled" and (
+        datasets.load_hard_data(data.bundled).digest == study.hard_data.digest
+    )
+
+
+def _grid(grid: Grid) -> str:
+    usual = Grid(1, 1)
+    unusual = [n for n in ("cell_size", "origin") if getattr(grid, n) != getattr(usual, n)]
+    parts = [f"{name}={getattr(grid, name)!r}" for name in ("ny", "nx", *unusual)]
+    return f"ccwsim.Grid({', '.join(parts)})"
+
+
+def _parameters(parameters: Parameters) -> str:
+    parts = [f"{name}={getattr(parameters, name)!r}" for name in _unusual(parameters)]
+    return f"ccwsim.Parameters({', '.join(parts)})"
+
+
+def _unusual(parameters: Parameters) -> list[str]:
+    return [f.name for f in fields(Parameters) if getattr(parameters, f.name) != f.default]
+
+
+def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:
+    image = choices.image
+    plain = image.upload is None and not (image.flip_ew or image.flip_ns or image.transpose)
+    direct = plain and (not study.hard_data.n or is_bundled(choices, study))
+    words = ["python", "-m", "ccwsim", "simulate"]
+    if not direct:
+        return [*words, "--project", project, "--output", OUTPUT], True
+    grid, usual = study.grid, Grid(1, 1)
+    words += [image.bundled, "--grid", f"{grid.nx}x{grid.ny}"]
+    for option, name in (("--cell-size", "cell_size"), ("--origin", "origin")):
+        if getattr(grid, name) != getattr(usual, name):
+            words += [option, *map(number, getattr(grid, name))]
+    if study.hard_data.n:
+        words += ["--hard-data", choices.data.bundled]
+    for name in _unusual(study.parameters):
+        words += _option(name, getattr(study.parameters, name))
+    words += ["--realizations", str(choices.n_realizations), "--seed", str(study.seed)]
+    return [*words, "--output", OUTPUT], False
+
+
+def _option(name: str, value: object) -> list[str]:
+    short = short_name(name)
+    if isinstance(value, bool):
+        return [f"--{short}" if value else f"--no-{short}"]
+    return [f"--{short}", number(value) if isinstance(value, float) else str(value)]

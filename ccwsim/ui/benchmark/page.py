@@ -1,0 +1,97 @@
+"""The page of times, put together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import streamlit as st
+
+from ccwsim.system.machine import this_machine
+from ccwsim.ui.benchmark.controls import Kind, draw_data_controls, draw_grid_controls
+from ccwsim.ui.benchmark.csv import timings_csv
+from ccwsim.ui.benchmark.results import draw_data, draw_grids
+from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.benchmark.words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
+from ccwsim.ui.jobs.job import held_up
+from ccwsim.ui.page import guarded
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.facts import seconds
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.steps import step_note
+
+STYLE = Path(__file__).with_name("benchmark.css")
+POLL_EVERY = 0.5
+DRAW: dict[Kind, Callable[[State], None]] = {"grids": draw_grids, "data": draw_data}
+
+
+def draw_benchmark(state: State) -> None:
+    """Draw both measurements, each with its controls above its results."""
+    st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+    with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
+        st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
+        _download(state)
+    step_note(WHAT_CAN_BE_COMPARED)
+    if state.benchmark.message:
+        st.error(plain(state.benchmark.message))
+    st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
+    draw_grid_controls(state)
+    draw_part(state, "grids")
+    st.html('<h2 class="part">CPU time and the number of data <span>as in Table 2</span></h2>')
+    draw_data_controls(state)
+    draw_part(state, "data")
+
+
+def draw_part(state: State, kind: Kind) -> None:
+    """Draw one measurement, followed while it runs."""
+    run = getattr(state.benchmark, kind)
+    with st.container(key=f"part_{kind}"):
+        if run and run.going:
+            _follow(state, kind)
+            return
+        if run and why_ended(run):
+            st.warning(plain(why_ended(run)))
+        if run and run.disturbed:
+            step_note(DISTURBED)
+        DRAW[kind](state)
+
+
+@st.fragment(run_every=POLL_EVERY)
+def _follow(state: State, kind: Kind) -> None:
+    with guarded():
+        run = getattr(state.benchmark, kind)
+        if run is None or not run.going:
+            st.rerun()
+        with st.container(horizontal=True, vertical_alignment="center", key=f"progress_{kind}"):
+            st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
+            st.button("Cancel", key=f"cancel_{kind}", on_click=safely(run.job.cancel),
+                      disabled=run.job.cancelled)  # fmt: skip
+        if run.disturbed:
+            step_note(DISTURBED)
+        DRAW[kind](state)
+
+
+def progress_text(run: TimingRun) -> str:
+    """Say how far a run is."""
+    job = run.job
+    if said := held_up(job):
+        return said
+    assert job is not None
+    n = len(run.timings)
+    text = f"{n} of {len(run.cases)} settings"
+    if n < len(run.cases):
+        case = run.cases[n]
+        data = f", {case.n_data} data" if case.n_data else ""
+        text += f" · now {case.grid_shape[0]}², level {case.parameters.level}{data}"
+    left = job.seconds_left
+    return text if left is None else f"{text} · {seconds(max(left, 1.0))} left"
+
+
+def _download(state: State) -> None:
+    runs = [run for run in (state.benchmark.grids, state.benchmark.data) if run and run.timings]
+    if runs and not state.benchmark.running:
+        st.download_button(
+            "Download CSV", lambda: timings_csv(runs, str(this_machine())),
+            file_name="times.csv", mime="text/csv", on_click="ignore", key="download_times",
+        )  # fmt: skip

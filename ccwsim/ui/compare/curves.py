@@ -1,0 +1,68 @@
+"""Variograms and connection of all settings against the training image."""
+
+from __future__ import annotations
+
+import numpy as np
+import streamlit as st
+
+from ccwsim.experiments.comparison import DIRECTIONS, STATISTICS, Comparison
+from ccwsim.figures import compared_curves_chart
+from ccwsim.ui.compare.name import draw_curve_key
+from ccwsim.ui.compare.run import has_curves, want_curves
+from ccwsim.ui.compare.words import nearest
+from ccwsim.ui.page import chart_theme
+from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.literal import plain
+
+SIGNS = {"variogram": ("Variogram", "γ"), "connection": ("Connection", "τ")}
+SAME_TAU = 0.01
+SAME_GAMMA = 0.02
+"""Gaps that differ by less are alike: in probability, and as a share of the largest γ."""
+
+
+def draw_curves(state: State, found: Comparison) -> None:
+    """Draw four charts of the chosen facies, or say that they are still worked out."""
+    facies = state.facies
+    image = found.ensembles[0].training_image
+    if not has_curves(found, facies):
+        if state.comparing.job is None:
+            st.button(
+                f"Work out the curves of {plain(image.facies_names[facies])}", key="want_curves",
+                on_click=safely(want_curves), args=(state,),
+            )  # fmt: skip
+        else:
+            st.html('<div class="unseen curves"></div>')
+        return
+    draw_curve_key(found.names)
+    top = _top(found, facies)
+    with st.container(key="charts"):
+        places = st.columns(4, gap="medium")
+    wanted = [(s, d) for s in STATISTICS for d in DIRECTIONS]
+    for place, (statistic, direction) in zip(places, wanted, strict=True):
+        with place:
+            _chart(found, facies, statistic, direction, top)
+
+
+def _chart(found: Comparison, facies: int, statistic: str, direction: str, top: float) -> None:
+    curves = found.curves[facies, statistic, direction]
+    name = found.ensembles[0].training_image.facies_names[facies]
+    title, sign = SIGNS[statistic]
+    connected = statistic == "connection"
+    chart = compared_curves_chart(
+        curves, found.names, chart_theme(), y_title=f"{sign} of {name}",
+        y_range=(0, 1.04) if connected else (0, top),
+    )  # fmt: skip
+    note = nearest(curves, found.names, SAME_TAU if connected else SAME_GAMMA * top)
+    where = direction.replace("-", "–")
+    word = f"{statistic}_{direction[0]}"
+    alt = f"{title} {where} of {name}: training image and the band of each setting"
+    titled_chart(f"{title} {where}", note, chart, word, alt)
+
+
+def _top(found: Comparison, facies: int) -> float:
+    """Return the end of the axis of γ, the same for both directions."""
+    curves = [found.curves[facies, "variogram", d] for d in DIRECTIONS]
+    values = [c.reference.max() for c in curves] + [b.high.max() for c in curves for b in c.bands]
+    return 1.08 * float(np.nanmax(values)) or 0.5

@@ -1,0 +1,146 @@
+"""Start a comparison, follow it, and take in what it gives."""
+
+from __future__ import annotations
+
+import streamlit as st
+
+from ccwsim.experiments.comparison import FEWEST, Comparison, add_curves, compare
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.study import Study
+from ccwsim.ui.compare.choice import called, settings_of
+from ccwsim.ui.compare.state import Asked, Run
+from ccwsim.ui.jobs.admission import Demand, demand_of
+from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
+from ccwsim.ui.page import guarded
+from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import POLL_EVERY, failed
+from ccwsim.ui.widgets.errors import safely
+
+
+def asked_of(state: State) -> Asked:
+    """Return what a comparison would be asked for now."""
+    c = state.choices
+    return Asked(c.image, c.data, c.grid, c.seed, state.comparing.n, settings_of(state))
+
+
+def start_comparison(state: State) -> None:
+    """Compare the settings as they are; a comparison that is still going is stopped."""
+    here = state.comparing
+    try:
+        run = Run(asked_of(state))
+        image, data = image_of(state.choices.image), data_of(state.choices)
+    except CCWSIMError as error:
+        here.message = str(error)
+        return
+    if here.job is not None:
+        here.job.cancel()
+    asked, facies = run.asked, min(state.facies, image.n_facies - 1)
+
+    def work(progress: Progress, cancel: Cancel) -> Comparison:
+        settings = dict(zip(called(len(asked.settings)), asked.settings, strict=True))
+        return compare(
+            image, asked.grid, settings, data, asked.n, asked.seed, progress, cancel,
+            facies=facies, so_far=run.tell,
+        )  # fmt: skip
+
+    here.message = ""
+    try:
+        here.job = Job(work, run, _demand(state, asked))
+    except CCWSIMError as error:
+        here.job, here.message = None, str(error)
+
+
+def _demand(state: State, asked: Asked) -> Demand:
+    """Return what a comparison asks of the server: all its realizations are kept."""
+    image, data = image_of(state.choices.image), data_of(state.choices)
+    each = [
+        demand_of(Study(image, asked.grid, p, data, asked.seed), asked.n) for p in asked.settings
+    ]
+    n_cells = sum(demand.n_cells for demand in each)
+    return Demand(n_cells, data.n, sum(demand.n_bytes for demand in each))
+
+
+def want_curves(state: State) -> None:
+    """Work out the curves of the chosen facies where the comparison does not have them yet."""
+    here = state.comparing
+    found = here.found
+    if here.job is not None or found is None or has_curves(found, state.facies):
+        return
+    assert here.asked is not None
+    facies = state.facies
+    here.job = Job(
+        lambda progress, cancel: add_curves(found, facies, progress, cancel),
+        about=Run(here.asked, found),
+    )
+
+
+def has_curves(found: Comparison, facies: int) -> bool:
+    """Return whether the curves of a facies are known."""
+    return any(key[0] == facies for key in found.curves)
+
+
+def collect_comparison(state: State) -> None:
+    """Take what a finished job gives; earlier results stay where it gave none."""
+    here = state.comparing
+    job = here.job
+    if job is None or not job.finished:
+        return
+    here.job = None
+    run: Run = job.about
+    found = job.result
+    if isinstance(job.error, Cancelled):
+        found = run.so_far
+        if found is not None and len(found.names) < FEWEST:
+            found = None
+        here.message = _stopped(found, len(run.asked.settings), here.found is not None)
+    elif job.error is not None:
+        here.message = failed(job.error)
+    if found is not None:
+        here.found, here.asked = found, run.asked
+
+
+def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
+    if found is not None:
+        all_ = "all" if len(found.names) == n else f"{len(found.names)} of {n}"
+        return f"Stopped after {all_} settings were simulated; what was worked out is shown."
+    return "Stopped before two settings were simulated." + (
+        " The earlier comparison is still shown." if has_older else ""
+    )
+
+
+@st.fragment(run_every=POLL_EVERY)
+def follow_comparison(state: State, n_parts: int) -> None:
+    """Show progress, with a way to stop; draw the page again when more is known, and at the end.
+
+    Parameters
+    ----------
+    state : State
+    n_parts : int
+        How often there was more when the page was drawn.
+    """
+    with guarded():
+        job = state.comparing.job
+        if job is None or job.finished:
+            collect_comparison(state)
+            st.rerun()
+        if job.about.n_parts != n_parts:
+            st.rerun()
+        with st.container(horizontal=True, vertical_alignment="center", key="progress"):
+            st.progress(min(job.fraction, 1.0), text=said_progress(job))
+            st.button("Cancel", key="cancel", on_click=safely(job.cancel), disabled=job.cancelled)
+
+
+def said_progress(job: Job[Comparison]) -> str:
+    """Say how far a comparison is."""
+    run: Run = job.about
+    if said := held_up(job):
+        return said
+    total, known = run.asked.n * len(run.asked.settings), run.so_far
+    text = f"{job.n_done} of {total} realizations"
+    if job.n_done >= total:
+        text = "Comparing patterns" if known and known.curves else "Comparing curves"
+    left = job.seconds_left
+    if job.seconds > 2 and left is not None:
+        text += f" · {left:.0f} s left"
+    return text

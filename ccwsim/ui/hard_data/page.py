@@ -1,0 +1,142 @@
+"""Hard data placed by hand: a map that takes them, a table beside it, and what answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import streamlit as st
+
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.choices import DataChoice
+from ccwsim.ui.hard_data.actions import answer, fits, is_revised, needs_run, take
+from ccwsim.ui.hard_data.canvas import draw_canvas, said_help
+from ccwsim.ui.hard_data.files import draw_export, draw_import, draw_problem
+from ccwsim.ui.hard_data.sampling import draw_sampling
+from ccwsim.ui.hard_data.table import draw_table
+from ccwsim.ui.page import guarded
+from ccwsim.ui.results.e_type import draw_e_type
+from ccwsim.ui.results.gallery import draw_gallery
+from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.data_step import problem_of_data
+from ccwsim.ui.study.image_step import colours_of
+from ccwsim.ui.study.run import start_run
+from ccwsim.ui.study.run_step import problem_of
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.facts import draw_facts
+from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
+from ccwsim.ui.widgets.steps import panel_title, step_note
+
+STYLE = Path(__file__).with_name("editor.css")
+GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
+
+
+@st.fragment
+def draw_editor(state: State) -> None:
+    """Draw the editor; an edit redraws only this."""
+    with guarded():
+        st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+        problem = problem_of_data(state.choices)
+        if problem:
+            draw_problem(state, problem)
+        else:
+            _editor(state)
+
+
+def _editor(state: State) -> None:
+    if needs_run(state):
+        st.rerun()
+    answer(state)
+    data, image = data_of(state.choices), image_of(state.choices.image)
+    colours = colours_of(state)
+    ensemble = state.ensemble
+    if ensemble is not None and not fits(ensemble, state.choices):
+        ensemble = None
+    if ensemble is not None:
+        state.shown = min(state.shown, ensemble.n - 1)
+        state.facies = min(state.facies, image.n_facies - 1)
+    _top(state, data, ensemble)
+    with st.container(key="maps"):
+        left, middle, right = st.columns([1.0, 1.0, 0.56], gap="medium")
+    with left:
+        _ground(state)
+        draw_canvas(state, data, image, colours, ensemble)
+        if ensemble is not None:  # below, where its length moves no map under the pointer
+            step_note(said_answer(state, ensemble))
+    with middle:
+        if ensemble is not None:
+            _beside(state, ensemble, colours)
+        else:
+            panel_title("Realizations and E-type")
+            step_note("They answer every edit here, once the study has been simulated.")
+    with right:
+        draw_table(state, data, image)
+    if ensemble is not None:
+        draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
+
+
+def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
+    if ensemble is not None:
+        with st.container(key="facts_row"):
+            draw_facts(ensemble)
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
+        draw_import(state)
+        draw_sampling(state)
+        draw_export(state, data)
+        st.button(
+            "Clear", key="clear", disabled=not data.n, on_click=safely(take),
+            args=(state, DataChoice("placed", placed=HardData())),
+            help="Take all data away; undo brings them back.",
+        )  # fmt: skip
+        problem = problem_of(state)
+        if st.button(
+            "Run again", key="run_again", type="primary", disabled=bool(problem), help=problem
+            or "Draw the realizations with all data from the beginning, instead of mending them "
+            "around each edit.",
+        ):  # fmt: skip
+            start_run(state)
+            st.rerun()
+    if state.editor.message:
+        st.warning(plain(state.editor.message))
+
+
+def said_answer(state: State, ensemble: Ensemble) -> str:
+    """Say how the shown realization met the data, and whether it was mended since its run."""
+    if not ensemble.hard_data.n:
+        return "Click the map to place a datum; drag to place a line of them."
+    met = said_help(ensemble.met_by[state.shown])
+    text = f"Realization {state.shown + 1}: {met}."
+    if is_revised(state) and not ensemble.parameters.exact_data:
+        text += " Edits change nothing while exact data is off; Run again lets them steer."
+    elif is_revised(state):
+        text += " Mended around your edits; Run again draws it with all data from the beginning."
+    return text
+
+
+def _ground(state: State) -> None:
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
+        panel_title("Hard data on")
+        field(
+            st.segmented_control, "What lies under the data", key="ground",
+            value=state.editor.ground, options=list(GROUNDS), format_func=GROUNDS.get,
+            write=lambda ground: setattr(state.editor, "ground", ground),
+            label_visibility="collapsed",
+        )  # fmt: skip
+
+
+def _beside(state: State, ensemble: Ensemble, colours: list[str]) -> None:
+    if state.editor.ground != "e_type":
+        draw_e_type(state, ensemble, colours)
+        return
+    image: TrainingImage = ensemble.training_image
+    r = state.shown
+    panel_title(f"Realization {r + 1} of {ensemble.n}")
+    shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
+    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+    draw_map(
+        shown, "map_realization", link="grid", scale="maps", name=f"realization_{r + 1}"
+    )  # fmt: skip

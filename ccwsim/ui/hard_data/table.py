@@ -1,0 +1,165 @@
+"""The hard data as a table that can be edited, pasted into and cleared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import streamlit as st
+from numpy.typing import ArrayLike
+
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.hard_data.actions import take_data
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.steps import panel_title
+
+WORLD, CELLS = ["x", "y", "facies"], ["row", "col", "facies"]
+HEIGHT = 497
+"""Pixels: names and fourteen rows, none of them cut."""
+MOST_NOTES = 4
+
+
+def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
+    """Draw the table; what the user changes there becomes the study's hard data."""
+    table, grid = state.editor.table, state.choices.grid
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
+        panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
+        field(
+            st.segmented_control, "Places as", key="table_world", value=table.world,
+            options=[True, False], format_func=lambda world: "x, y" if world else "row, col",
+            write=lambda world: setattr(table, "world", world), label_visibility="collapsed",
+        )  # fmt: skip
+    if table.of != _stands_for(state, data.digest, image):
+        table.base, table.notes = rows_of(data, grid, table.world), []
+        table.of = _stands_for(state, data.digest, image)
+        table.version += 1
+    key = f"table_{table.version}"
+    names = ", ".join(
+        f"{code} {name}" for code, name in zip(image.codes, image.facies_names, strict=True)
+    )
+    st.data_editor(
+        table.base, key=key, num_rows="dynamic", height=HEIGHT, width="stretch", hide_index=True,
+        on_change=safely(_edited), args=(state, key, image),
+        column_config={
+            **{name: st.column_config.NumberColumn(width=72) for name in table.base.columns},
+            "facies": st.column_config.NumberColumn(width=72, help=names),
+        },
+    )  # fmt: skip
+    for note in table.notes:
+        st.caption(plain(note))
+
+
+def _stands_for(state: State, digest: str, image: TrainingImage) -> tuple:
+    return digest, state.choices.grid, state.editor.table.world, image.digest
+
+
+def _edited(state: State, key: str, image: TrainingImage) -> None:
+    table = state.editor.table
+    frame = edited_rows(table.base, st.session_state[key])
+    data, table.notes = data_of_rows(frame, state.choices.grid, image, table.world)
+    try:
+        take_data(state, data, state.reference)
+    except CCWSIMError as error:
+        state.editor.message = str(error)
+        return
+    table.of = _stands_for(state, data.digest, image)
+
+
+def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
+    """Return hard data as a table of x, y (cell centres) or row, col, and facies.
+
+    Examples
+    --------
+    >>> rows_of(HardData([[3, 4]], [1]), Grid(9, 9), True).values.tolist()
+    [[4.5, 3.5, 1.0]]
+    """
+    if world:
+        x, y = grid.centers_of(data.cells).T
+        return pd.DataFrame({"x": x, "y": y, "facies": data.facies})
+    return pd.DataFrame({"row": data.cells[:, 0], "col": data.cells[:, 1], "facies": data.facies})
+
+
+def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
+    """Return a table with the edits of `st.data_editor` applied.
+
+    Examples
+    --------
+    >>> base = pd.DataFrame({"row": [1, 2], "col": [1, 2], "facies": [0, 0]})
+    >>> edits = {"edited_rows": {1: {"facies": 1}}, "deleted_rows": [0],
+    ...          "added_rows": [{"row": 7, "col": 7}]}
+    >>> edited_rows(base, edits).to_dict("list")
+    {'row': [2.0, 7.0], 'col': [2.0, 7.0], 'facies': [1.0, nan]}
+    """
+    frame = base.astype(float)
+    for row, changes in edits.get("edited_rows", {}).items():
+        for name, value in changes.items():
+            frame.loc[int(row), name] = np.nan if value is None else float(value)
+    frame = frame.drop(index=list(edits.get("deleted_rows", [])))
+    added = [{n: row.get(n) for n in base.columns} for row in edits.get("added_rows", [])]
+    if added:
+        more = pd.DataFrame(added, columns=base.columns).astype(float)
+        frame = more if frame.empty else pd.concat([frame, more], ignore_index=True)
+    return frame.reset_index(drop=True)
+
+
+def data_of_rows(
+    frame: pd.DataFrame, grid: Grid, image: TrainingImage, world: bool
+) -> tuple[HardData, list[str]]:
+    """Return the hard data of the rows that can be used, and what is wrong with the others.
+
+    Examples
+    --------
+    >>> frame = pd.DataFrame({"row": [1, 1, 99], "col": [1, 1, 0], "facies": [0, 1, 1]})
+    >>> data_of_rows(frame, Grid(8, 8), TrainingImage([[0, 1]]), False)[1]
+    ['Row 3 lies outside the grid and is left out.', 'Row 2 counts, not row 1 in the same cell.']
+    """
+    values = frame.to_numpy(float)
+    whole = np.isfinite(values).all(axis=1)
+    notes = _noted(~whole, "is not complete yet", "are not complete yet")
+    cells = np.full((len(values), 2), -1, np.int64)
+    near = whole & (np.abs(values) < 2.0**40).all(axis=1)
+    places = values[near, :2]
+    cells[near] = grid.cells_of(*places.T) if world else np.floor(places).astype(np.int64)
+    inside = grid.holds(cells) if len(cells) else whole
+    notes += _noted(
+        whole & ~inside, "lies outside the grid and is left out",
+        "lie outside the grid and are left out",
+    )  # fmt: skip
+    known = np.isin(values[:, 2], image.codes)
+    codes = ", ".join(map(str, image.codes))
+    tail = f"of the training image ({codes}) and"
+    notes += _noted(
+        whole & inside & ~known, f"has no facies {tail} is left out",
+        f"have no facies {tail} are left out",
+    )  # fmt: skip
+    taken: dict[tuple[int, int], int] = {}
+    for k in np.flatnonzero(whole & inside & known).tolist():
+        cell = (int(cells[k, 0]), int(cells[k, 1]))
+        if cell in taken and values[taken[cell], 2] != values[k, 2]:
+            notes.append(f"Row {k + 1} counts, not row {taken[cell] + 1} in the same cell.")
+        taken[cell] = k
+    facies = values[list(taken.values()), 2].astype(np.int64)
+    return HardData(list(taken), facies), _few(notes)
+
+
+def _noted(which: ArrayLike, one: str, many: str) -> list[str]:
+    rows = (np.flatnonzero(which) + 1).tolist()
+    if not rows:
+        return []
+    if len(rows) == 1:
+        return [f"Row {rows[0]} {one}."]
+    listed = ", ".join(map(str, rows[:6])) + (" …" if len(rows) > 6 else "")
+    return [f"Rows {listed} {many}."]
+
+
+def _few(notes: list[str]) -> list[str]:
+    more = len(notes) - MOST_NOTES
+    return [*notes[:MOST_NOTES], *([f"And {more} more such rows."] if more > 0 else [])]

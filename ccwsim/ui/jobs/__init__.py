@@ -1,0 +1,1 @@
+"""Long work on threads: jobs, their queue, sessions and limits."""

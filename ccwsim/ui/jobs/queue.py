@@ -1,0 +1,185 @@
+"""The queue of a server: so many jobs are active at once, and sessions take turns."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from functools import cache
+from threading import Lock, Timer
+
+from ccwsim.system.workers import share_cores
+from ccwsim.ui.jobs.limits import limits_of_environment
+
+LONG = 10.0
+"""Seconds after which an active job does not count against the places where others wait."""
+
+
+class Place:
+    """A place in the queue.
+
+    Parameters
+    ----------
+    session : str
+        Whose it is.
+    begin : callable
+        Called once, when it is its turn.
+    drop : callable
+        Called where nobody wants it any more, as its session is over.
+    still_to_take : callable
+        Returns how many bytes of memory it has asked for and not taken yet.
+    """
+
+    def __init__(
+        self,
+        session: str,
+        begin: Callable[[], None],
+        drop: Callable[[], None] = lambda: None,
+        still_to_take: Callable[[], float] = lambda: 0.0,
+    ) -> None:
+        self.session = session
+        self.begin, self.drop, self.still_to_take = begin, drop, still_to_take
+        self.since = 0.0
+
+
+class Queue:
+    """Lets jobs begin: the session with the fewest active ones first, then the one whose turn is
+    longest ago, then who came first.
+
+    Parameters
+    ----------
+    n_places : int
+        How many short jobs are active at once. One that has been active for `LONG` seconds goes on
+        and its place is for others; the cores are shared all the same.
+    clock : callable
+        Returns the time in seconds.
+
+    Examples
+    --------
+    >>> queue = Queue(1)
+    >>> first, second = (Place("a session", lambda: None) for _ in range(2))
+    >>> queue.enter(first), queue.enter(second)
+    (None, None)
+    >>> queue.position(first), queue.position(second)
+    (0, 1)
+    """
+
+    def __init__(self, n_places: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self._n_places, self._clock = n_places, clock
+        self._waiting: list[Place] = []
+        self._active: list[Place] = []
+        self._turns: dict[str, int] = {}  # when each session had its latest, while it has places
+        self._n_begun = 0
+        self._timer: Timer | None = None
+        self._lock = Lock()
+
+    def enter(self, place: Place) -> None:
+        """Take a place at the end; where there is room it begins at once."""
+        with self._lock:
+            self._waiting.append(place)
+        self.look()
+
+    def leave(self, place: Place) -> None:
+        """Give a place back at the end of a job."""
+        with self._lock:
+            if place in self._active:
+                self._active.remove(place)
+            self._forget(place.session)
+        self.look()
+
+    def withdraw(self, place: Place) -> bool:
+        """Give up waiting; return whether the place did wait, and so will never begin."""
+        with self._lock:
+            if place not in self._waiting:
+                return False
+            self._waiting.remove(place)
+            self._forget(place.session)
+        self.look()
+        return True
+
+    def look(self) -> None:
+        """Let those begin who may by now."""
+        with self._lock:
+            now, begun = self._clock(), []
+            while self._waiting and self._n_counted(now) < self._n_places:
+                place = self._next(self._waiting, self._busy(), self._turns)
+                self._waiting.remove(place)
+                self._active.append(place)
+                self._n_begun += 1
+                self._turns[place.session] = self._n_begun
+                place.since = now
+                begun.append(place)
+            self._look_again(now)
+        for place in begun:
+            place.begin()
+
+    def position(self, place: Place) -> int:
+        """Return how many jobs must begin before and with this one, 0 where it does not wait."""
+        with self._lock:
+            if place not in self._waiting:
+                return 0
+            ahead, waiting = 1, list(self._waiting)
+            busy, turns = self._busy(), dict(self._turns)
+            while (following := self._next(waiting, busy, turns)) is not place:
+                waiting.remove(following)
+                busy[following.session] += 1
+                turns[following.session] = self._n_begun + ahead
+                ahead += 1
+            return ahead
+
+    def places_of(self, session: str) -> list[Place]:
+        """Return the places of a session, active and waiting."""
+        with self._lock:
+            return [p for p in (*self._active, *self._waiting) if p.session == session]
+
+    @property
+    def n_active(self) -> int:
+        """How many jobs are active."""
+        return len(self._active)
+
+    @property
+    def n_waiting(self) -> int:
+        """How many jobs wait."""
+        return len(self._waiting)
+
+    @property
+    def still_to_take(self) -> float:
+        """Bytes of memory that all jobs have asked for and not taken yet."""
+        with self._lock:
+            places = [*self._active, *self._waiting]
+        return sum(place.still_to_take() for place in places)
+
+    def _busy(self) -> Counter[str]:
+        return Counter(place.session for place in self._active)
+
+    def _forget(self, session: str) -> None:
+        if all(place.session != session for place in (*self._active, *self._waiting)):
+            self._turns.pop(session, None)
+
+    @staticmethod
+    def _next(waiting: list[Place], busy: Counter[str], turns: dict[str, int]) -> Place:
+        def rank(place: Place) -> tuple[int, int]:
+            return busy[place.session], turns.get(place.session, 0)
+
+        return min(waiting, key=rank)  # the first of those alike
+
+    def _n_counted(self, now: float) -> int:
+        return sum(now - place.since < LONG for place in self._active)
+
+    def _look_again(self, now: float) -> None:
+        """Look when the next active job has become a long one, if anybody waits for that."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._waiting:
+            first = min(p.since for p in self._active if now - p.since < LONG)
+            self._timer = Timer(max(first + LONG - now, 0.01), self.look)
+            self._timer.daemon = True
+            self._timer.start()
+
+
+@cache
+def server_queue() -> Queue:
+    """Return the one queue of this process, whose runs take turns on its cores from now on."""
+    share_cores()
+    return Queue(limits_of_environment().n_places)

@@ -1,0 +1,202 @@
+"""Statistics worked out one after another on a thread, and kept for all who ask again."""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field, is_dataclass
+from threading import Condition, Lock
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
+from ccwsim.ui.widgets.errors import reason
+
+Value = TypeVar("Value")
+Fraction = Callable[[float], None]
+MOST_KEPT = 96
+MOST_LARGE = 24
+"""More than a page shows: so many values are kept however large they are."""
+MOST_BYTES = 256 * 10**6
+
+
+@dataclass(frozen=True)
+class Statistic(Generic[Value]):
+    """Something to be worked out from a study.
+
+    Attributes
+    ----------
+    key : tuple
+        Equal for equal contents and settings.
+    work : callable
+        Called as work(progress) with a callable that takes the share that is done.
+    """
+
+    key: tuple
+    work: Callable[[Fraction], Value] = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a statistic could not be worked out."""
+
+    reason: str
+
+
+class Shelf:
+    """The latest values, by the key of their statistic; the one least lately used goes first.
+
+    Examples
+    --------
+    >>> shelf = Shelf(most=1)
+    >>> shelf.put(("a",), 1)
+    >>> shelf.put(("b",), 2)
+    >>> shelf.get(("a",)), shelf.get(("b",))
+    (None, 2)
+    """
+
+    def __init__(self, most: int = MOST_KEPT) -> None:
+        self._most = most
+        self._values: OrderedDict[tuple, Any] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: tuple) -> Any:
+        """Return a value, or None."""
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+            return self._values.get(key)
+
+    def put(self, key: tuple, value: Any) -> None:
+        """Keep a value."""
+        with self._lock:
+            self._values[key] = value
+            self._values.move_to_end(key)
+            while len(self._values) > self._most or self._too_large():
+                self._values.popitem(last=False)
+
+    def _too_large(self) -> bool:
+        return len(self._values) > MOST_LARGE and n_bytes(self._values) > MOST_BYTES
+
+
+def n_bytes(value: Any) -> int:
+    """Return the memory of the arrays and pictures in a value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> n_bytes({"a": np.zeros(10), "b": [b"picture", 3]})
+    87
+    """
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, str | bytes):
+        return len(value)
+    if isinstance(value, dict):
+        return sum(n_bytes(each) for each in list(value.values()))
+    if isinstance(value, list | tuple):
+        return sum(n_bytes(each) for each in value)
+    return n_bytes(vars(value)) if is_dataclass(value) and hasattr(value, "__dict__") else 0
+
+
+class Workbench:
+    """Works out what is asked for, in order, on one thread that ends when there is no more.
+
+    Parameters
+    ----------
+    shelf : Shelf
+        Where values go.
+    """
+
+    def __init__(self, shelf: Shelf) -> None:
+        self.shelf = shelf
+        self.stopped = False
+        self._pending: list[Statistic] = []
+        self._current: Statistic | None = None
+        self._share = 0.0
+        self._since = 0.0
+        self._job: Job | None = None
+        self._changed = Condition()
+
+    def ask(self, statistic: Statistic) -> None:
+        """Put a statistic at the end of the queue, unless it is there, known, or all is stopped."""
+        with self._changed:
+            if self.stopped or self.shelf.get(statistic.key) is not None:
+                return
+            if statistic not in self._pending and statistic != self._current:
+                self._pending.append(statistic)
+            if self._job is None or self._job.finished:  # one that waited may be dropped
+                self._since = time.monotonic()
+                self._job = Job(self._run)
+
+    def forget(self) -> None:
+        """Drop what was not begun yet."""
+        with self._changed:
+            self._pending.clear()
+
+    def stop(self) -> None:
+        """Drop everything, also what is at work, until `go_on`."""
+        with self._changed:
+            self.stopped = True
+            self._pending.clear()
+            if self._job is not None:
+                self._job.cancel()
+
+    def go_on(self) -> None:
+        """Take questions again."""
+        self.stopped = False
+
+    def wait_for(self, statistic: Statistic[Value], seconds: float) -> Value | Failure | None:
+        """Return a value as soon as it is there, None where it is not within `seconds`."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.shelf.get(statistic.key) is not None, seconds)
+        return self.shelf.get(statistic.key)
+
+    def share_of(self, statistic: Statistic) -> float | None:
+        """Return how much of it is done, None where it was not begun."""
+        return self._share if statistic == self._current else None
+
+    @property
+    def seconds(self) -> float:
+        """How long it has been at work."""
+        return time.monotonic() - self._since if self._job is not None else 0.0
+
+    @property
+    def waiting(self) -> str:
+        """Say which place it has in the queue of the server; empty where it does not wait."""
+        job = self._job
+        return held_up(job) if job is not None and job.position else ""
+
+    def _run(self, progress: Progress, cancel: Cancel) -> None:
+        while True:
+            with self._changed:
+                if not self._pending or cancel():
+                    self._current, self._job = None, None
+                    self._changed.notify_all()
+                    return
+                self._current, self._share = self._pending.pop(0), 0.0
+            value = self._worked_out(self._current, cancel)
+            with self._changed:
+                if value is not None:
+                    self.shelf.put(self._current.key, value)
+                self._changed.notify_all()
+
+    def _worked_out(self, statistic: Statistic, cancel: Cancel) -> Any:
+        def progress(share: float) -> None:
+            self._share = share
+            if cancel():
+                raise Cancelled("stopped")
+
+        try:
+            return statistic.work(progress)
+        except Cancelled:
+            return None
+        except CCWSIMError as error:
+            return Failure(str(error))
+        except MemoryError:
+            return Failure("this does not fit into memory; ask for fewer realizations")
+        except Exception as error:
+            return Failure(f"this could not be worked out: {reason(error)}")

@@ -1,0 +1,117 @@
+"""The page of the paper, put together."""
+
+from __future__ import annotations
+
+from datetime import date
+from pathlib import Path
+
+import streamlit as st
+
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.paper import EXPERIMENTS
+from ccwsim.ui.page import guarded
+from ccwsim.ui.paper.run import PaperRun, server_inputs
+from ccwsim.ui.paper.words import (
+    DURATIONS,
+    INTRODUCTION,
+    ended_text,
+    progress_text,
+    said_inputs,
+    verdict_list,
+)
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.steps import step_note
+
+STYLE = Path(__file__).with_name("paper.css")
+POLL_EVERY = 0.5
+EXTENTS = {False: "Full", True: "Quick"}
+
+
+def draw_paper(state: State) -> None:
+    """Draw what will be done, the controls, and the experiments with their verdicts."""
+    st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+    st.html('<h2 class="part">The paper’s experiments, run again</h2>')
+    step_note(INTRODUCTION)
+    inputs, problem = server_inputs()
+    step_note(said_inputs(inputs))
+    if problem:
+        st.warning(plain(problem))
+    run = state.paper.run
+    if run is None or not run.going:
+        _controls(state)
+    if state.paper.message:
+        st.warning(plain(state.paper.message))
+    with st.container(key="results"):
+        if run is not None and run.going:
+            _follow(state)
+        else:
+            _ended(run)
+
+
+def start(state: State) -> None:
+    """Start a run; there is never more than one of a session."""
+    if state.paper.run is not None and state.paper.run.going:
+        return
+    inputs, _ = server_inputs()
+    state.paper.message = ""
+    try:
+        state.paper.run = PaperRun(inputs, state.paper.quick, state.paper.seed).start()
+    except CCWSIMError as error:
+        state.paper.message = str(error)
+
+
+def _controls(state: State) -> None:
+    paper = state.paper
+    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="paper_row"):
+        field(
+            st.segmented_control, "Extent", key="paper_extent", options=[False, True],
+            value=paper.quick, format_func=lambda quick: EXTENTS[quick],
+            write=lambda quick: setattr(paper, "quick", bool(quick)),
+            help="Quick shows that everything works, with few realizations on small grids; its "
+            "verdicts are not results.",
+        )  # fmt: skip
+        field(
+            st.number_input, "Seed", key="paper_seed", value=paper.seed, min_value=0,
+            max_value=2**31 - 1, step=1, width=120,
+            help="The same seed gives the same realizations.",
+            write=lambda seed: setattr(paper, "seed", int(seed)),
+        )  # fmt: skip
+        st.button(
+            "Run the experiments" if paper.run is None else "Run again", key="paper_start",
+            type="primary", on_click=safely(start), args=(state,),
+        )  # fmt: skip
+        duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[paper.quick]}."
+        st.html(f'<span class="takes">{duration}</span>')
+
+
+@st.fragment(run_every=POLL_EVERY)
+def _follow(state: State) -> None:
+    with guarded():
+        run = state.paper.run
+        if run is None or run.job is None or not run.going:
+            st.rerun()
+        with st.container(horizontal=True, vertical_alignment="center", key="progress"):
+            st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
+            st.button("Cancel", key="paper_cancel", on_click=safely(run.job.cancel),
+                      disabled=run.job.cancelled)  # fmt: skip
+        st.html(verdict_list(run.finished))
+
+
+def _ended(run: PaperRun | None) -> None:
+    if run is not None:
+        with st.container(horizontal=True, vertical_alignment="center", key="paper_end"):
+            words = ended_text(run)
+            if run.job is not None and run.job.error is not None:
+                st.error(plain(words))
+            else:
+                st.html(f'<p class="facts ran">{words}</p>')
+            if run.report:
+                st.download_button(
+                    f"Download the report ({len(run.report) / 1e6:.0f} MB)", run.report,
+                    file_name=f"ccwsim-paper-{date.today()}.html", mime="text/html",
+                    key="download_paper", on_click="ignore", type="primary",
+                )  # fmt: skip
+    st.html(verdict_list(run.finished if run is not None else []))

@@ -1,0 +1,112 @@
+"""The paper's experiments in the background, and the report of those that are finished."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.paper import (
+    EXPERIMENTS,
+    FULL,
+    QUICK,
+    Extent,
+    Finished,
+    Inputs,
+    Reproduction,
+    document_of,
+    inputs_in,
+    reproduce,
+)
+from ccwsim.report import report_html
+from ccwsim.ui.jobs.admission import Demand
+from ccwsim.ui.jobs.background import BackgroundRun
+from ccwsim.ui.jobs.job import Cancel, Job, Progress
+
+BYTES_A_CELL = 8
+"""Memory of an experiment for each cell of its realizations, with statistics and pictures."""
+VARIABLE = "CCWSIM_DATA"
+"""Environment variable of the server that names the folder of the authors' files."""
+
+
+@dataclass
+class PaperRun(BackgroundRun):
+    """A run that is going on, or has come to an end.
+
+    Attributes
+    ----------
+    inputs : Inputs
+    quick : bool
+    seed : int
+    finished : list of Finished
+        The experiments so far.
+    result : Reproduction or None
+        None until the end.
+    report : bytes
+        The HTML of the result; empty where no experiment was finished.
+    """
+
+    inputs: Inputs
+    quick: bool
+    seed: int
+    finished: list[Finished] = field(default_factory=list)
+    result: Reproduction | None = None
+    report: bytes = b""
+    job: Job | None = None
+
+    @property
+    def _extent(self) -> Extent:
+        return QUICK if self.quick else FULL
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: its largest experiment, as they run one by one."""
+        x = self._extent
+        n_cells = max(
+            x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few,
+            max(x.timed_sides) ** 2 * x.n_timed,
+        )  # fmt: skip
+        return Demand(n_cells, 0, BYTES_A_CELL * n_cells)
+
+    def _work(self, progress: Progress, cancel: Cancel) -> None:
+        found = reproduce(
+            self.inputs,
+            self._extent,
+            self.seed,
+            progress,
+            cancel,
+            EXPERIMENTS,
+            self.finished.append,
+        )
+        if found.finished:
+            self.report = report_html(document_of(found)).encode()
+        self.result = found
+
+
+@dataclass
+class PaperState:
+    """What the page remembers.
+
+    Attributes
+    ----------
+    quick : bool
+        Whether the next run is the small one.
+    seed : int
+    run : PaperRun, optional
+        The latest.
+    message : str
+        Why one was not started.
+    """
+
+    quick: bool = False
+    seed: int = 0
+    run: PaperRun | None = None
+    message: str = ""
+
+
+def server_inputs() -> tuple[Inputs, str]:
+    """Return the inputs of the server, and what is wrong with its folder, if anything is."""
+    folder = os.environ.get(VARIABLE)
+    try:
+        return inputs_in(folder or None), ""
+    except CCWSIMError as error:
+        return Inputs(), f"{VARIABLE} of the server: {error}. The bundled images are used."

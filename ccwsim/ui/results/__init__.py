@@ -1,0 +1,1 @@
+"""What several pages show of results: charts, gallery, E-type, tables."""

@@ -1,0 +1,111 @@
+"""Curves of an ensemble and its training image, worked out once for each content."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim.figures import Bundle
+from ccwsim.metrics import EType, band, connectivity, etype, variogram
+from ccwsim.model.ensemble import Ensemble
+
+LARGEST_LAG = 100
+SMALL_SHARES = 4_000_000
+"""Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
+MOST_CURVES = 100
+"""Curves are worked out for the first so many realizations."""
+
+Floats = NDArray[np.float64]
+_large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
+
+
+def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
+    """Return indicator variograms of a facies (a place in the codes) along "E-W" or "N-S"."""
+
+    def curve(images: NDArray[np.integer], lags: int) -> Floats:
+        return variogram(images, facies, direction, lags).gamma
+
+    key = ("variogram", ensemble.digest, ensemble.training_image.digest, facies, direction)
+    return _bundle(key, ensemble, direction, curve)
+
+
+def connection_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
+    """Return probabilities of connection of a facies along "E-W" or "N-S", 8 neighbours."""
+
+    def curve(images: NDArray[np.integer], lags: int) -> Floats:
+        return connectivity(images, facies, direction, lags).tau
+
+    key = ("connection", ensemble.digest, ensemble.training_image.digest, facies, direction)
+    return _bundle(key, ensemble, direction, curve)
+
+
+@st.cache_resource(max_entries=64, show_spinner=False)
+def _bundle(
+    key: tuple,
+    _ensemble: Ensemble,
+    _direction: str,
+    _curve: Callable[[NDArray[np.integer], int], Floats],
+) -> Bundle:
+    image = _ensemble.training_image
+    axis = 1 if _direction == "E-W" else 0
+    longest = min(image.shape[axis], _ensemble.grid.shape[axis])
+    lags = max(1, min(LARGEST_LAG, longest // 2))
+    of_image = (key[0], image.digest, *key[3:], lags)
+    reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
+    each = _curve(_ensemble.indices[:MOST_CURVES], lags)
+    return bundle_of(np.arange(len(reference), dtype=float), reference, each)
+
+
+@st.cache_resource(max_entries=64, show_spinner=False)
+def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
+    """Return the image's own curve, which is the same for all its ensembles."""
+    return _curve()
+
+
+def bundle_of(lags: Floats, reference: Floats, each: Floats) -> Bundle:
+    """Return a bundle with its quantiles; a lag where no realization has a value stays empty.
+
+    Examples
+    --------
+    >>> bundle_of(np.arange(2.0), np.zeros(2), np.array([[0.0, np.nan], [2.0, np.nan]])).median
+    array([ 1., nan])
+    """
+    spread = band(each, 0.05, 0.95)
+    return Bundle(lags, reference, each, spread.low, spread.median, spread.high)
+
+
+def e_type_of(ensemble: Ensemble) -> EType:
+    """Return what an ensemble says about each cell, worked out once.
+
+    Small ones are shared by all sessions; a large one goes with its ensemble.
+    """
+    if ensemble.grid.ny * ensemble.grid.nx * ensemble.training_image.n_facies <= SMALL_SHARES:
+        return _e_type(ensemble.digest, ensemble)
+    if ensemble not in _large:
+        _large[ensemble] = etype(ensemble.indices, ensemble.training_image.n_facies)
+    return _large[ensemble]
+
+
+@st.cache_resource(max_entries=8, show_spinner=False)
+def _e_type(digest: str, _ensemble: Ensemble) -> EType:
+    return etype(_ensemble.indices, _ensemble.training_image.n_facies)
+
+
+def alike_up_to(bundle: Bundle, tolerance: float) -> int:
+    """Return the largest lag up to which the image's curve lies in the band, or −1.
+
+    Parameters
+    ----------
+    bundle : Bundle
+    tolerance : float
+        How far outside the band still counts as in it.
+    """
+    outside = (bundle.reference < bundle.low - tolerance) | (
+        bundle.reference > bundle.high + tolerance
+    )
+    beyond = np.flatnonzero(outside[1:])
+    return int(bundle.lags[beyond[0]]) if len(beyond) else int(bundle.lags[-1])

@@ -1,0 +1,98 @@
+"""The row of charts: variograms, connection and CPU time, each titled by what it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import streamlit as st
+
+from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.page import chart_theme
+from ccwsim.ui.results.bundles import MOST_CURVES, alike_up_to, connection_bundle, variogram_bundle
+from ccwsim.ui.results.charts import draw_chart
+from ccwsim.ui.widgets.facts import seconds
+from ccwsim.ui.widgets.steps import panel_title
+
+FEW = 4
+"""Up to so many cells two curves are not yet called alike."""
+
+
+def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
+    """Draw four charts of a facies (a place in the codes) side by side.
+
+    Where `colours` of the facies are given, a fifth one shows their proportions.
+    """
+    theme = chart_theme()
+    name = ensemble.training_image.facies_names[facies]
+    _key(ensemble)
+    variograms = [variogram_bundle(ensemble, facies, way) for way in ("E-W", "N-S")]
+    top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in variograms)
+    with st.container(key="charts"):
+        places = st.columns(5 if colours else 4, gap="medium")
+    for place, way, bundle in zip(places, ("E–W", "N–S"), variograms, strict=False):
+        with place:
+            panel_title(f"Variogram {way}", said(bundle, "varies", 0.05 * top))
+            chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=(0, top))
+            draw_chart(chart, f"variogram_{way[0]}", f"Indicator variogram {way} of {name}")
+    with places[2]:
+        bundle = connection_bundle(ensemble, facies, "E-W")
+        panel_title("Connection E–W", said(bundle, "connected", 0.02))
+        chart = curves_chart(bundle, theme, y_title=f"τ of {name}", y_range=(0, 1.04))
+        draw_chart(chart, "connection", f"Probability of connection E–W of {name}")
+    with places[3]:
+        _times(ensemble, theme)
+    if colours:
+        with places[4]:
+            draw_proportions(ensemble, colours)
+
+
+def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the facies proportions of the realizations against those of the training image."""
+    image = ensemble.training_image
+    panel_title("Proportions")
+    chart = proportions_chart(
+        image.facies_names, image.proportions, ensemble.proportions, colours, chart_theme()
+    )
+    draw_chart(chart, "proportions", "Facies proportions of the realizations and the image")
+
+
+def said(bundle: Bundle, how: str, tolerance: float) -> str:
+    """Say in words how the realizations compare with the training image.
+
+    Parameters
+    ----------
+    bundle : Bundle
+    how : str
+        What is compared, as "varies" or "connected".
+    tolerance : float
+        As in `alike_up_to`.
+    """
+    lag = alike_up_to(bundle, tolerance)
+    if lag >= bundle.lags[-1]:
+        return f"{how} like the training image"
+    if lag >= FEW:
+        return f"{how} like the training image up to {lag} cells"
+    more = np.nanmean(bundle.median - bundle.reference) > 0
+    return f"{how} {'more' if more else 'less'} than the training image"
+
+
+def _times(ensemble: Ensemble, theme: Theme) -> None:
+    mean = float(ensemble.cpu_seconds.mean())
+    panel_title("CPU time", f"{seconds(mean)} a realization")
+    chart = times_chart(1000 * ensemble.cpu_seconds, 1000 * mean, theme)
+    draw_chart(chart, "times", "CPU time of each realization")
+
+
+def _key(ensemble: Ensemble) -> None:
+    each = "each realization"
+    if ensemble.n > MOST_CURVES:
+        each = f"each of the first {MOST_CURVES} realizations"
+    st.html(
+        '<div class="curve-key">'
+        '<span><i style="border-top: 2px solid var(--reference)"></i>training image</span>'
+        '<span><i style="border-top: 2px solid var(--ink)"></i>median</span>'
+        '<span><i style="border-top: 10px solid var(--band)"></i>5–95 %</span>'
+        f'<span><i style="border-top: 1px solid var(--each)"></i>{each}</span></div>'
+    )

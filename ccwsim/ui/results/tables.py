@@ -1,0 +1,54 @@
+"""The numbers behind the charts, as CSV."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from io import StringIO
+
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.results.bundles import connection_bundle, variogram_bundle
+
+
+def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
+    """Return variograms and connection of a facies: one line a lag, one column a realization."""
+    n = 0
+    lines = []
+    for statistic, direction, bundle in (
+        ("variogram", "E-W", variogram_bundle(ensemble, facies, "E-W")),
+        ("variogram", "N-S", variogram_bundle(ensemble, facies, "N-S")),
+        ("connection", "E-W", connection_bundle(ensemble, facies, "E-W")),
+    ):
+        n = len(bundle.each)
+        for k, lag in enumerate(bundle.lags):
+            curves = (bundle.reference, bundle.low, bundle.median, bundle.high, *bundle.each)
+            lines.append([statistic, direction, int(lag), *(f"{curve[k]:.6g}" for curve in curves)])
+    head = ["statistic", "direction", "lag_cells", "training_image", "q05", "median", "q95"]
+    return as_csv([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
+
+
+def realizations_csv(ensemble: Ensemble) -> bytes:
+    """Return one line a realization: CPU time, data not honoured, facies proportions."""
+    codes = ensemble.training_image.codes
+    head = ["realization", "cpu_seconds", "data_not_honoured"]
+    lines = [
+        [r + 1, f"{ensemble.cpu_seconds[r]:.6g}", int(ensemble.n_mismatched[r]),
+         *(f"{share:.6g}" for share in ensemble.proportions[r])]
+        for r in range(ensemble.n)
+    ]  # fmt: skip
+    return as_csv([*head, *(f"proportion_{code}" for code in codes)], lines)
+
+
+def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
+    """Return a table as CSV.
+
+    Examples
+    --------
+    >>> as_csv(["a", "b"], [[1, 2]])
+    b'a,b\\n1,2\\n'
+    """
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(list(head))
+    writer.writerows([list(line) for line in lines])
+    return text.getvalue().encode()

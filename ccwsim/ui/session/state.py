@@ -1,0 +1,119 @@
+"""Everything a session remembers, in one typed object that survives page changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import streamlit as st
+
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.benchmark.state import Benchmark
+from ccwsim.ui.choices import Choices, DataChoice, EMap, ImageChoice
+from ccwsim.ui.compare.state import Comparing
+from ccwsim.ui.examples.state import Examples
+from ccwsim.ui.hard_data.state import Editor
+from ccwsim.ui.how_it_works.state import How
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.paper.run import PaperState
+from ccwsim.ui.session.past_runs import PastRuns
+from ccwsim.ui.sweep.state import SweepState
+from ccwsim.ui.validate.state import Validation
+
+KEY = "ccwsim"
+
+
+@dataclass
+class State:
+    """What a session remembers.
+
+    Attributes
+    ----------
+    choices : Choices
+        The study as it is set up; always one that can be read.
+    image_draft, data_draft : optional
+        A choice that cannot be used yet, because a file is broken or a question is open.
+    live : bool
+        Whether every change starts a run.
+    job : Job or None
+        The simulation that runs now.
+    tried : Choices or None
+        What a run was started with last, whatever came of it.
+    ensemble : Ensemble or None
+        The latest results, and the `ran` choices they came from.
+    message : str
+        What went wrong or was stopped, to be said above the results.
+    shown : int
+        Which realization is large.
+    facies : int
+        The place of the facies whose curves and probability are shown.
+    e_type : str
+        What the uncertainty map shows: "probability", "most likely" or "entropy".
+    chart_format : str
+        How a chart saves itself: "svg" or "png".
+    reference : TrainingImage or None
+        The hidden truth that the hard data were sampled from, to score realizations against.
+    runs : PastRuns
+        The runs of this session, to go back to.
+    editor : Editor
+        What the page of hard data remembers.
+    validation : Validation
+        What the page of validation remembers.
+    sweep : SweepState
+        What the page of sweeps remembers.
+    benchmark : Benchmark
+        What the page of times remembers.
+    comparing : Comparing
+        What the page that compares settings remembers.
+    how : How
+        What the page that follows a realization remembers.
+    paper : PaperState
+        What the page of the paper remembers.
+    examples : Examples
+        What the page of examples remembers.
+    address : str
+        What was last written behind the address of the page.
+    told : tuple of str
+        What of an address or a project could not be taken, to be said until it is read.
+    opened : pair of str
+        The project file that was opened last, and why it could not be.
+    """
+
+    choices: Choices = field(default_factory=Choices)
+    image_draft: ImageChoice | None = None
+    data_draft: DataChoice | None = None
+    live: bool = False
+    job: Job[Ensemble] | None = None
+    tried: Choices | None = None
+    ensemble: Ensemble | None = None
+    ran: Choices | None = None
+    message: str = ""
+    shown: int = 0
+    facies: int = 1
+    e_type: EMap = "probability"
+    chart_format: str = "svg"
+    reference: TrainingImage | None = None
+    runs: PastRuns = field(default_factory=PastRuns)
+    editor: Editor = field(default_factory=Editor)
+    validation: Validation = field(default_factory=Validation)
+    sweep: SweepState = field(default_factory=SweepState)
+    benchmark: Benchmark = field(default_factory=Benchmark)
+    comparing: Comparing = field(default_factory=Comparing)
+    how: How = field(default_factory=How)
+    paper: PaperState = field(default_factory=PaperState)
+    examples: Examples = field(default_factory=Examples)
+    address: str = ""
+    told: tuple[str, ...] = ()
+    opened: tuple[str, str] = ("", "")
+
+    def change(self, **changes: Any) -> None:
+        """Replace some of the choices."""
+        self.choices = replace(self.choices, **changes)
+
+
+def session_state() -> State:
+    """Return the state of this session; a new session gets the default study."""
+    if KEY not in st.session_state:
+        st.session_state[KEY] = State()
+    return st.session_state[KEY]

@@ -1,0 +1,1 @@
+"""The menu to share, save and open a study."""

@@ -1,0 +1,89 @@
+"""The strip of the runs of this session: a click goes back to one, without simulating."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from typing import Any
+
+import streamlit as st
+
+from ccwsim.figures import contact_sheet, facies_colours, tile_size
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.session.past_runs import PastRun
+from ccwsim.ui.session.state import State
+from ccwsim.ui.simulate.changes import changes_between, study_name
+from ccwsim.ui.study.run import stop_run
+from ccwsim.ui.widgets.facts import seconds
+from ccwsim.ui.widgets.maps import canvas_component
+from ccwsim.ui.widgets.steps import panel_title
+
+KEY = "history_strip"
+LONGEST = 72
+"""Pixels of a picture's longer side."""
+
+
+def draw_history(state: State) -> None:
+    """Draw the strip, newest first, as soon as there is a run to go back to."""
+    runs = state.runs.runs
+    if len(runs) < 2:
+        return
+    panel_title("Runs of this session", "click to go back")
+
+    def chosen() -> None:
+        run = st.session_state[KEY].chosen
+        if run is not None:
+            go_back(state, str(run))
+
+    data = {"runs": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
+    canvas_component("history")(key=KEY, data=data, on_chosen_change=chosen)
+
+
+def go_back(state: State, key: str) -> None:
+    """Bring the study and the results of a run back; a run that is going is stopped.
+
+    Parameters
+    ----------
+    state : State
+    key : str
+        Of the run; one that is gone by now changes nothing.
+    """
+    run = next((run for run in state.runs.runs if run.key == key), None)
+    if run is None:
+        return
+    stop_run(state)
+    state.message = ""
+    state.choices = state.ran = state.tried = run.choices
+    state.image_draft = state.data_draft = None
+    state.ensemble, state.reference = run.ensemble, run.reference
+    state.shown = min(state.shown, run.ensemble.n - 1)
+
+
+def place_of(state: State) -> int:
+    """Return which of the runs is on the page, −1 for none."""
+    shown = [k for k, run in enumerate(state.runs.runs) if run.ensemble is state.ensemble]
+    return shown[0] if shown else -1
+
+
+def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
+    """Return run k as the strip takes it: picture, what changed, and when and how long it ran."""
+    run = runs[k]
+    ensemble = run.ensemble
+    changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []
+    width, height = tile_size(ensemble.grid.shape, LONGEST)
+    colours = facies_colours(ensemble.training_image, dict(run.choices.image.colours))
+    missing = run.choices.n_realizations - ensemble.n
+    stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
+    return {
+        "key": run.key,
+        "png": _picture(ensemble.digest, tuple(colours), ensemble),
+        "width": width,
+        "height": height,
+        "label": " · ".join(changes) or study_name(run.choices),
+        "note": f"{stopped}{run.at:%H:%M:%S} · {seconds(ensemble.wall_seconds)}",
+    }
+
+
+@st.cache_data(max_entries=64, show_spinner=False)
+def _picture(digest: str, colours: tuple[str, ...], _ensemble: Ensemble) -> str:
+    png, _ = contact_sheet(_ensemble.indices[:1], colours, longest=2 * LONGEST)
+    return b64encode(png).decode()

@@ -1,0 +1,197 @@
+"""Step 2: hard data, from nowhere, a file, the bundled surveys, or sampled from a realization."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import streamlit as st
+from streamlit.errors import StreamlitAPIException
+
+from ccwsim import datasets
+from ccwsim.figures import data_png
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.ui.choices import Choices, DataChoice, DataSource, Upload
+from ccwsim.ui.session.resolve import data_of, image_of, imported_data
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.data_questions import ask_data
+from ccwsim.ui.study.image_step import THUMB, colours_of, pretty
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.steps import step_note, step_title
+
+SOURCES = {
+    "none": "none",
+    "bundled": "bundled",
+    "file": "a file of yours",
+    "sampled": "sampled from a realization",
+    "placed": "placed by hand",
+}
+TYPES = ["csv", "txt", "dat", "sgems", "gslib", "out", "npy", "npz", "mat"]
+
+
+def data_step(state: State) -> None:
+    """Draw the step: how many data there are, from where, and a way to change them."""
+    step_title(2, "Hard data")
+    problem = problem_of_data(state.choices)
+    with st.container(horizontal=True, gap="small", key="data_row"):
+        if not problem and state.choices.data.source != "none":
+            st.image(thumbnail(state, 2 * THUMB), width=THUMB, alt="Where the hard data are")
+        with st.container(gap="small"):
+            step_note(_summary(state.choices, problem))
+            with st.popover("Change", key="data_menu"):
+                _menu(state)
+            with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
+                st.page_link("pages/data.py", label="Edit on a map")
+    if problem:
+        st.error(plain(problem))
+    draft = state.data_draft
+    if draft is not None and draft.upload is not None:
+        problem = problem_of_data(replace(state.choices, data=draft))
+        st.error(plain(f"{problem or 'Not taken yet'}. The study keeps the data that it has."))
+
+
+def problem_of_data(choices: Choices) -> str:
+    """Return why the hard data of a study cannot be used, or an empty text."""
+    try:
+        data_of(choices)
+    except CCWSIMError as error:
+        return str(error)
+    return ""
+
+
+def thumbnail(state: State, longest: int) -> bytes:
+    """Return the hard data of the study as a small picture."""
+    choices = state.choices
+    data, image = data_of(choices), image_of(choices.image)
+    places = np.searchsorted(image.codes, data.facies)
+    return data_png(data.cells, places, choices.grid.shape, colours_of(state), longest=longest)
+
+
+def use_data(state: State, choice: DataChoice) -> None:
+    """Take a choice of hard data that can be read; keep one that cannot as a draft.
+
+    Where other bundled data are chosen, the grid grows to hold them all.
+    """
+    changed = replace(state.choices, data=choice)
+    before = state.choices.data
+    if choice.source == "bundled" and replace(choice, answers=before.answers) != before:
+        changed = replace(changed, grid=_grown(changed.grid, choice.bundled))
+    waiting = choice.source == "file" and choice.upload is None
+    if waiting or problem_of_data(changed):
+        state.data_draft = choice
+        return
+    state.data_draft = None
+    state.choices = changed
+
+
+def _grown(grid: Grid, survey: str) -> Grid:
+    ny, nx = datasets.hard_data_grid_shape(survey)
+    return replace(grid, ny=max(grid.ny, ny), nx=max(grid.nx, nx))
+
+
+def _summary(choices: Choices, problem: str) -> str:
+    if choices.data.source == "none":
+        return "none: unconditional"
+    n = "" if problem else f"{data_of(choices).n} data\n"
+    return n + _origin(choices.data)
+
+
+def _origin(choice: DataChoice) -> str:
+    if choice.source == "file" and choice.upload:
+        return choice.upload.name
+    if choice.source == "bundled":
+        return pretty(choice.bundled)
+    if choice.source == "placed":
+        return "placed by hand"
+    return f"sampled, seed {choice.seed_sampled}"
+
+
+def _menu(state: State) -> None:
+    current = state.data_draft or state.choices.data
+    field(
+        st.selectbox, "Where from", key="data_source", value=current.source,
+        options=list(get_args(DataSource)), format_func=SOURCES.get,
+        write=lambda source: _switch(state, current, source),
+    )  # fmt: skip
+    if current.source == "bundled":
+        _bundled(state, current)
+    if current.source == "file":
+        _file(state, current)
+    if current.source == "sampled":
+        _sampled(state, current)
+    if current.source != "none" and not (current.source == "file" and current.upload is None):
+        _report(state, current)
+
+
+def _switch(state: State, current: DataChoice, source: DataSource) -> None:
+    choice = replace(current, source=source)
+    if source == "placed" and not problem_of_data(state.choices):
+        choice = replace(choice, placed=data_of(state.choices))
+    if source == "bundled" and not choice.bundled:
+        choice = replace(choice, bundled=datasets.hard_data_names()[0])
+    use_data(state, choice)
+
+
+def _bundled(state: State, current: DataChoice) -> None:
+    field(
+        st.selectbox, "Survey", key="data_bundled", value=current.bundled,
+        options=datasets.hard_data_names(), format_func=pretty,
+        write=lambda name: use_data(state, replace(current, bundled=name)),
+    )  # fmt: skip
+    st.caption(datasets.describe_hard_data(current.bundled))
+
+
+def _file(state: State, current: DataChoice) -> None:
+    st.file_uploader(
+        "Points or a grid with gaps", type=TYPES, key="data_file", on_change=safely(_uploaded),
+        args=(state,), help="CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; "
+        "MATLAB v5",
+    )  # fmt: skip
+    if current.upload is not None:
+        st.caption(plain(f"From your file {current.upload.name}"))
+
+
+def _uploaded(state: State) -> None:
+    file = st.session_state["data_file"]
+    if file is not None:
+        upload = Upload(file.name, file.getvalue())
+        use_data(state, replace(state.choices.data, source="file", upload=upload, answers=()))
+
+
+def _sampled(state: State, current: DataChoice) -> None:
+    st.caption(
+        "Cells drawn at random from a fresh unconditional realization of this study, as section "
+        "5.2 of the paper does: a test where the truth is known."
+    )
+    field(
+        st.number_input, "How many data", key="data_n", value=current.n_sampled, min_value=1,
+        max_value=100_000, write=lambda n: use_data(state, replace(current, n_sampled=int(n))),
+    )  # fmt: skip
+    field(
+        st.number_input, "Their own seed", key="data_seed", value=current.seed_sampled,
+        min_value=0, write=lambda n: use_data(state, replace(current, seed_sampled=int(n))),
+    )  # fmt: skip
+
+
+def _report(state: State, current: DataChoice) -> None:
+    """What became of the data, and what is left to decide."""
+    try:
+        report = imported_data(replace(state.choices, data=current))
+    except CCWSIMError as error:
+        st.error(plain(str(error)))
+        if state.data_draft is not None:
+            st.button("Keep the data as they were", on_click=safely(_drop_draft), args=(state,))
+    else:
+        st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
+        for note in report.notes:
+            st.caption(plain(note))
+    ask_data(current, lambda answers: use_data(state, replace(current, answers=answers)))
+
+
+def _drop_draft(state: State) -> None:
+    state.data_draft = None

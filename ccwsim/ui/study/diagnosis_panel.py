@@ -1,0 +1,109 @@
+"""What a training image is like, and which template, overlap and level suit it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from html import escape
+
+import streamlit as st
+
+from ccwsim.figures import proportions_chart, repetition_chart
+from ccwsim.metrics import QUARTERS, Diagnosis
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.page import chart_theme
+from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.steps import panel_title, step_note
+
+NAMES = {
+    "template_size": "Template",
+    "overlap_size": "Overlap",
+    "wavelet_level": "Wavelet level",
+}
+
+
+def draw_diagnosis(
+    found: Diagnosis,
+    image: TrainingImage,
+    parameters: Parameters,
+    colours: Sequence[str],
+    use: Callable[[dict[str, int]], None] | None = None,
+) -> None:
+    """Draw what was found, with advice beside what is set.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    image : TrainingImage
+        What was looked at.
+    parameters : Parameters
+        What is set now.
+    colours : sequence of str
+        One "#rrggbb" a facies.
+    use : callable, optional
+        Takes the advised values; a button calls it.
+    """
+    left, middle, right = st.columns([1.25, 1.0, 1.0], gap="large")
+    with left:
+        draw_advice(found, image, parameters, use)
+    with middle:
+        marks = {f"T {parameters.template_size}": parameters.template_size}
+        ew, ns = found.spacing_ew, found.spacing_ns
+        chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
+        titled_chart(
+            "Repetition", said_repetition(found), chart, "repetition",
+            "Correlation of the training image with itself over the lag, E–W and N–S",
+        )  # fmt: skip
+        step_note("E–W solid, N–S dashed; dotted, the template as it is set.")
+    with right:
+        looks = found.stationarity
+        chart = proportions_chart(
+            image.facies_names, image.proportions, looks.proportions, colours, chart_theme()
+        )
+        titled_chart(
+            "Stationarity", "alike everywhere" if looks.stationary else "not alike everywhere",
+            chart, "quarters", "Facies proportions of the four quarters and of the whole image",
+        )  # fmt: skip
+        step_note(f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image.")
+
+
+def draw_advice(
+    found: Diagnosis,
+    image: TrainingImage,
+    parameters: Parameters,
+    use: Callable[[dict[str, int]], None] | None = None,
+) -> None:
+    """Draw warnings and advice alone; the arguments are those of `draw_diagnosis`."""
+    panel_title("What suits it", f"{found.n_templates} templates of that size fit")
+    for warning in found.warnings:
+        st.html(f'<p class="odd">{escape(warning)}</p>')
+    st.html(advice_table(found, parameters))
+    thin = min(range(image.n_facies), key=lambda k: found.thickness[k])
+    step_note(f"Smallest feature: {image.facies_names[thin]}, {found.thickness[thin]} cells thick.")
+    advised = {advice.parameter: advice.value for advice in found.advice}
+    differs = any(getattr(parameters, name) != value for name, value in advised.items())
+    if use is not None and differs:
+        st.button(
+            "Use these values", key="use_advice", on_click=safely(use), args=(advised,),
+            help="Takes them into the study; run it to see what they change.",
+        )  # fmt: skip
+
+
+def advice_table(found: Diagnosis, parameters: Parameters) -> str:
+    """Return advice, what is set, and the reason, as an HTML table."""
+    rows = "".join(
+        f"<tr><th>{NAMES[advice.parameter]}</th><td><b>{advice.value}</b></td>"
+        f"<td>{getattr(parameters, advice.parameter)}</td>"
+        f'<td class="reason">{escape(advice.reason)}</td></tr>'
+        for advice in found.advice
+    )
+    head = "<tr><th></th><th>advised</th><th>set</th><th>why</th></tr>"
+    return f'<table class="numbers">{head}{rows}</table>'
+
+
+def said_repetition(found: Diagnosis) -> str:
+    """Say how far features are from each other."""
+    ways = (("E–W", found.spacing_ew), ("N–S", found.spacing_ns))
+    said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
+    return ", ".join(said) if said else "no rhythm"

@@ -1,0 +1,201 @@
+"""What the page of validation works out: each statistic with its key and its work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.figures import Bundle
+from ccwsim.metrics import (
+    Anodi,
+    Bodies,
+    Calibration,
+    Diagnosis,
+    EType,
+    TruthScores,
+    anodi,
+    body_statistics,
+    calibration,
+    connectivity,
+    diagnose,
+    score_truth,
+    transiograms,
+    variogram,
+    variogram_map,
+)
+from ccwsim.metrics.directions import Direction, lag_offsets
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.jobs.statistics import Fraction, Statistic
+from ccwsim.ui.results.bundles import LARGEST_LAG, MOST_CURVES, bundle_of, e_type_of
+
+MAP_LAG = 50
+MOST_COMPARED = 200
+"""ANODI compares all pairs of the first so many realizations."""
+NEAR, STRIDE = 10, 4
+"""Transiograms take every lag up to here, and every fourth beyond."""
+
+
+@dataclass(frozen=True, eq=False)
+class LagMaps:
+    """Variogram maps: of the training image and the mean over realizations."""
+
+    lags: NDArray[np.integer]
+    reference: NDArray[np.float64]
+    mean: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class BodiesCompared:
+    """Bodies of the realizations, of the training image, and cells of both."""
+
+    each: Bodies
+    reference: Bodies
+    n_cells: int
+    n_cells_reference: int
+
+
+def study_key(ensemble: Ensemble) -> tuple:
+    """Return what all statistics of an ensemble depend on."""
+    return ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
+
+
+def longest_lag(ensemble: Ensemble, direction: Direction) -> int:
+    """Return the largest lag to draw: half of what the image and the grid both have, or 100."""
+    sides = zip(ensemble.training_image.shape, ensemble.grid.shape, strict=True)
+    rows, columns = (min(pair) for pair in sides)
+    side = {"E-W": columns, "N-S": rows}.get(str(direction), min(rows, columns))
+    return max(1, min(LARGEST_LAG, side // 2))
+
+
+def steps_along(
+    direction: Direction, longest: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the lags along a direction that reach different cells, and how far those are.
+
+    Examples
+    --------
+    >>> steps_along(45.0, 4)
+    (array([0, 1, 3, 4]), array([0.        , 1.41421356, 2.82842712, 4.24264069]))
+    """
+    offsets = lag_offsets(direction, np.arange(longest + 1))
+    _, first = np.unique(offsets, axis=0, return_index=True)
+    lags = np.sort(first)
+    return lags, np.hypot(*offsets[lags].T.astype(float))
+
+
+def curves(
+    ensemble: Ensemble, statistic: str, facies: int, direction: Direction
+) -> Statistic[Bundle]:
+    """Return "variogram" or "connection" of a facies along a direction, as a bundle."""
+    lags, distances = steps_along(direction, longest_lag(ensemble, direction))
+
+    def curve(images: NDArray[np.integer], progress: Fraction | None = None) -> NDArray:
+        if statistic == "variogram":
+            return variogram(images, facies, direction, lags, progress).gamma
+        return connectivity(images, facies, direction, lags, progress=progress).tau
+
+    def work(progress: Fraction) -> Bundle:
+        each = curve(ensemble.indices[:MOST_CURVES], progress)
+        reference = curve(ensemble.training_image.indices)[0]
+        return bundle_of(distances, reference, each)
+
+    return Statistic((statistic, *study_key(ensemble), facies, direction), work)
+
+
+def lag_maps(ensemble: Ensemble, facies: int) -> Statistic[LagMaps]:
+    """Return variogram maps of a facies."""
+    sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
+    reach = max(1, min(MAP_LAG, min(sides) // 2))
+
+    def work(progress: Fraction) -> LagMaps:
+        each = variogram_map(ensemble.indices[:MOST_CURVES], facies, reach, progress)
+        reference = variogram_map(ensemble.training_image.indices, facies, reach)
+        return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
+
+    return Statistic(("lag maps", *study_key(ensemble), facies), work)
+
+
+def transitions(
+    ensemble: Ensemble, direction: Direction
+) -> Statistic[dict[tuple[int, int], Bundle]]:
+    """Return the transiograms of all pairs of facies along a direction."""
+    n = ensemble.training_image.n_facies
+    longest = longest_lag(ensemble, direction)
+    lags = np.array([*range(min(longest, NEAR) + 1), *range(NEAR + STRIDE, longest + 1, STRIDE)])
+
+    def work(progress: Fraction) -> dict[tuple[int, int], Bundle]:
+        each = transiograms(ensemble.indices[:MOST_CURVES], n, direction, lags, progress)
+        image = transiograms(ensemble.training_image.indices, n, direction, lags).probability[0]
+        return {
+            (tail, head): bundle_of(
+                lags.astype(float), image[tail, head], each.probability[:, tail, head]
+            )
+            for tail in range(n)
+            for head in range(n)
+        }
+
+    return Statistic(("transitions", *study_key(ensemble), direction), work)
+
+
+def bodies(ensemble: Ensemble, facies: int) -> Statistic[BodiesCompared]:
+    """Return the connected bodies of a facies."""
+    image = ensemble.training_image
+
+    def work(progress: Fraction) -> BodiesCompared:
+        return BodiesCompared(
+            body_statistics(ensemble.indices, facies, progress=progress),
+            body_statistics(image.indices, facies),
+            ensemble.grid.ny * ensemble.grid.nx,
+            image.indices.size,
+        )
+
+    return Statistic(("bodies", *study_key(ensemble), facies), work)
+
+
+def proportions(ensemble: Ensemble) -> Statistic[NDArray[np.float64]]:
+    """Return the facies proportions of each realization."""
+    return Statistic(("proportions", *study_key(ensemble)), lambda progress: ensemble.proportions)
+
+
+def patterns(ensemble: Ensemble) -> Statistic[Anodi]:
+    """Return ANODI of the realizations against the training image."""
+    image = ensemble.training_image
+
+    def work(progress: Fraction) -> Anodi:
+        return anodi(
+            ensemble.indices[:MOST_COMPARED], image.indices, image.n_facies, progress=progress
+        )
+
+    return Statistic(("patterns", *study_key(ensemble)), work)
+
+
+def e_type(ensemble: Ensemble) -> Statistic[EType]:
+    """Return probability, most likely facies and entropy of each cell."""
+    return Statistic(("e-type", *study_key(ensemble)), lambda progress: e_type_of(ensemble))
+
+
+def truth(
+    ensemble: Ensemble, reference: TrainingImage
+) -> Statistic[tuple[TruthScores, Calibration]]:
+    """Return the scores of the probabilities where no datum says the facies."""
+
+    def work(progress: Fraction) -> tuple[TruthScores, Calibration]:
+        found = e_type_of(ensemble)
+        true = np.searchsorted(ensemble.training_image.codes, reference.array)
+        scored = np.ones(ensemble.grid.shape, bool)
+        rows, columns = ensemble.hard_data.cells.T
+        scored[rows, columns] = False
+        scores = score_truth(found.probability, true, ensemble.n, scored)
+        return scores, calibration(found.probability, true, scored=scored)
+
+    key = ("truth", *study_key(ensemble), ensemble.hard_data.digest, reference.digest)
+    return Statistic(key, work)
+
+
+def looks(image: TrainingImage) -> Statistic[Diagnosis]:
+    """Return what a training image is like; it calls facies by the names of this user."""
+    key = ("diagnosis", image.digest, image.facies_names)
+    return Statistic(key, lambda progress: diagnose(image))

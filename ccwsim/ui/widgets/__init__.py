@@ -1,0 +1,1 @@
+"""What draws: maps, fields, errors, theme. Nothing here knows a session."""

@@ -1,0 +1,113 @@
+"""What becomes of an error: it is said calmly, its cause goes to the server's log, nothing is lost.
+
+The reader gets a number instead of the cause; the log has both.
+"""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+import streamlit as st
+from streamlit.logger import get_logger
+
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.ui.widgets.literal import plain
+
+TROUBLE = "ccwsim_trouble"
+"""Where the session keeps what went wrong before the page was drawn, to be said when it is."""
+LOG: logging.Logger = get_logger("ccwsim")
+
+
+def safely(act: Callable[..., Any]) -> Callable[..., None]:
+    """Return what to do when a widget is used, so that an error is said when the page is drawn.
+
+    Without it an error before the page is drawn would leave the reader with no page at all.
+
+    Examples
+    --------
+    >>> said = []
+    >>> safely(said.append)("taken")
+    >>> said
+    ['taken']
+    """
+
+    @wraps(act)
+    def acting(*args: Any, **kwargs: Any) -> None:
+        try:
+            act(*args, **kwargs)
+        except Exception as error:
+            if is_control_flow(error):
+                raise
+            st.session_state[TROUBLE] = worded(error, "done")
+
+    acting.is_safe = True  # type: ignore[attr-defined]
+    return acting
+
+
+def worded(error: Exception, what: str) -> str:
+    """Return what the reader is told of an error; one that is no fault of the input is logged.
+
+    Parameters
+    ----------
+    error : Exception
+    what : str
+        What could not be: "drawn", "done".
+
+    Examples
+    --------
+    >>> worded(CCWSIMError("seed: 0 or more is needed, not -1"), "done")
+    'seed: 0 or more is needed, not -1'
+    """
+    if isinstance(error, CCWSIMError):
+        return plain(str(error))
+    number = logged(error)
+    if isinstance(error, MemoryError):
+        return (
+            "There is not enough memory for this now. Your study and its results are kept: ask for "
+            "fewer realizations or a smaller grid, or try again in a moment."
+        )
+    return (
+        f"This could not be {what}. Your training image, data, settings and results are kept: "
+        "change a setting, or use another page. If it happens again, save the project under "
+        f"Share and report number {number}; the server's log has the cause."
+    )
+
+
+def reason(error: Exception) -> str:
+    """Return why work on a thread came to nothing, in a few words; its cause goes to the log.
+
+    Examples
+    --------
+    >>> reason(CCWSIMError("the scheduler does not answer"))
+    'the scheduler does not answer'
+    """
+    if isinstance(error, CCWSIMError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "it does not fit into memory; ask for fewer realizations or a smaller grid"
+    return f"an error, number {logged(error)} in the server's log; report it if it happens again"
+
+
+def logged(error: BaseException) -> str:
+    """Write an error with its traceback to the server's log, once, and return its number there."""
+    number = getattr(error, "number_in_log", "")
+    if not number:
+        number = secrets.token_hex(3)
+        error.number_in_log = number  # type: ignore[attr-defined]
+        LOG.error("trouble %s: %s", number, type(error).__name__, exc_info=error)
+    return number
+
+
+def is_control_flow(error: Exception) -> bool:
+    """Return whether this is how Streamlit's own runner moves on, and no error.
+
+    Examples
+    --------
+    >>> is_control_flow(ValueError())
+    False
+    """
+    return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

@@ -1,0 +1,82 @@
+"""The strip of facts: what came out, in words with units."""
+
+from __future__ import annotations
+
+from html import escape
+
+import streamlit as st
+
+from ccwsim.model.ensemble import Ensemble
+
+SMALL = 3
+
+
+def facts_of(ensemble: Ensemble) -> list[str]:
+    """Return the facts of an ensemble, each a short phrase."""
+    return [*_honoured(ensemble), _time(ensemble), *_proportions(ensemble)]
+
+
+def draw_facts(ensemble: Ensemble) -> None:
+    """Write the facts in one line."""
+    joined = ' <span class="dot">·</span> '.join(
+        f'<span class="fact">{escape(fact)}</span>' for fact in facts_of(ensemble)
+    )
+    st.html(f'<p class="facts">{joined}</p>')
+
+
+def three_digits(value: float) -> str:
+    """Return a number with three significant digits, never in powers of ten.
+
+    Examples
+    --------
+    >>> three_digits(0.91234), three_digits(1234.5)
+    ('0.912', '1234')
+    """
+    if value == 0:
+        return "0"
+    return f"{value:.3g}" if 1e-4 <= abs(value) < 1000 else f"{value:.0f}"
+
+
+def seconds(value: float) -> str:
+    """Return a time with its unit.
+
+    Examples
+    --------
+    >>> seconds(0.0123), seconds(75.0)
+    ('12.3 ms', '75 s')
+    """
+    return f"{three_digits(1000 * value)} ms" if value < 1 else f"{three_digits(value)} s"
+
+
+def _honoured(ensemble: Ensemble) -> list[str]:
+    n = ensemble.hard_data.n
+    if not n:
+        return ["no hard data"]
+    if not ensemble.parameters.exact_data:
+        wrong = float(ensemble.n_mismatched.mean())
+        return [
+            f"exact data off: {three_digits(wrong)} of {n} data wrong ({100 * wrong / n:.1f} %)"
+        ]
+    worst = int(ensemble.n_mismatched.max(initial=0))
+    if worst == 0:
+        return [f"{n} of {n} data honoured"]
+    return [f"up to {worst} of {n} data not honoured"]
+
+
+def _time(ensemble: Ensemble) -> str:
+    many = "realization" if ensemble.n == 1 else "realizations"
+    each = seconds(float(ensemble.cpu_seconds.mean()))
+    return f"{ensemble.n} {many} in {seconds(ensemble.wall_seconds)}, {each} CPU each"
+
+
+def _proportions(ensemble: Ensemble) -> list[str]:
+    image = ensemble.training_image
+    mean = ensemble.proportions.mean(axis=0)
+    if image.n_facies > SMALL:
+        off = abs(mean - image.proportions)
+        return [f"proportions within {100 * off.max():.1f} % of the training image"]
+    first = 1 if image.n_facies == 2 else 0
+    return [
+        f"{image.facies_names[k]} {100 * image.proportions[k]:.1f} → {100 * mean[k]:.1f} %"
+        for k in range(first, image.n_facies)
+    ]

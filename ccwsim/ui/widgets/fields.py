@@ -1,0 +1,95 @@
+"""Widgets that show a value of the state and write the user's change back into it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import streamlit as st
+
+from ccwsim.model.parameters import parameter_table
+from ccwsim.ui.widgets.errors import safely
+
+MOST_VERSIONS = 16
+PARAMETERS = {row["name"]: row for row in parameter_table()}
+
+
+def field(
+    widget: Callable[..., Any],
+    label: str,
+    *,
+    key: str,
+    value: Any,
+    write: Callable[[Any], None],
+    **options: Any,
+) -> Any:
+    """Draw a widget whose value lives in the state, so that it survives page changes.
+
+    Parameters
+    ----------
+    widget : callable
+        A Streamlit widget such as `st.number_input`.
+    label, key : str
+    value : object
+        What the state says now.
+    write : callable
+        Called with the new value when the user changes it, before the page is drawn again.
+    options
+        Passed on to the widget.
+    """
+    version = _version(key, value)
+    name = key + " " * version
+
+    def changed() -> None:
+        new = st.session_state[name]
+        replaced = _versions()[key][0] != version
+        chosen = new if isinstance(new, list) else [new]
+        offered = options.get("options", chosen)
+        if not replaced and new is not None and all(one in offered for one in chosen):
+            write(new)
+
+    return widget(label, key=name, on_change=safely(changed), **starting_at(widget, value, options))
+
+
+def _version(key: str, value: Any) -> int:
+    """Return how often, of late, the state went its own way under a widget.
+
+    A widget that is given another value goes on sending the old one until the browser has drawn
+    the new: the program cannot tell this from a change by the user, who would lose what replaced
+    it. So the widget is replaced by a new one, and what the old one still says falls on deaf ears.
+    Spaces at the end of a key make it another key, and the same name in the page's style.
+    """
+    version, start = _versions().get(key, (0, value))
+    if st.session_state.get(key + " " * version, start) != value:
+        version, start = (version + 1) % MOST_VERSIONS, value
+    _versions()[key] = version, start
+    return version
+
+
+def _versions() -> dict[str, tuple[int, Any]]:
+    """Return the version of each widget, and the value that it started with."""
+    return st.session_state.setdefault("field_versions", {})
+
+
+def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
+    """Return options with the one that makes a widget start with a value: its name differs.
+
+    Examples
+    --------
+    >>> starting_at(st.selectbox, "b", {"options": ["a", "b"]})
+    {'options': ['a', 'b'], 'index': 1}
+    """
+    kind = getattr(widget, "__name__", "")
+    if kind in ("selectbox", "radio"):
+        choices = list(options["options"])
+        return options | {"index": choices.index(value) if value in choices else None}
+    return options | {"default" if kind in ("segmented_control", "pills") else "value": value}
+
+
+def help_of(name: str) -> str:
+    """Return the help of a parameter: meaning, what is allowed, and its other names."""
+    row = PARAMETERS[name]
+    symbols = [f"{row['symbol']} in the paper"] if row["symbol"] else []
+    symbols += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
+    tail = f" Also: {', '.join(symbols)}." if symbols else ""
+    return f"{row['meaning']} Allowed: {row['allowed']}.{tail}"

@@ -1,0 +1,197 @@
+"""Maps of facies and probabilities on a canvas: square cells, linked zoom, hover, data on top."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+from streamlit.components import v2
+
+from ccwsim.figures import CIVIDIS, index_png, ramp
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.widgets.errors import safely
+
+CANVAS = Path(__file__).parent / "canvas"
+N_STEPS = 200
+"""Steps of a probability map; ensembles of up to so many realizations show exact shares."""
+
+
+@dataclass(frozen=True)
+class CellMap:
+    """A map as the canvas takes it: indices, and what each index looks like and is called.
+
+    Attributes
+    ----------
+    indices : ndarray of uint8, shape (ny, nx)
+    colours, labels : sequence of str
+        One a value of `indices`: "#rrggbb", and what the hover says.
+    keys : sequence of pair of str
+        (label, colour) pairs of the legend.
+    strip : dict, optional
+        A colour strip instead: colours, low, high.
+    points : list of [row, column, place in `point_colours`, wrong]
+    marks : list of dict
+        Drawn on top: `kind` is "box", "ring", "disc" or "cross"; row, column, height, width in
+        cells; colour; label, which the hover says.
+    trail : list of [row, column]
+        A line through these cells, with an arrow at its end.
+    """
+
+    indices: NDArray[np.uint8]
+    colours: Sequence[str]
+    labels: Sequence[str]
+    alt: str
+    keys: Sequence[tuple[str, str]] = ()
+    strip: dict[str, Any] | None = None
+    points: list[list[int]] = field(default_factory=list)
+    point_colours: Sequence[str] = ()
+    marks: list[dict[str, Any]] = field(default_factory=list)
+    trail: list[list[float]] = field(default_factory=list)
+
+
+def facies_map(
+    indices: NDArray[np.uint8], training_image: TrainingImage, colours: Sequence[str], alt: str
+) -> CellMap:
+    """Return the map of facies indices, shape (ny, nx), in the colours of the facies."""
+    names = training_image.facies_names
+    keys = list(zip(names, colours, strict=True))[:8]
+    return CellMap(indices, colours, names, alt, keys=keys, point_colours=colours)
+
+
+def share_map(
+    shares: NDArray[np.float64],
+    what: str,
+    alt: str,
+    *,
+    colours: Sequence[str] = CIVIDIS,
+    point_colours: Sequence[str] = (),
+) -> CellMap:
+    """Return the map of numbers from 0 to 1, such as probabilities, shape (ny, nx)."""
+    steps = ramp(colours, N_STEPS + 1)
+    labels = [f"{what} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
+    indices = np.rint(shares * N_STEPS).astype(np.uint8)
+    strip = {"colours": list(colours), "low": "0", "high": "1"}
+    return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
+
+
+def points_of(
+    data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
+) -> list[list[int]]:
+    """Return hard data as [row, column, facies index, wrong] for a map.
+
+    A datum is wrong where a `realization`, in facies codes, says another facies.
+    """
+    if not data.n:
+        return []
+    rows, columns = data.cells.T
+    places = np.searchsorted(training_image.codes, data.facies)
+    wrong = np.zeros(data.n, bool)
+    if realization is not None:
+        wrong = realization[rows, columns] != data.facies
+    return np.column_stack([rows, columns, places, wrong]).astype(int).tolist()
+
+
+def draw_map(
+    cell_map: CellMap,
+    key: str,
+    *,
+    grid: Grid | None = None,
+    link: str = "",
+    scale: str = "",
+    leads: bool = True,
+    name: str = "map",
+    max_height: int = 620,
+    tools: bool = True,
+    on_cell: Callable[[int, int], None] | None = None,
+) -> None:
+    """Put a map on the page.
+
+    Parameters
+    ----------
+    cell_map : CellMap
+    key : str
+        Unique on the page.
+    grid : Grid, optional
+        Draws the coordinates of this grid along the edges.
+    link : str
+        Maps of the same link zoom, move and hover together.
+    scale, leads : str, bool
+        Maps of the same scale have cells of the same size on the page, as large as all those that
+        lead have room for.
+    name : str
+        File name, without ending, of the saved picture.
+    max_height : int
+        Pixels.
+    tools : bool
+        Whether it can be zoomed and saved; a small map has no room for the buttons.
+    on_cell : callable, optional
+        Called with row and column of a cell that the user clicks.
+    """
+    data = map_content(cell_map, grid, link, scale, leads, name, max_height)
+    data["picks"], data["tools"] = on_cell is not None, tools
+
+    def picked() -> None:
+        cell = st.session_state[key].cell
+        if cell and on_cell:
+            on_cell(int(cell[0]), int(cell[1]))
+
+    canvas_component("map")(key=key, data=data, on_cell_change=picked)
+
+
+def map_content(
+    cell_map: CellMap, grid: Grid | None, link: str, scale: str, leads: bool, name: str,
+    max_height: int,
+) -> dict[str, Any]:  # fmt: skip
+    """Return what the canvas needs to draw a map; the arguments are those of `draw_map`."""
+    ny, nx = cell_map.indices.shape
+    n_wrong = sum(point[3] for point in cell_map.points)
+    return {
+        "png": b64encode(index_png(cell_map.indices)).decode(),
+        "nx": nx,
+        "ny": ny,
+        "lut": list(cell_map.colours),
+        "labels": list(cell_map.labels),
+        "keys": [list(pair) for pair in cell_map.keys],
+        "strip": cell_map.strip,
+        "points": cell_map.points,
+        "point_lut": list(cell_map.point_colours) or None,
+        "marks": cell_map.marks,
+        "trail": cell_map.trail,
+        "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
+        "alt": cell_map.alt,
+        "axes": grid is not None,
+        "cell_size": list(grid.cell_size) if grid else [1.0, 1.0],
+        "origin": list(grid.origin) if grid else [0.0, 0.0],
+        "link": link,
+        "scale": scale,
+        "leads": leads,
+        "name": name,
+        "max_height": max_height,
+    }
+
+
+@cache
+def canvas_component(name: str) -> Any:
+    """Return the component whose parts are `canvas/<name>.html`, `.css` and `.js`."""
+    html, css, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in KINDS)
+    drawn = v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
+
+    def draw(**options: Any) -> Any:
+        told: dict[str, Any] = {
+            name: safely(act) for name, act in options.items() if name.startswith("on_")
+        }
+        return drawn(**{**options, **told})
+
+    return draw
+
+
+KINDS = ("html", "css", "js")

@@ -1,0 +1,128 @@
+"""Take pictures of all pages, or of those named: python -m tests.browser.screenshots OUT [PAGE ...]
+
+At 1440 and 390 pixels, light and dark: empty (as the page first shows itself), the first screen
+with results, and the whole page.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import product
+from pathlib import Path
+
+from tests.browser.served import browser, served
+
+SIZES = {1440: 900, 390: 844}
+SLOW = 180_000
+SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
+WHOLE = "() => !document.querySelector('.unseen, .working, [data-testid=stSkeleton]')"
+HEIGHT = "document.querySelector('[data-testid=stMain]').scrollHeight"
+
+
+def fill_with_maps(page) -> None:
+    """Wait for the maps of a page that fills itself."""
+    page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
+
+
+def fill_with_times(page) -> None:
+    """Take both measurements of the page of times."""
+    for kind, end in (
+        ("grids", ".st-key-download_times"),
+        ("data", ".st-key-part_data .note:has-text('median of')"),
+    ):
+        page.locator(f".st-key-measure_{kind} button:not([disabled])").click(timeout=SLOW)
+        page.wait_for_selector(end, timeout=SLOW)
+    page.wait_for_selector(".st-key-measure_data button:not([disabled])", timeout=SLOW)
+
+
+def fill_with_experiments(page) -> None:
+    """Run the paper's experiments, quickly."""
+    page.locator(".st-key-paper_extent button", has_text="Quick").click(timeout=SLOW)
+    page.wait_for_function("() => document.body.innerText.includes('under a minute')", timeout=SLOW)
+    page.locator(".st-key-paper_start button").click(timeout=SLOW)
+    page.wait_for_selector(".st-key-download_paper", timeout=SLOW)
+
+
+def fill_with_settings(page) -> None:
+    """Sweep the settings that suit the study."""
+    page.locator(".st-key-sweep_first button, .st-key-sweep_below button").locator(
+        "visible=true"
+    ).first.click(timeout=SLOW)
+    page.wait_for_selector(".st-key-sweep_table", timeout=SLOW)
+
+
+def fill_with_pictures(page) -> None:
+    """Wait for the pictures of all examples."""
+    page.wait_for_selector(".pictures", timeout=SLOW)
+    page.wait_for_function("() => !document.querySelector('.pictures[aria-busy]')", timeout=SLOW)
+
+
+FILLED = {
+    "benchmark": fill_with_times,
+    "examples": fill_with_pictures,
+    "paper": fill_with_experiments,
+    "sweep": fill_with_settings,
+}
+"""What fills a page that does not fill itself with maps, by the name of its file."""
+
+
+def take_share(page, path: Path) -> None:
+    """Take a picture of the menu to share a study, and close it again."""
+    page.locator(".st-key-share button").first.click(timeout=SLOW)
+    page.wait_for_selector(".st-key-share_body .stCode", timeout=SLOW)
+    page.wait_for_timeout(500)
+    page.screenshot(path=path)
+    page.keyboard.press("Escape")
+    page.evaluate("document.activeElement.blur()")
+    page.wait_for_timeout(500)
+
+
+def take_whole(page, width: int, path: Path) -> None:
+    """Take a picture of the whole page, once the parts that were out of sight are drawn too."""
+    from playwright.sync_api import TimeoutError as Overdue
+
+    tall = 0
+    while tall != (now := page.evaluate(HEIGHT)):
+        tall = now
+        page.set_viewport_size({"width": width, "height": max(tall, SIZES[width])})
+        page.wait_for_timeout(800)
+        with suppress(Overdue):  # a part that needs what this study has not stays as it is
+            page.wait_for_function(WHOLE, timeout=60_000)
+        page.wait_for_timeout(1200)
+    page.screenshot(path=path)
+
+
+def take_all(out: Path, names: Sequence[str] = ()) -> None:
+    """Write the PNGs of each page, width and theme into a folder; of all pages without names."""
+    from ccwsim.ui.page import PAGES
+
+    out.mkdir(parents=True, exist_ok=True)
+    with served() as address, browser() as chromium:
+        pages = [page for page in PAGES if not names or Path(page[1]).stem in names]
+        for (title, path), width, theme in product(pages, SIZES, ("light", "dark")):
+            context = chromium.new_context(
+                viewport={"width": width, "height": SIZES[width]}, color_scheme=theme,
+                device_scale_factor=1 if width > 640 else 2,
+            )  # fmt: skip
+            page = context.new_page()
+            page.goto(f"{address}/{Path(path).stem}")
+            name = f"{Path(path).stem}-{width}-{theme}"
+            page.wait_for_selector(".st-key-menu", timeout=60_000)
+            page.screenshot(path=out / f"{name}-empty.png")
+            FILLED.get(Path(path).stem, fill_with_maps)(page)
+            page.wait_for_function(SETTLED, timeout=SLOW)
+            page.wait_for_timeout(1500)
+            page.screenshot(path=out / f"{name}-first.png")
+            if Path(path).stem == "simulate":
+                take_share(page, out / f"{name}-share.png")
+            take_whole(page, width, out / f"{name}.png")
+            print(f"{title}: {name}")
+            context.close()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("usage: python -m tests.browser.screenshots OUT [PAGE ...]")
+    take_all(Path(sys.argv[1]), sys.argv[2:])

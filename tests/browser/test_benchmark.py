@@ -1,0 +1,92 @@
+"""Times as a reader measures them: the smallest run is seen as a figure, a long one is stopped."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from ccwsim import Parameters, datasets, simulate
+from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, until
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+DRAWN = """(key) => {
+  const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
+  if (!chart || !chart._fullData) return null;
+  return Object.fromEntries(chart._fullData.map((trace) => [trace.name, trace.x.length]));
+}"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Compile what the tests need before a browser waits for it; the server finds it on disk."""
+    for level in (1, 2, 3):
+        simulate(datasets.load("channels"), (64, 64), Parameters(wavelet_level=level))
+
+
+@pytest.fixture(scope="module")
+def page(chromium, address):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    page.goto(f"{address}/benchmark")
+    page.wait_for_selector(".st-key-chart_times_cell .js-plotly-plot", timeout=SLOW)
+    yield page
+    context.close()
+
+
+def plan(page, largest: int, n: int, words: str) -> None:
+    """Ask for a run and wait until the page says what it will do."""
+    choose(page, "largest", f"{largest} × {largest}")
+    fill(page, "grids_realizations", n)
+    page.locator(".note", has_text=words).first.wait_for(timeout=SLOW)
+
+
+def test_the_smallest_run_becomes_a_figure_beside_the_paper(page):
+    plan(page, 512, 1, "6 settings × 1 realization on one thread: about")
+    assert set(page.evaluate(DRAWN, "times_grid")) == {f"paper, level {k}" for k in (1, 2, 3)}
+    button = page.locator(".st-key-measure_grids").get_by_role("button", name="Measure")
+    level_1 = f"() => ({DRAWN})('times_grid')?.['level 1'] > 0"
+    until(
+        lambda: button.click(timeout=SOON) if button.is_enabled() else None,
+        lambda wait: page.wait_for_function(level_1, timeout=wait),
+    )
+    page.locator(".note", has_text="Level 3:").wait_for(timeout=SLOW)
+    for key in ("times_grid", "times_cell"):
+        page.wait_for_function(f"() => ({DRAWN})('{key}')?.['level 3'] === 2", timeout=SLOW)
+        drawn = page.evaluate(DRAWN, key)
+        assert {drawn[f"level {k}"] for k in (1, 2, 3)} == {2}
+    assert page.locator("[data-testid=stException], [data-testid=stAlert]").count() == 0
+
+
+def test_the_times_can_be_taken_home(page):
+    save = page.locator(".st-key-download_times").get_by_role("button")
+    save.wait_for(timeout=SLOW)
+    at_rest(page)
+    with page.expect_download(timeout=SLOW) as waiting:
+        save.click()
+    rows = list(csv.DictReader(StringIO(Path(waiting.value.path()).read_text("utf-8"))))
+    assert len(rows) >= 6
+    assert {row["nx"] for row in rows} == {"256", "512"}
+
+
+def test_a_long_run_can_be_stopped(page):
+    plan(page, 3000, 100, "15 settings × 100 realizations")
+    button = page.locator(".st-key-measure_grids").get_by_role("button", name="Measure")
+    cancel = page.locator(".st-key-cancel_grids").get_by_role("button", name="Cancel")
+    until(
+        lambda: button.click(timeout=SOON) if button.is_enabled() else None,
+        lambda wait: cancel.wait_for(timeout=wait),
+    )
+    stopped = page.get_by_text("Stopped after")
+    until(
+        lambda: cancel.click(timeout=SOON) if cancel.count() else None,
+        lambda wait: stopped.wait_for(timeout=wait),
+    )
+    page.locator(".st-key-measure_data").get_by_role("button", disabled=False).wait_for(
+        timeout=SLOW
+    )

@@ -1,0 +1,177 @@
+"""Settings compared in a real browser: its figures are the core's, and one goes to Simulate."""
+
+from __future__ import annotations
+
+import csv
+import re
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from ccwsim import Parameters, datasets
+from ccwsim.experiments.comparison import compare
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+SLOW = 180_000
+N = 4
+SETTINGS = {
+    "A": Parameters(),
+    "B": Parameters(method="ccsim"),
+    "C": Parameters(wavelet_level=1, n_candidates=5),
+}
+SERIES = """(key) => {
+  const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
+  return chart && chart._fullData
+    ? Object.fromEntries(chart._fullData.map((t) => [t.name, { x: [...t.x], y: [...t.y] }]))
+    : null;
+}"""
+PLACE = """([key, series, k]) => {
+  const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
+  chart.scrollIntoView({ block: 'center' });
+  const { xaxis, yaxis } = chart._fullLayout, trace = chart._fullData[series];
+  const box = chart.getBoundingClientRect();
+  return [box.x + xaxis._offset + xaxis.l2p(trace.x[k]), box.y + yaxis._offset
+    + yaxis.l2p(trace.y[k])];
+}"""
+IDLE = "[data-test-script-state=notRunning]"
+OWN_NAME = """() => {
+  const row = document.querySelector('.st-key-menu');
+  const own = [...row.querySelectorAll('a')].find((a) => a.innerText === 'Compare');
+  const [a, b] = [row, own].map((e) => e.getBoundingClientRect());
+  return b.left >= a.left && b.right <= a.right && row.scrollWidth > row.clientWidth;
+}"""
+
+
+@pytest.fixture(scope="module")
+def core():
+    """What the core says of the settings; it also compiles what the server needs."""
+    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
+    return compare(image, (512, 512), SETTINGS, data, N, seed=0)
+
+
+@pytest.fixture
+def page(chromium):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    yield context.new_page()
+    context.close()
+
+
+def see(locator):
+    from playwright.sync_api import expect
+
+    expect(locator.first).to_be_visible(timeout=SLOW)
+
+
+def fill(page, key: str, value: int) -> None:
+    """Give a number and wait until the program has it."""
+    box = page.locator(f".st-key-{key} input")
+    box.fill(str(value))
+    box.press("Enter")
+    page.wait_for_selector(IDLE, timeout=SLOW)
+
+
+def choose(page, key: str, option: str) -> None:
+    page.locator(f".st-key-{key} input").click()
+    page.get_by_role("option", name=option, exact=True).click()
+    page.wait_for_selector(IDLE, timeout=SLOW)
+
+
+def compared(page, address: str) -> None:
+    """Go to the page, set the settings and compare them."""
+    page.goto(f"{address}/compare")
+    see(page.locator(".st-key-chart_compared_mds .js-plotly-plot"))
+    choose(page, "C_wavelet_level", "1")
+    see(page.locator(".st-key-setting_C .setting", has_text="level 1"))
+    fill(page, "C_n_candidates", 5)
+    see(page.locator(".st-key-setting_C .setting", has_text="level 1, K 5"))
+    fill(page, "n_compared", N)
+    see(page.locator(".st-key-results .note", has_text="changed since"))
+    page.locator(".st-key-compare").get_by_role("button", name="Compare").click()
+    see(page.get_by_text(f"Realization 1 of {N}"))
+    see(page.locator(".st-key-results .setting", has_text="level 1, K 5"))
+    page.wait_for_function(f"() => ({SERIES})('compared_mds')?.C?.x.length === {N}", timeout=SLOW)
+    see(page.locator("table.ratios"))
+    page.wait_for_selector(IDLE, timeout=SLOW)
+
+
+def test_three_settings_are_compared_and_one_is_used(page, address, core):
+    compared(page, address)
+
+    settings = saved(page, "Settings")
+    assert [row["setting"] for row in settings] == list(SETTINGS)
+    for k, row in enumerate(settings):
+        assert float(row["distance_to_image_bits"]) == pytest.approx(core.distance[k], rel=1e-4)
+        assert float(row["variety_bits"]) == pytest.approx(core.variety[k], rel=1e-4)
+    lines = page.locator("table.ratios tr").all_inner_texts()[1:]
+    for line, ratio in zip(lines, core.ratios, strict=True):
+        words = line.split("\t")
+        assert words[0].strip() == f"{ratio.name} : {ratio.other}"
+        assert [float(w) for w in words[1:4]] == pytest.approx(
+            [ratio.between, ratio.within, ratio.ratio], abs=0.006
+        )
+    assert page.locator(".summary p").count() == 3
+
+    drawn = page.evaluate(SERIES, "variogram_E")
+    curves = core.curves[1, "variogram", "E-W"]
+    assert drawn["training image"]["y"] == pytest.approx(curves.reference.tolist())
+    for k, name in enumerate(SETTINGS):
+        assert drawn[name]["y"] == pytest.approx(curves.bands[k].median.tolist())
+
+    clicked_point_shows_its_realization(page)
+    page.locator(".st-key-use_C").get_by_role("button").click()
+    page.wait_for_url(re.compile("/simulate"), timeout=SLOW)
+    see(page.locator(".st-key-n_candidates input"))
+    assert page.locator(".st-key-n_candidates input").input_value() == "5"
+    assert page.locator(".st-key-wavelet_level input").input_value() == "1"
+    page.locator(".st-key-menu").get_by_role("link", name="Compare").click()
+    see(page.locator(".st-key-results .note", has_text="changed since"))
+    see(page.locator(".st-key-setting_C .setting", has_text="level 2, K 20"))
+
+
+def clicked_point_shows_its_realization(page) -> None:
+    """Click the point of B that lies farthest from all others."""
+    points = page.evaluate(SERIES, "compared_mds")
+    places = [
+        (x, y) for name in ("A", "B", "C", "training image")
+        for x, y in zip(points[name]["x"], points[name]["y"], strict=True)
+    ]  # fmt: skip
+
+    def alone(k: int) -> float:
+        x, y = points["B"]["x"][k], points["B"]["y"][k]
+        return sorted((x - a) ** 2 + (y - b) ** 2 for a, b in places)[1]
+
+    k = max(range(1, N), key=alone)
+    page.evaluate(PLACE, ["compared_mds", 1, k])  # brings it into view first
+    page.wait_for_timeout(300)
+    x, y = page.evaluate(PLACE, ["compared_mds", 1, k])
+    page.mouse.move(x, y)
+    see(page.locator(".st-key-chart_compared_mds .hovertext"))
+    page.mouse.click(x, y)
+    see(page.get_by_text(f"Realization {k + 1} of {N}"))
+    page.wait_for_selector(IDLE, timeout=SLOW)
+
+
+def saved(page, label: str) -> list[dict[str, str]]:
+    page.locator(".st-key-downloads").get_by_role("button", name="Download").click()
+    with page.expect_download(timeout=SLOW) as waiting:
+        page.get_by_role("button", name=re.compile(label)).click()
+    page.keyboard.press("Escape")
+    return list(csv.DictReader(StringIO(Path(waiting.value.path()).read_text("utf-8"))))
+
+
+def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(chromium, address):
+    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(f"{address}/compare")
+    see(page.locator(".st-key-setting_A"))
+    page.wait_for_function(OWN_NAME, timeout=SLOW)
+    assert page.locator(".st-key-menu").bounding_box()["height"] < 60
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    see(page.locator(".st-key-progress").get_by_role("button", name="Cancel"))
+    page.locator(".st-key-progress").get_by_role("button", name="Cancel").click()
+    see(page.locator("[data-testid=stAlert]", has_text="Stopped"))
+    context.close()

@@ -1,0 +1,333 @@
+"""Hard data placed by hand in a real browser: exactly those cells reach the core."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from io import BytesIO
+from math import floor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ccwsim import Grid, read_hard_data
+from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+LEFT, TOP, BOTTOM = 40, 1, 20
+"""Pixels around the cells of a map with axes."""
+LARGEST = 48
+"""Pixels of a cell beyond which the map zooms no further in."""
+MUD, SAND = 0, 1
+
+
+@pytest.fixture
+def page(chromium):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    yield context.new_page()
+    context.close()
+
+
+@dataclass
+class Editor:
+    """The canvas on the page, and how far it is zoomed around its middle."""
+
+    page: Any
+    nx: int
+    ny: int
+    zoom: float = 1.0
+
+    @property
+    def canvas(self):
+        return self.page.locator(".st-key-editor canvas")
+
+    def box(self) -> dict[str, float] | None:
+        """Where the canvas is, once its cells are the square cells of the study's grid."""
+        box = self.canvas.bounding_box()
+        wide, high = (box["width"] - LEFT - 1) / self.nx, (box["height"] - TOP - BOTTOM) / self.ny
+        return box if wide == pytest.approx(high, rel=0.02) else None
+
+    def frame(self) -> tuple[float, float, float]:
+        """Where the map's south-west corner is, and the pixels of a cell at zoom 1."""
+        box = self.box()
+        assert box is not None
+        cell = (box["width"] - LEFT - 1) / self.nx
+        return box["x"] + LEFT, box["y"] + TOP + cell * self.ny, cell
+
+    def spot(self, share_x: float, share_y: float) -> tuple[int, int]:
+        """Whole pixels of the page at shares of the canvas from its south-west."""
+        west, south, cell = self.frame()
+        return (
+            round(west + share_x * cell * self.nx),
+            round(south - share_y * cell * self.ny),
+        )
+
+    def cell(self, spot: tuple[int, int]) -> tuple[int, int]:
+        """The (row, column) under a pixel, worked out from the page's geometry."""
+        west, south, cell = self.frame()
+        half_x, half_y = cell * self.nx / 2, cell * self.ny / 2
+        column = self.nx / 2 + (spot[0] - west - half_x) / (cell * self.zoom)
+        row = self.ny / 2 + (south - spot[1] - half_y) / (cell * self.zoom)
+        return floor(row), floor(column)
+
+    def brush(self, name: str) -> None:
+        self.page.locator(".st-key-editor .brushes button", has_text=name).click()
+
+    def click(self, spot: tuple[int, int]) -> None:
+        self.page.mouse.click(*spot)
+
+    def drag(self, *spots: tuple[int, int]) -> None:
+        self.page.mouse.move(*spots[0])
+        self.page.mouse.down()
+        for spot in spots[1:]:
+            self.page.mouse.move(*spot, steps=7)
+        self.page.mouse.up()
+
+    def zoom_in(self, times: int) -> None:
+        for _ in range(times):
+            self.page.locator('.st-key-editor [data-do="in"]').click()
+        self.zoom = min(self.zoom * 1.6**times, LARGEST / self.frame()[2])
+
+    def honours(self, n: int) -> None:
+        """Wait until the page says that all n data are honoured, and knows n in the table."""
+        from playwright.sync_api import expect
+
+        words = f"{n} of {n} data honoured" if n else "no hard data"
+        expect(self.page.locator(".facts")).to_contain_text(words, timeout=SLOW)
+        title = "1 datum" if n == 1 else f"{n} data"
+        expect(self.page.locator(".st-key-table_row .panel")).to_have_text(title, timeout=SLOW)
+
+    def data(self) -> dict[tuple[int, int], int]:
+        """The data as the exported CSV has them."""
+        self.page.locator(".st-key-export_menu button").first.click()
+        with self.page.expect_download(timeout=SLOW) as waiting:
+            self.page.get_by_role("button", name=re.compile("^CSV")).click()
+        self.page.keyboard.press("Escape")
+        content = BytesIO(Path(waiting.value.path()).read_bytes())
+        content.name = "hard_data.csv"
+        data = read_hard_data(content, Grid(self.ny, self.nx))
+        cells = [tuple(cell) for cell in data.cells.tolist()]
+        return dict(zip(cells, data.facies.tolist(), strict=True))
+
+
+def idle(page):
+    """Wait until the page has been drawn with what was asked last."""
+    at_rest(page)
+    page.wait_for_function(  # what is being replaced has gone
+        "document.querySelectorAll('[data-stale=true], .st-key-clear ~ .st-key-clear').length === 0"
+    )
+
+
+def opened(page, address, nx, ny) -> Editor:
+    """The editor over a study without data, of three realizations."""
+    page.goto(f"{address}/simulate")
+    page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
+    idle(page)
+    menu(page, "data_row")
+    choose(page, "data_source", "none")
+    close_menu(page)
+    fill(page, "n_realizations", 3)
+    fill(page, "grid_nx", nx)
+    fill(page, "grid_ny", ny)
+    page.locator(".st-key-menu").get_by_role("link", name="Hard data").click()
+    page.wait_for_url("**/data*")  # the study may stand in the address already
+    editor = Editor(page, nx, ny)
+    ready(editor)
+    return editor
+
+
+def ready(editor: Editor) -> None:
+    """Wait until the canvas has the study's grid and realizations answer."""
+    from playwright.sync_api import expect
+
+    expect(editor.page.locator(".st-key-editor")).to_be_visible(timeout=SLOW)
+    expect(editor.page.locator(".brushes", has_text="as shown")).to_be_visible(timeout=SLOW)
+    editor.honours(0)
+    before = None
+    while before is None or before != editor.box():
+        before = editor.box()
+        editor.page.wait_for_timeout(400)
+    idle(editor.page)
+
+
+def straight(cells: set[tuple[int, int]], a: tuple[int, int], b: tuple[int, int]) -> bool:
+    """Whether cells are a line from a to b: one a step, none more than half a cell beside it."""
+    high, wide = b[0] - a[0], b[1] - a[1]
+    n = max(abs(high), abs(wide))
+    steps = [
+        (max(abs(row - a[0]), abs(column - a[1])), row, column) for row, column in cells
+    ]  # fmt: skip
+    off = [
+        max(abs(a[0] + high * k / n - row), abs(a[1] + wide * k / n - column))
+        for k, row, column in steps
+    ]
+    return sorted(k for k, _, _ in steps) == list(range(n + 1)) and max(off) <= 0.5
+
+
+def length(a: tuple[int, int], b: tuple[int, int]) -> int:
+    """Cells of a line from a to b."""
+    return max(abs(b[0] - a[0]), abs(b[1] - a[1])) + 1
+
+
+@pytest.mark.parametrize(("nx", "ny"), [(100, 80), (1000, 1000)])
+@pytest.mark.parametrize("zooms", [0, 5])
+def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, zooms):
+    editor = opened(page, address, nx, ny)
+    editor.zoom_in(zooms)
+    first, second, third = editor.spot(0.2, 0.3), editor.spot(0.7, 0.8), editor.spot(0.6, 0.15)
+    known = {editor.cell(first): SAND, editor.cell(second): MUD, editor.cell(third): SAND}
+    assert len(known) == 3
+    editor.brush("sand")
+    editor.click(first)
+    editor.click(third)
+    editor.brush("mud")
+    editor.click(second)
+    editor.honours(3)
+    assert editor.data() == known
+
+    editor.click(first)
+    known[editor.cell(first)] = MUD
+    editor.brush("erase")
+    editor.click(third)
+    del known[editor.cell(third)]
+    editor.honours(2)
+    assert editor.data() == known
+
+    start, end = editor.spot(0.3, 0.5), editor.spot(0.5, 0.62)
+    editor.brush("sand")
+    editor.drag(start, end)
+    n = length(editor.cell(start), editor.cell(end))
+    editor.honours(2 + n)
+    drawn = editor.data()
+    cells = set(drawn) - set(known)
+    assert straight(cells, editor.cell(start), editor.cell(end))
+    assert all(drawn[cell] == SAND for cell in cells)
+    assert {cell: drawn[cell] for cell in known} == known
+
+    editor.canvas.focus()
+    page.keyboard.press("Control+z")
+    editor.honours(2)
+    assert editor.data() == known
+    page.locator('.st-key-editor [data-step="redo"]').click()
+    editor.honours(2 + n)
+    assert editor.data() == drawn
+
+
+def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
+    editor = opened(page, address, 100, 80)
+    editor.brush("sand")
+    spots = [editor.spot(0.1 + 0.06 * k, 0.2 + 0.04 * (k % 3)) for k in range(12)]
+    for spot in spots:
+        editor.click(spot)
+    editor.honours(12)
+    assert editor.data() == {editor.cell(spot): SAND for spot in spots}
+    for _ in range(5):
+        page.keyboard.press("Control+z")
+    editor.honours(7)
+    assert editor.data() == {editor.cell(spot): SAND for spot in spots[:7]}
+    page.locator('.st-key-editor [data-gesture="path"]').click()
+    editor.brush("erase")
+    editor.drag(*spots[:4])
+    editor.honours(3)
+    assert editor.data() == {editor.cell(spot): SAND for spot in spots[4:7]}
+
+
+def test_keys_alone_place_change_and_erase(page, address):
+    editor = opened(page, address, 100, 80)
+    editor.canvas.focus()
+    for key in ("ArrowUp", "ArrowUp", "Shift+ArrowRight", "2", "Enter", "ArrowDown", "1", "Space"):
+        page.keyboard.press(key)
+    editor.honours(2)
+    assert editor.data() == {(41, 60): SAND, (40, 60): MUD}
+    editor.canvas.focus()
+    page.keyboard.press("Delete")
+    editor.honours(1)
+    assert editor.data() == {(41, 60): SAND}
+
+
+def test_rows_pasted_over_and_below_the_table_are_data(page, address):
+    editor = opened(page, address, 100, 80)
+    editor.click(editor.spot(0.5, 0.5))
+    editor.honours(1)
+    page.wait_for_timeout(500)
+    rows = "10.5\t20.5\t1\n11.2\t20.9\t0\n"
+    page.evaluate("text => navigator.clipboard.writeText(text)", rows)
+    table = page.locator(".st-key-results [data-testid=stDataFrame]").bounding_box()
+    page.mouse.click(table["x"] + 80, table["y"] + 52)
+    page.wait_for_timeout(300)
+    page.keyboard.press("Control+v")
+    editor.honours(2)
+    assert editor.data() == {(20, 10): 1, (20, 11): 0}
+    page.locator('.st-key-editor [data-step="undo"]').click()
+    editor.honours(1)
+    assert editor.data() == {editor.cell(editor.spot(0.5, 0.5)): SAND}
+
+
+def test_wheel_pan_and_hover_keep_cells_exact(page, address):
+    editor = opened(page, address, 1000, 1000)
+    spot = editor.spot(0.31, 0.62)
+    editor.brush("sand")
+    page.locator('.st-key-editor [data-gesture="move"]').click()
+    editor.canvas.focus()
+    page.mouse.move(*spot)
+    for _ in range(4):
+        page.mouse.wheel(0, -300)
+    page.mouse.down()
+    page.mouse.move(spot[0] + 60, spot[1] - 40, steps=6)
+    page.mouse.up()
+    editor.honours(0)
+    there = editor.spot(0.5, 0.5)
+    page.mouse.move(*there)
+    readout = page.locator(".st-key-editor .readout").inner_text()
+    column, row = map(int, re.findall(r"\d+", readout)[:2])
+    editor.click(there)
+    editor.honours(1)
+    assert editor.data() == {(row, column): SAND}
+    assert (row, column) != editor.cell(there)
+
+
+def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
+    context = chromium.new_context(
+        viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True,
+        device_scale_factor=2, accept_downloads=True,
+    )  # fmt: skip
+    page = context.new_page()
+    page.goto(f"{address}/data")
+    page.wait_for_selector(".facts", timeout=SLOW)
+    page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    idle(page)
+    page.locator(".st-key-clear").get_by_role("button", name="Clear").tap()
+    editor = Editor(page, 512, 512)
+    editor.honours(0)
+    editor.brush("sand")
+    spot = editor.spot(0.4, 0.45)
+    known = {editor.cell(spot): SAND}
+    page.touchscreen.tap(*spot)
+    editor.honours(1)
+    assert editor.cell(spot) in known, "the map moved under the finger"
+    assert editor.data() == known
+    page.locator('.st-key-editor [data-gesture="line"]').tap()
+    start, end = editor.spot(0.2, 0.7), editor.spot(0.6, 0.8)
+    ends = editor.cell(start), editor.cell(end)
+    finger = context.new_cdp_session(page)
+    touch(finger, "touchStart", start)
+    for k in range(1, 6):
+        touch(finger, "touchMove", [a + (b - a) * k // 5 for a, b in zip(start, end, strict=True)])
+    touch(finger, "touchEnd")
+    editor.honours(1 + length(*ends))
+    drawn = editor.data()
+    assert straight(set(drawn) - set(known), *ends)
+    assert set(drawn.values()) == {SAND}
+    assert known.keys() <= drawn.keys()
+    context.close()
+
+
+def touch(session, kind, *spots):
+    points = [{"x": spot[0], "y": spot[1]} for spot in spots]
+    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})

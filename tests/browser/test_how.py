@@ -1,0 +1,292 @@
+"""The algorithm followed in a real browser: each step says what the core says."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from ccwsim.engine.stages.similarity import L_SHAPE, LEFT, TOP
+from ccwsim.engine.trace import Frame, Trace, fates
+from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study
+from ccwsim.ui.how_it_works.fates import said_fate, xy_of
+from ccwsim.ui.how_it_works.resimulation import windows_by_datum
+from ccwsim.ui.how_it_works.words import said_shape
+from ccwsim.ui.session.resolve import data_of, image_of
+from tests.browser.hands import SLOW, at_rest, choose, fill, until
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+AXES, EDGE = 40, 1
+"""Pixels left of a map with coordinates, and around one without."""
+WHERE = ".st-key-how_player .where"
+
+
+def trace_of(number: int = 0, parameters: Parameters | None = None) -> Trace:
+    choices = Choices()
+    image, data = image_of(choices.image), data_of(choices)
+    own = parameters or choices.parameters
+    return Trace(Study(image, choices.grid, own, data, choices.seed), number)
+
+
+@pytest.fixture(scope="module")
+def trace():
+    """The realization that the page shows first; it also compiles what the server needs."""
+    assert Choices().data != DataChoice()
+    return trace_of()
+
+
+@pytest.fixture
+def page(chromium, address):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900})
+    opened = context.new_page()
+    opened.goto(f"{address}/how_it_works")
+    opened.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
+    at_rest(opened)
+    yield opened
+    context.close()
+
+
+def shows(page, number: int, n: int):
+    """Return what waits until a patch is shown."""
+    from playwright.sync_api import expect
+
+    said = page.locator(WHERE)
+    return lambda wait: expect(said).to_contain_text(f"Patch {number + 1} of {n} ", timeout=wait)
+
+
+def number_of(page) -> int:
+    found = re.search(r"Patch (\d+) of", page.locator(WHERE).inner_text())
+    assert found is not None
+    return int(found[1]) - 1
+
+
+def own_cell(trace: Trace, number: int) -> tuple[int, int]:
+    """A cell of the grid in the world that a patch covers first, well inside."""
+    p = trace.patches[number]
+    y, x = p.y0 + p.size - 4, p.x0 + p.size - 4
+    box = trace.grid_frame.box_to_world(
+        min(y, trace.path.shape[0] - 1), min(x, trace.path.shape[1] - 1), 1, 1
+    )
+    assert trace.patch_of_cell(box.row, box.column) == number
+    return box.row, box.column
+
+
+def click_grid(page, trace: Trace, number: int) -> None:
+    """Jump to a patch by a click on the grid."""
+    row, column = own_cell(trace, number)
+    canvas = page.locator(".st-key-how_map_grid canvas")
+
+    def click() -> None:
+        at_rest(page)
+        canvas.scroll_into_view_if_needed()
+        box = canvas.bounding_box()
+        cell = (box["width"] - AXES - EDGE) / trace.study.grid.nx
+        y = EDGE + (trace.study.grid.ny - row - 0.5) * cell
+        canvas.click(position={"x": AXES + (column + 0.5) * cell, "y": y})
+
+    until(click, shows(page, number, len(trace.patches)))
+    at_rest(page)
+
+
+def kinds(trace: Trace) -> dict[str, int]:
+    """A patch of each kind."""
+    shapes = [p.shape for p in trace.patches]
+    inner = [k for k, shape in enumerate(shapes) if shape == L_SHAPE]
+    steps = ((k, trace.at(k)) for k in inner[30:])
+    return {
+        "corner": 0,
+        "edge beside": shapes.index(LEFT) + 2,
+        "edge behind": shapes.index(TOP),
+        "inner": inner[25],
+        "conditioned": next(
+            k for k, step in steps if step.data is not None
+            and any(datum.inside for datum in step.data.seen)
+            and {"data", "fraction"} & {place.fate for place in fates(step)}
+        ),
+    }  # fmt: skip
+
+
+def text_of(page, selector: str) -> str:
+    return page.locator(selector).inner_text().replace("\u202f", "")
+
+
+def check_step(page, trace: Trace, number: int) -> None:
+    """Compare everything that is said of a patch with the core."""
+    step = trace.at(number)
+    told = fates(step)
+    assert said_shape(trace, step.patch.shape) in page.locator(WHERE).inner_text()
+    said = text_of(page, ".st-key-how_steps")
+    assert f"starts in the {trace.grid_frame.origin}" in said
+    assert f"Drawn: CCW {told[0].ccw:.4g}." in said
+    if step.patch.shape:
+        n = int((step.approximation[0] == step.approximation[0]).sum())
+        assert f"{n} coefficients instead of {int(step.in_overlap.sum())} numbers" in said
+        assert f"the best is {step.ccw.min():.4g}" in said
+        assert f"differ in {int(step.error.sum())} of {int(step.in_overlap.sum())} cells" in said
+        assert f"before it {int(step.kept.sum())} cell" in said
+    else:
+        assert "nothing to compare" in said
+    rows = page.locator("table.fates tbody tr").all_inner_texts()
+    share = trace.study.parameters.search_fraction
+    kinds_told = {place.fate for place in told}
+    for line in rows:
+        words = [word.strip() for word in line.split("\t")]
+        place = next(
+            p for p in told
+            if xy_of(trace, p.row, p.column, step.patch.size) == words[0]
+        )  # fmt: skip
+        assert words[1] == f"{place.ccw:.4g}"
+        assert words[-1] == said_fate(place, step, share)
+        if step.data is not None:
+            assert words[2:4] == [str(place.missed + place.held), str(place.ahead)]
+    assert len(rows) == min(len(told), 24)
+    if kinds_told - {"drawn", "candidate"}:
+        assert any("fell out" in line for line in rows)
+    hover_drawn(page, trace, number)
+
+
+def hover_drawn(page, trace: Trace, number: int) -> None:
+    """Point at the drawn place on the score map and read what it says."""
+    from playwright.sync_api import expect
+
+    step = trace.at(number)
+    place = fates(step)[0]
+    ny, nx = trace.turned.pyramid.phases.shape[2:]
+    frame = Frame(trace.path.orientation, (ny, nx))
+    at = frame.box_to_world(place.row, place.column, 1, 1)
+    rows, columns = frame.world_shape
+    canvas = page.locator(".st-key-how_map_score canvas")
+    readout = page.locator(".st-key-how_map_score .readout")
+
+    def point() -> None:
+        box = canvas.bounding_box()
+        cell = (box["width"] - 2 * EDGE) / columns
+        y = EDGE + (rows - at.row - 0.5) * cell
+        canvas.hover(position={"x": 2, "y": 2}, timeout=SLOW)
+        canvas.hover(position={"x": EDGE + (at.column + 0.5) * cell, "y": y}, timeout=SLOW)
+
+    said = f"CCW {place.ccw:.4g}, drawn"
+    until(point, lambda wait: expect(readout).to_contain_text(said, timeout=wait))
+    expect(readout).to_contain_text(f"({at.column}, {at.row})")
+
+
+def test_every_kind_of_patch_says_what_the_core_says(page, trace):
+    for number in kinds(trace).values():
+        click_grid(page, trace, number)
+        check_step(page, trace, number)
+
+
+def test_scrub_step_play_and_stop(page, trace):
+    from playwright.sync_api import expect
+
+    n, first = len(trace.patches), number_of(page)
+    page.locator(".st-key-how_next button").click()
+    shows(page, first + 1, n)(SLOW)
+    at_rest(page)
+    page.locator(".st-key-how_previous button").click()
+    shows(page, first, n)(SLOW)
+    at_rest(page)
+    page.keyboard.press("ArrowRight")
+    shows(page, first + 1, n)(SLOW)
+    at_rest(page)
+    page.keyboard.press("ArrowLeft")
+    shows(page, first, n)(SLOW)
+    at_rest(page)
+
+    slider = page.locator(".st-key-how_patch input[type=range]")
+    slider.focus()
+    slider.press("ArrowRight")  # the slider's own: one step, not two
+    shows(page, first + 1, n)(SLOW)
+    at_rest(page)
+    slider = page.locator(".st-key-how_patch input[type=range]")
+    track = page.locator(".st-key-how_patch [role=group] > div").first.bounding_box()
+    y = track["y"] + track["height"] / 2
+    page.mouse.move(track["x"] + track["width"] * (first + 1) / (n - 1), y)
+    page.mouse.down()
+    page.mouse.move(track["x"] + 0.7 * track["width"], y, steps=4)
+    page.mouse.up()
+    page.wait_for_function(
+        "([where, k]) => +document.querySelector(where).innerText.match(/Patch (\\d+)/)[1] > k",
+        arg=[WHERE, 0.6 * n], timeout=SLOW,
+    )  # fmt: skip
+    at_rest(page)
+    check_step(page, trace, number_of(page))
+
+    start, play = number_of(page), page.locator(".st-key-how_play button")
+    play.click()
+    expect(play).to_have_text("Stop", timeout=SLOW)
+    page.wait_for_function(
+        "([where, k]) => +document.querySelector(where).innerText.match(/Patch (\\d+)/)[1] > k",
+        arg=[WHERE, start + 2], timeout=SLOW,
+    )  # fmt: skip
+    until(
+        lambda: page.locator(".st-key-how_play button", has_text="Stop").click(timeout=8000),
+        lambda wait: expect(play).to_have_text("Play", timeout=wait),
+    )
+    at_rest(page)
+    check_step(page, trace, number_of(page))
+
+    click_grid(page, trace, n - 2)
+    play.click()
+    shows(page, n - 1, n)(SLOW)
+    expect(play).to_have_text("Play", timeout=SLOW)
+
+
+def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
+    from playwright.sync_api import expect
+
+    number = kinds(trace)["inner"]
+    click_grid(page, trace, number)
+    choose(page, "how_level", "1")
+    expect(page.locator(".st-key-how_steps")).to_contain_text("cA₁", timeout=SLOW)
+    at_rest(page)
+    own = trace_of(parameters=Parameters(wavelet_level=1))
+    check_step(page, own, number)
+    fill(page, "how_candidates", 3)
+    expect(page.locator(".st-key-how_more")).to_contain_text("K = 3", timeout=SLOW)
+    at_rest(page)
+    check_step(page, trace_of(parameters=Parameters(wavelet_level=1, n_candidates=3)), number)
+    page.locator(".st-key-how_use").get_by_role("button").click()
+    expect(page.locator(".st-key-how_use")).to_have_count(0, timeout=SLOW)
+    at_rest(page)
+    page.locator(".st-key-menu").get_by_role("link", name="Simulate").click()
+    expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
+    expect(page.locator(".st-key-n_candidates input")).to_have_value("3", timeout=SLOW)
+
+
+def test_mending_is_told_window_by_window(page, trace):
+    from playwright.sync_api import expect
+
+    windows = next(iter(windows_by_datum(trace.windows).values()))
+    row, column = trace.study.hard_data.cells[windows[0].datum]
+    expect(page.locator(".st-key-how_datum input")).to_have_value(
+        re.compile(rf"at \({column}, {row}\)"), timeout=SLOW
+    )
+    said = page.locator(".st-key-how_mending .caption").all_inner_texts()
+    told = [text for text in said if text.startswith("Window of")]
+    assert len(told) == len([w for w in windows if w.size > 1])
+    for text, window in zip(told, windows, strict=False):
+        assert text.startswith(f"Window of {window.size} cells")
+        assert ("no patch" not in text) == window.fits
+    met_by = trace.realization.met_by
+    assert f"{int((met_by == 0).sum())} met by the raster" in text_of(page, ".st-key-how_after")
+
+
+def test_it_works_on_a_phone(chromium, address, trace):
+    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(f"{address}/how_it_works")
+    page.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
+    at_rest(page)
+    first = number_of(page)
+    page.locator(".st-key-how_next button").click()
+    shows(page, first + 1, len(trace.patches))(SLOW)
+    at_rest(page)
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    click_grid(page, trace, first - 40)
+    context.close()

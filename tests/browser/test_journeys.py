@@ -1,0 +1,260 @@
+"""The dashboard as a reader meets it: a real browser against a real server."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ccwsim import Parameters, datasets, read_hard_data, read_training_image, simulate
+from ccwsim.io import write_training_image
+from ccwsim.metrics import connectivity, etype, variogram
+from ccwsim.model.grid import Grid
+from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu, upload
+from tests.browser.served import CHROMIUM, served
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Compile what the tests need before a browser waits for it; the server finds it on disk."""
+    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
+    for level in (0, 2):
+        ensemble = simulate(image, (512, 512), Parameters(wavelet_level=level), data)
+    for measure in (variogram, connectivity):
+        measure(ensemble.indices, 1, "E-W", 10)
+    etype(ensemble.indices, 2)
+
+
+@pytest.fixture(scope="module")
+def address(compiled):
+    with served() as there:
+        yield there
+
+
+@pytest.fixture
+def page(chromium):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    yield context.new_page()
+    context.close()
+
+
+def opened(page, address, path="/simulate"):
+    page.goto(address + path)
+    page.wait_for_selector(".facts", timeout=SLOW)
+    page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
+    page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
+    page.wait_for_timeout(500)  # the charts draw once more when their panel has its size
+    page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
+    return page
+
+
+def facts(page, pattern, timeout=SLOW):
+    from playwright.sync_api import expect
+
+    # While the page is drawn again the old facts may stand beside the new ones for a moment.
+    now = page.locator(".facts", has_text=re.compile(pattern)).first
+    expect(now).to_be_visible(timeout=timeout)
+
+
+def sees(locator, timeout=SOON):
+    from playwright.sync_api import expect
+
+    expect(locator.first).to_be_visible(timeout=timeout)
+
+
+def run(page):
+    page.locator(".st-key-run").get_by_role("button", name="Run").click()
+
+
+@pytest.fixture
+def image_file(request, tmp_path) -> Path:
+    """A published training image where it is at hand, else a bundled one in the same format."""
+    folder = Path(__file__).resolve().parents[3] / "shared" / "data"
+    try:
+        folder = request.getfixturevalue("data_dir")
+    except (pytest.FixtureLookupError, pytest.skip.Exception):
+        folder = tmp_path / "nowhere"
+    file = folder / "formats" / "ti_strebelle_250_250_1.dat"
+    if not file.exists():
+        file = tmp_path / "from_a_file.dat"
+        write_training_image(file, datasets.load("channels"), format="sgems")
+    return file
+
+
+@pytest.fixture
+def data_file(tmp_path) -> Path:
+    """Sixty wells on 512 × 512 cells."""
+    rng = np.random.default_rng(5)
+    cells = rng.choice(512 * 512, 60, replace=False)
+    rows = [f"{c // 512},{c % 512},{rng.integers(2)}" for c in cells]
+    file = tmp_path / "wells.csv"
+    file.write_text("\n".join(["row,col,facies", *rows]))
+    return file
+
+
+def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
+    opened(page, address)
+    upload(page, "image", image_file, note=image_file.stem)
+    upload(page, "data", data_file, note="60 data")
+    fill(page, "n_realizations", 10)
+    fill(page, "seed", 42)
+    choose(page, "wavelet_level", "0")
+    page.evaluate(
+        """() => {
+          window.seen = [];
+          new MutationObserver(() => {
+            const bar = document.querySelector('.st-key-progress');
+            if (bar) window.seen.push(bar.innerText);
+          }).observe(document.body, {subtree: true, childList: true, characterData: true});
+        }"""
+    )
+    run(page)
+    facts(page, "60 of 60 data honoured.*10 realizations in .* CPU each")
+    assert any("10 realizations" in text for text in page.evaluate("window.seen"))
+
+    tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
+    sees(tiles.nth(9))
+    assert tiles.count() == 10
+    tiles.nth(2).click()
+    sees(page.get_by_text("Realization 3 of 10"))
+    page.keyboard.press("ArrowRight")
+    sees(page.get_by_text("Realization 4 of 10"))
+    sees(page.locator(".st-key-map_e_type canvas"))
+    sees(page.locator(".st-key-chart_times .js-plotly-plot"))
+
+    saved = downloaded(page, "NumPy")
+    assert int(saved["seed"]) == 42
+    assert '"wavelet_level": 0' in str(saved["parameters"])
+    image = read_training_image(image_file)
+    own = simulate(
+        image, (512, 512), Parameters(wavelet_level=0), n_realizations=10, seed=42,
+        hard_data=read_hard_data(data_file, Grid(512, 512), image),
+    )  # fmt: skip
+    assert np.array_equal(saved["realizations"], own.realizations)
+
+
+def downloaded(page, name):
+    page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()
+    with page.expect_download(timeout=SLOW) as waiting:
+        page.get_by_role("button", name=re.compile(name)).click()
+    return np.load(waiting.value.path())
+
+
+def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
+    opened(page, address)
+    before = page.locator(".facts").inner_text()
+    fill(page, "n_realizations", 1000)
+    run(page)
+    sees(page.locator(".st-key-progress", has_text="of 1000 realizations"))
+    opacity = "() => getComputedStyle(document.querySelector('.st-key-results')).opacity"
+    assert float(page.evaluate(opacity)) < 0.6
+    page.get_by_role("button", name="Cancel").click()
+    sees(page.get_by_text(re.compile("[Ss]topped")), SLOW)
+    after = page.locator(".facts").inner_text()
+    assert after == before or re.search(r"\b\d{1,3} realizations? in", after)
+    page.wait_for_function(f"() => ({opacity})() === '1'", timeout=SOON)
+
+
+def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
+    opened(page, address)
+    fill(page, "seed", 7)
+    before = page.locator(".facts").inner_text()
+    broken = tmp_path / "broken.dat"
+    broken.write_text("250 250 1\n1\nfacies\n0\n1\nnot a number\n")
+    menu(page, "image_row")
+    page.locator(".st-key-image_file input[type=file]").set_input_files(broken)
+    sees(page.locator("[data-testid=stAlert]", has_text="broken.dat"))
+    sees(page.locator("[data-testid=stAlert]", has_text="keeps the image"))
+    close_menu(page)
+    assert "channels" in page.locator(".st-key-image_row .note").first.inner_text()
+    assert page.locator(".st-key-seed input").input_value() == "7"
+    assert page.locator(".facts").inner_text() == before
+    run(page)
+    page.wait_for_timeout(300)
+    facts(page, "12 realizations in")
+
+
+def test_a_menu_opens_with_what_the_study_says_and_changes_nothing(page, address):
+    opened(page, address)
+    menu(page, "data_row")
+    assert page.locator(".st-key-data_source input").input_value() == "bundled"
+    assert page.locator(".st-key-data_bundled input").input_value() == "channels 400 data"
+    close_menu(page)
+    page.get_by_role("button", name="Advanced").click()
+    assert page.locator(".st-key-p_random_path input").is_checked()
+    assert page.locator(".st-key-p_refine input").is_checked()
+    close_menu(page)
+    page.locator(".st-key-live label").click()
+    fill(page, "n_realizations", 4)
+    facts(page, "400 of 400 data honoured.*4 realizations in")
+
+
+def test_quick_changes_are_all_kept(page, address):
+    opened(page, address)
+    edits = {"grid_nx": 300, "grid_ny": 200, "n_candidates": 5, "n_realizations": 2, "seed": 99}
+    for key, value in edits.items():
+        box = page.locator(f".st-key-{key} input")
+        box.fill(str(value))
+        box.press("Enter")
+        page.wait_for_timeout(250)  # as fast as hands are
+    page.wait_for_timeout(3000)
+    at_rest(page)
+    for key, value in edits.items():
+        assert page.locator(f".st-key-{key} input").input_value() == str(value)
+
+
+def test_hover_says_cell_and_facies(page, address):
+    opened(page, address)
+    page.wait_for_timeout(1000)
+    canvas = page.locator(".st-key-map_realization canvas")
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.4)
+    readout = page.locator(".st-key-map_realization .readout")
+    assert re.fullmatch(r"\(\d+, \d+\) (mud|sand)", readout.inner_text())
+    linked = page.locator(".st-key-map_e_type .readout").inner_text()
+    assert linked.split(") ")[0] == readout.inner_text().split(") ")[0]
+    assert re.search(r"P\((mud|sand)\) = [01]\.\d\d", linked)
+
+
+def test_live_runs_after_a_change(page, address):
+    opened(page, address)
+    page.locator(".st-key-live label").click()
+    fill(page, "n_realizations", 3)
+    facts(page, "3 realizations in")
+
+
+@pytest.mark.parametrize("path", ["/", "/simulate"])
+def test_every_address_opens_cold(chromium, path):
+    with served() as fresh:
+        context = chromium.new_context()
+        page = opened(context.new_page(), fresh, path)
+        assert page.title() == "Simulate · CCWSIM"
+        sees(page.locator(".st-key-menu", has_text="Simulate"))
+        sees(page.locator(".st-key-run").get_by_role("button", name="Run"))
+        context.close()
+
+
+def test_nothing_leaves_the_machine(page, address):
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    opened(page, address)
+    page.wait_for_timeout(1000)
+    away = [url for url in asked if not url.startswith((address, "data:", "blob:"))]
+    assert not away
+
+
+def test_on_a_phone_the_study_is_a_sheet_and_run_is_in_reach(chromium, address):
+    context = chromium.new_context(viewport={"width": 390, "height": 844})
+    page = opened(context.new_page(), address)
+    wide = page.evaluate("document.scrollingElement.scrollWidth")
+    assert wide <= 390
+    sees(page.locator(".st-key-run_bar").get_by_role("button", name="Run"))
+    page.locator("[data-testid=stExpandSidebarButton]").click()
+    sees(page.locator(".st-key-n_realizations input"))
+    context.close()

@@ -1,0 +1,83 @@
+"""A study is set up, run and looked at with the keyboard alone, and the focus can be seen."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.browser.hands import SLOW, SOON, at_rest
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+MOST_STOPS = 120
+FOCUSED = """() => {
+  let here = document.activeElement;
+  while (here.shadowRoot && here.shadowRoot.activeElement) here = here.shadowRoot.activeElement;
+  return here;
+}"""
+NAME = "(e) => [e.tagName, e.getAttribute('aria-label') || e.innerText || ''].join(' ').trim()"
+RINGED = """(e) => [e, e.closest('label')].some((at) => {
+  if (!at) return false;
+  const style = getComputedStyle(at);
+  const outlined = style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) > 0;
+  return outlined || style.boxShadow !== 'none';
+})"""
+
+
+def tab_to(page, name: str) -> bool:
+    """Press Tab until something of that name has the focus; say whether that can be seen."""
+    met = []
+    for _ in range(MOST_STOPS):
+        page.keyboard.press("Tab")
+        here = page.evaluate_handle(FOCUSED)
+        met.append(here.evaluate(NAME))
+        if re.fullmatch(name, met[-1], re.DOTALL):
+            return here.evaluate(RINGED)
+    raise AssertionError(f"Tab never came to {name}, but to {met}")
+
+
+def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(chromium, address):
+    from playwright.sync_api import expect
+
+    context = chromium.new_context(viewport={"width": 1440, "height": 1000})
+    page = context.new_page()
+    page.goto(f"{address}/simulate")
+    page.wait_for_selector(".st-key-gallery button", timeout=SLOW)
+    page.wait_for_selector(".st-key-chart_times .xtick text", timeout=SLOW)
+    at_rest(page)
+
+    tab_to(page, "INPUT How many")
+    page.keyboard.press("Control+A")
+    page.keyboard.type("3")
+    page.keyboard.press("Enter")
+    at_rest(page)
+    assert tab_to(page, "BUTTON Run")
+    page.keyboard.press("Enter")
+    expect(page.locator(".facts", has_text="3 realizations in").first).to_be_visible(timeout=SLOW)
+    expect(page.locator(".st-key-gallery button")).to_have_count(3, timeout=SLOW)
+    at_rest(page)
+
+    assert tab_to(page, "A Simulate")
+    assert tab_to(page, "CANVAS Realization 1")
+    assert tab_to(page, "BUTTON Realization 1")
+    page.keyboard.press("ArrowRight")
+    shown = page.locator(".panel", has_text="Realization 2 of 3").first
+    expect(shown).to_be_visible(timeout=SOON)
+    context.close()
+
+
+def test_the_menu_leads_on_with_the_keyboard(chromium, address):
+    from playwright.sync_api import expect
+
+    context = chromium.new_context(viewport={"width": 390, "height": 844})
+    page = context.new_page()
+    page.goto(f"{address}/paper")
+    page.wait_for_selector(".st-key-paper_start button", timeout=SLOW)
+    at_rest(page)
+    assert tab_to(page, "A Examples")
+    page.keyboard.press("Enter")
+    expect(page.locator(".st-key-examples_row")).to_be_visible(timeout=SLOW)
+    context.close()

@@ -1,0 +1,188 @@
+"""Live in a real browser: quick changes end in the last picture, and a click goes back."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from ccwsim import Parameters, datasets, simulate
+from ccwsim.metrics import connectivity, etype, variogram
+from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu, until
+from tests.browser.served import CHROMIUM, served
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+SIDE, N = 96, 6
+LAST_SEED = 15
+WATCH = """
+() => {
+  window.seen = [];
+  window.canvas = (key) => {
+    const own = document.querySelector(`.st-key-${key}`);
+    const host = own && [...own.querySelectorAll('*')].find((element) => element.shadowRoot);
+    return own && (host ? host.shadowRoot : own).querySelector('canvas');
+  };
+  for (const key of ['map_realization', 'map_e_type', 'map_image'])
+    window.canvas(key).made = 'before';
+  new MutationObserver(() => {
+    for (const facts of document.querySelectorAll('.facts'))
+      if (facts.innerText !== window.seen.at(-1)) window.seen.push(facts.innerText);
+    if (!window.canvas('map_realization')) window.seen.push('BLANK');
+  }).observe(document.body, {subtree: true, childList: true, characterData: true});
+}
+"""
+KEPT = """
+() => ['map_realization', 'map_e_type', 'map_image'].every(
+  (key) => window.canvas(key).made === 'before')
+"""
+PICTURE = "() => window.canvas('map_realization').toDataURL()"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Compile what the tests need before a browser waits for it; the server finds it on disk."""
+    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
+    simulate(image, (512, 512), Parameters(), data)
+    for level in (1, 2):
+        ensemble = simulate(image, (SIDE, SIDE), Parameters(wavelet_level=level))
+    for measure in (variogram, connectivity):
+        measure(ensemble.indices, 1, "E-W", 10)
+    etype(ensemble.indices, 2)
+
+
+@pytest.fixture(scope="module")
+def address(compiled):
+    with served() as there:
+        yield there
+
+
+def own(seed: int, level: int = 2):
+    return simulate(
+        datasets.load("channels"), (SIDE, SIDE), Parameters(wavelet_level=level),
+        n_realizations=N, seed=seed,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def page(chromium, address):
+    """A small study with its results, Live on."""
+    size = {"width": 1440, "height": 900}
+    context = chromium.new_context(viewport=size, accept_downloads=True)
+    page = context.new_page()
+    page.goto(f"{address}/simulate")
+    page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
+    menu(page, "data_row")
+    choose(page, "data_source", "none")
+    close_menu(page)
+    for key, value in (("grid_nx", SIDE), ("grid_ny", SIDE), ("n_realizations", N)):
+        fill(page, key, value)
+    page.locator(".st-key-live label").click()
+    complete(page)
+    yield page
+    context.close()
+
+
+def complete(page) -> None:
+    """Wait until all realizations are there and the page is at rest."""
+    from playwright.sync_api import expect
+
+    now = page.locator(".facts", has_text=re.compile(f"no hard data.*{N} realizations in"))
+    expect(now.first).to_be_visible(timeout=SLOW)
+    expect(page.locator(".st-key-progress")).to_have_count(0, timeout=SLOW)
+    at_rest(page)
+
+
+def downloaded(page) -> np.ndarray:
+    found: list[np.ndarray] = []
+
+    def ask() -> None:
+        button = page.get_by_role("button", name=re.compile("All realizations, NumPy"))
+        if not button.is_visible():
+            page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()
+        with page.expect_download(timeout=SLOW) as waiting:
+            button.click()
+        found.append(np.load(waiting.value.path())["realizations"])
+
+    until(ask, lambda wait: None)
+    page.keyboard.press("Escape")
+    return found[-1]
+
+
+def type_quickly(page, seeds) -> None:
+    """Type seed after seed, as a hand does that does not wait for results."""
+    box = page.locator(".st-key-seed input")
+    for seed in seeds:
+        box.fill(str(seed))
+        box.press("Enter")
+        page.wait_for_timeout(60)
+
+
+def test_five_quick_changes_end_in_the_picture_of_the_last(page):
+    from playwright.sync_api import expect
+
+    page.evaluate(WATCH)
+    until(
+        lambda: type_quickly(page, range(LAST_SEED - 4, LAST_SEED + 1)),
+        lambda wait: expect(page.locator(".st-key-seed input")).to_have_value(
+            str(LAST_SEED), timeout=wait
+        ),
+    )
+    complete(page)
+    expected = own(LAST_SEED)
+    strip = page.locator(".st-key-history button")
+    expect(strip.first).to_have_attribute("aria-label", re.compile(f"→ {LAST_SEED}"), timeout=SLOW)
+    complete(page)
+    assert np.array_equal(downloaded(page), expected.realizations)
+    # nothing of an older run comes after: picture and facts stay as they are
+    picture, facts = page.evaluate(PICTURE), page.locator(".facts").first.inner_text()
+    page.wait_for_timeout(1500)
+    at_rest(page)
+    assert page.evaluate(PICTURE) == picture
+    assert page.locator(".facts").first.inner_text() == facts
+    assert "BLANK" not in page.evaluate("window.seen")
+    assert page.evaluate(KEPT), "a map was made anew, which flickers"
+
+
+def test_a_click_in_the_history_brings_study_and_results_back(page):
+    from playwright.sync_api import expect
+
+    strip = page.locator(".st-key-history button")
+    before = downloaded(page)
+    choose(page, "wavelet_level", "1")
+    changed = strip.filter(has_text="level 2 → 1")
+    changed.first.wait_for(timeout=SLOW)
+    complete(page)
+    assert np.array_equal(downloaded(page), own(LAST_SEED, level=1).realizations)
+    first, second = strip.nth(0), strip.nth(1)
+    expect(first).to_have_attribute("aria-current", "true", timeout=SLOW)
+    # with the keyboard alone
+    first.focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    expect(second).to_have_attribute("aria-current", "true", timeout=SLOW)
+    complete(page)
+    expect(page.locator(".st-key-wavelet_level input")).to_have_value("2", timeout=SLOW)
+    assert np.array_equal(downloaded(page), before)
+    # and forth with the mouse
+    until(
+        lambda: first.click(),
+        lambda wait: expect(first).to_have_attribute("aria-current", "true", timeout=wait),
+    )
+    complete(page)
+    expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
+
+
+def test_on_a_phone_the_history_scrolls_in_its_own_row(page):
+    size = page.viewport_size
+    page.set_viewport_size({"width": 390, "height": 844})
+    strip = page.locator(".st-key-history button")
+    strip.first.scroll_into_view_if_needed(timeout=SLOW)
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    assert strip.first.bounding_box()["x"] >= 0
+    strip.last.focus()
+    box = strip.last.bounding_box()
+    assert 0 <= box["x"] <= 390 - 40
+    page.set_viewport_size(size)

@@ -1,0 +1,43 @@
+"""A server that dies in the middle of a run takes nothing with it that a link cannot bring back."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.browser.hands import SLOW, SOON, at_rest
+from tests.browser.served import CHROMIUM, free_port, started
+from tests.test_browser_share import PIXELS, context_of, large, opened, picture
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+N = 400
+STUDY = f"grid=200x150&data=none&template=16&overlap=4&realizations={N}&seed=31"
+SAME = f"(before) => ({PIXELS})('map_realization') === before"
+
+
+def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chromium):
+    context, port = context_of(chromium), free_port()
+    with started(port=port) as first:
+        page = opened(context, f"{first.address}/simulate?{STUDY}")
+        large(page, 1, N)
+        before, link = picture(page), page.url
+        page.locator(".st-key-run button").first.click(timeout=SOON)
+        page.locator(".st-key-progress").first.wait_for(timeout=SLOW)
+        first.process.kill()
+        first.process.wait(60)
+        assert page.url == link
+        assert page.locator(".st-key-map_realization canvas").count()  # what was seen stays
+    with started(port=port):
+        again = opened(context, link)
+        large(again, 1, N)
+        assert again.url == link
+        assert picture(again) == before
+        again.close()
+        # the tab that was open all the time finds its way back by itself
+        page.wait_for_selector("[data-test-connection-state=CONNECTED]", timeout=SLOW)
+        at_rest(page)
+        large(page, 1, N)
+        page.wait_for_function(SAME, arg=before, timeout=SLOW)
+        assert page.url == link
+    context.close()

@@ -1,0 +1,233 @@
+"""A study given away: by its address, as a project over a restart, and as a report offline."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, menu, until, upload
+from tests.browser.served import CHROMIUM, served
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3"
+PIXELS = """(key) => {
+  const find = (root) => root.querySelector('canvas') || [...root.querySelectorAll('*')]
+    .map((e) => e.shadowRoot && find(e.shadowRoot)).find((c) => c);
+  const canvas = find(document.querySelector(`.st-key-${key}`));
+  if (!canvas || !canvas.width) return '';
+  return canvas.width + ' ' + canvas.toDataURL();
+}"""
+
+
+def context_of(chromium, width: int = 1440):
+    return chromium.new_context(viewport={"width": width, "height": 900}, accept_downloads=True)
+
+
+def opened(context, address: str):
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
+    at_rest(page)
+    return page
+
+
+def large(page, number: int, of: int) -> None:
+    """Wait until a realization is the large one."""
+    page.locator(".panel", has_text=f"Realization {number} of {of}").wait_for(timeout=SLOW)
+
+
+def open_share(page) -> None:
+    body = page.locator(".st-key-share_body")
+    at_rest(page)
+    until(
+        lambda: None if body.count() else page.locator(".st-key-share button").first.click(),
+        lambda wait: body.locator(".stCode").first.wait_for(timeout=wait),
+    )
+    at_rest(page)
+
+
+def taken(page, key: str, path: Path) -> Path:
+    """A file of one of the buttons for it."""
+    button = page.locator(f".st-key-{key} button:visible").first
+    with page.expect_download(timeout=SLOW) as download:
+        button.click(timeout=SOON)
+    download.value.save_as(path)
+    return path
+
+
+def cells(page, folder: Path) -> str:
+    """The digest of all realizations of a page."""
+    at_rest(page)
+    button = page.locator(".st-key-downloads button").first
+    file = page.locator(".st-key-download_realizations_npz button:visible").first
+    until(
+        lambda: None if file.count() else button.click(timeout=SOON),
+        lambda wait: file.wait_for(timeout=wait),
+    )
+    with np.load(taken(page, "download_realizations_npz", folder / "out.npz")) as saved:
+        found = hashlib.sha256(saved["realizations"].tobytes()).hexdigest()
+    page.keyboard.press("Escape")
+    return found
+
+
+def picture(page) -> str:
+    page.wait_for_function(f"() => ({PIXELS})('map_realization')", timeout=SLOW)
+    page.wait_for_timeout(700)  # for the last drawing of the canvas
+    return page.evaluate(PIXELS, "map_realization")
+
+
+def run(page, number: int, of: int) -> None:
+    page.locator(".st-key-run button").first.click(timeout=SOON)
+    large(page, number, of)
+    at_rest(page)
+
+
+def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
+    mine, other = context_of(chromium), context_of(chromium)
+    page = opened(mine, f"{address}/simulate?{SMALL}")
+    entries = page.evaluate("history.length")
+    choose(page, "template_size", "24")
+    fill(page, "seed", 31)
+    fill(page, "n_realizations", 4)
+    menu(page, "image_row")
+    page.locator(".st-key-image_flip_ew label").first.click(timeout=SOON)
+    page.wait_for_function("() => location.search.includes('turn=ew')", timeout=SLOW)
+    page.keyboard.press("Escape")
+    run(page, 1, 4)
+    show_third(page)
+    link = page.url
+    for part in ("template=24", "seed=31", "realizations=4", "turn=ew", "show=3", "grid=64x48"):
+        assert part in link
+    assert page.evaluate("history.length") == entries
+    again = opened(other, link)
+    large(again, 3, 4)
+    assert again.url == link
+    assert picture(again) == picture(page)
+    assert cells(again, tmp_path) == cells(page, tmp_path)
+    open_share(again)
+    said = again.locator(".st-key-share_body .stCode code").first
+    assert said.inner_text() == link
+    mine.close()
+    other.close()
+
+
+def show_third(page) -> None:
+    """Choose a realization in the contact sheet, whereupon only a part of the page is drawn."""
+    until(
+        lambda: page.get_by_role("button", name="Realization 3").first.click(timeout=SOON),
+        lambda wait: page.wait_for_function(
+            "() => location.search.includes('show=3')", timeout=wait
+        ),
+    )
+    large(page, 3, 4)
+
+
+def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chromium, address):
+    context = context_of(chromium)
+    page = context.new_page()
+    sent: list[object] = []
+    page.on("websocket", lambda socket: socket.on("framesent", lambda f: sent.append(f)))
+    page.goto(f"{address}/data?{SMALL}")
+    canvas = page.locator(".st-key-editor canvas")
+    canvas.wait_for(timeout=SLOW)
+    at_rest(page)
+    page.locator(".st-key-editor .brushes button").first.click(timeout=SOON)
+    before = len(sent)
+    box = canvas.bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.wait_for_function("() => location.search.includes('points=')", timeout=SLOW)
+    at_rest(page)
+    page.wait_for_timeout(1000)
+    assert len(sent) - before == 1
+    link = page.url
+    page.close()
+    again = context.new_page()
+    again.goto(link)
+    again.locator(".facts", has_text="1 of 1 data honoured").wait_for(timeout=SLOW)
+    context.close()
+
+
+def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chromium, address):
+    context = context_of(chromium)
+    page = opened(context, f"{address}/simulate?{SMALL}")
+    page.locator(".st-key-live label").first.click(timeout=SOON)
+    at_rest(page)
+    for seed in (3, 14, 15):
+        fill(page, "seed", seed)
+        page.wait_for_function(f"() => location.search.includes('seed={seed}')", timeout=SLOW)
+    at_rest(page)
+    page.get_by_role("link", name="Validate").click(timeout=SOON)
+    page.wait_for_function(
+        "() => location.pathname.endsWith('validate') && location.search.includes('seed=15')",
+        timeout=SLOW,
+    )
+    at_rest(page)
+    page.go_back()
+    page.wait_for_function("() => location.pathname.endsWith('simulate')", timeout=SLOW)
+    page.wait_for_function("() => location.search.includes('seed=15')", timeout=SLOW)
+    context.close()
+
+
+def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_path):
+    array = np.kron(np.random.default_rng(2).integers(0, 2, (10, 12)) * 5, np.ones((5, 5), int))
+    np.save(tmp_path / "wall.npy", array)
+    lines = [f"{k % 8 * 7},{k // 8 * 5},{k % 2 * 5}" for k in range(40)]
+    (tmp_path / "wells.csv").write_text("\n".join(["col,row,facies", *lines, ""]))
+    file = tmp_path / "study.ccwsim"
+    context = context_of(chromium)
+    with served() as before:
+        page = opened(context, f"{before}/simulate?{SMALL}&seed=5")
+        upload(page, "image", tmp_path / "wall.npy", "wall")
+        upload(page, "data", tmp_path / "wells.csv", "40 data")
+        run(page, 1, 3)
+        page.locator(".facts", has_text="40 of 40 data honoured").wait_for(timeout=SLOW)
+        numbers = cells(page, tmp_path)
+        open_share(page)
+        said = page.locator(".st-key-share_body").inner_text()
+        assert "cannot carry the training image wall.npy and the hard data wells.csv" in said
+        taken(page, "share_save", file)
+        page.close()
+    with served() as after:
+        page = opened(context, f"{after}/simulate?{SMALL}")
+        open_share(page)
+        box = page.locator(".st-key-share_open input[type=file]")
+        box.set_input_files(file, timeout=SLOW)
+        page.locator(".facts", has_text="40 of 40 data honoured").wait_for(timeout=SLOW)
+        page.locator(".st-key-image_row .note", has_text="wall").wait_for(timeout=SLOW)
+        page.keyboard.press("Escape")
+        assert cells(page, tmp_path) == numbers
+        assert "seed=5" in page.url
+    context.close()
+
+
+@pytest.mark.parametrize("width", [1440, 390])
+def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path, width):
+    from playwright.sync_api import expect
+
+    context = context_of(chromium, width)
+    page = opened(context, f"{address}/simulate?{SMALL}&show=2")
+    open_share(page)
+    box = page.locator(".st-key-share_body").bounding_box()
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= width
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    file = taken(page, "share_report", tmp_path / "report.html")
+    context.close()
+    offline = chromium.new_context(viewport={"width": width, "height": 900}, offline=True)
+    report, asked = offline.new_page(), []
+    report.on("request", lambda request: asked.append(request.url)
+              if not request.url.startswith(("file:", "data:", "blob:")) else None)  # fmt: skip
+    report.goto(file.as_uri())
+    expect(report.locator(".plot .main-svg").first).to_be_visible(timeout=SLOW)
+    expect(report.locator(".plot:has(.main-svg)")).to_have_count(6, timeout=SLOW)
+    drawn = "() => [...document.images].filter((i) => i.complete && i.naturalWidth > 0).length"
+    assert report.evaluate(drawn) == 2 + 3 + 2
+    assert report.locator("figcaption", has_text="Realization 2 of 3").count() == 1
+    assert report.evaluate("document.documentElement.scrollWidth") <= width
+    assert asked == []
+    offline.close()

@@ -1,0 +1,185 @@
+"""A sweep as a reader meets it: tried, stopped half-way, looked through, and one setting taken."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from ccwsim import Parameters, datasets, simulate
+from ccwsim.metrics import judge
+from tests.browser.hands import at_rest, fill, until
+from tests.browser.served import CHROMIUM, served
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+SLOW = 180_000
+TILES = ".st-key-sweep_tiles button"
+PLACES = """() => {
+  const chart = document.querySelector('.st-key-chart_sweep .js-plotly-plot');
+  const { xaxis, yaxis } = chart._fullLayout, trace = chart._fullData[0];
+  const box = chart.getBoundingClientRect();
+  return [...trace.x].map((x, k) => [box.x + xaxis._offset + xaxis.d2p(x),
+    box.y + yaxis._offset + yaxis.d2p(trace.y[k])]);
+}"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Compile what the sweep needs; the server finds it on disk."""
+    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
+    judge(simulate(image, (512, 512), Parameters(), data))
+
+
+@pytest.fixture(scope="module")
+def address(compiled):
+    with served() as there:
+        yield there
+
+
+@pytest.fixture
+def page(chromium, address):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    opened = context.new_page()
+    opened.goto(f"{address}/sweep")
+    opened.locator(".st-key-sweep_first").get_by_role("button").wait_for(timeout=SLOW)
+    yield opened
+    context.close()
+
+
+def press(page, name: str, value: str, then: str) -> None:
+    """Switch a value of a range on or off, and wait for what the button then says."""
+    pill = page.locator(f".st-key-range_{name}").get_by_role("button", name=value, exact=True)
+    button = page.locator(".st-key-sweep").get_by_role("button", name=then, exact=True)
+    at_rest(page)
+    until(
+        lambda: None if button.count() else pill.click(),
+        lambda wait: button.wait_for(timeout=wait),
+    )
+
+
+def twelve_settings(page, n: str) -> None:
+    press(page, "template_size", "16", "Try 6 settings")
+    press(page, "template_size", "24", "Try 9 settings")
+    press(page, "template_size", "40", "Try 12 settings")
+    fill(page, "n_swept", n)
+    page.locator(".note", has_text=f"12 settings × {n} realizations").wait_for(timeout=SLOW)
+
+
+def setting(page) -> str:
+    return page.locator(".setting").first.inner_text()
+
+
+def shows(page, label: str, timeout: int = SLOW) -> None:
+    """Wait until the setting of a tile is the large one."""
+    parts = label.split(" · ")
+    page.wait_for_function(
+        "(parts) => { const p = document.querySelector('.setting');"
+        " return p && parts.every((part) => p.innerText.split(' · ').includes(part)); }",
+        arg=parts, timeout=timeout,
+    )  # fmt: skip
+
+
+def label_of(page, k: int) -> str:
+    return page.locator(TILES).nth(k).locator(".label").inner_text()
+
+
+def test_a_sweep_is_stopped_half_way_and_one_setting_is_taken(page):
+    twelve_settings(page, "12")
+    page.locator(".st-key-sweep").get_by_role("button").click()
+    page.locator(".st-key-sweep_progress").wait_for(timeout=SLOW)
+    page.wait_for_function("() => !document.querySelector('.st-key-sweep_first')", timeout=SLOW)
+    page.locator(f"{TILES}:not([disabled])").nth(3).wait_for(timeout=2 * SLOW)
+    assert page.locator(TILES).count() == 12
+    ended = page.get_by_text(re.compile(r"Stopped after \d+ of 12 settings; these are shown"))
+    cancel = page.locator(".st-key-sweep_cancel").get_by_role("button")
+    until(
+        lambda: cancel.click(timeout=2000) if cancel.count() else None,
+        lambda wait: ended.wait_for(timeout=2 * wait),
+    )
+    at_rest(page)
+    n = int(re.findall(r"\d+", ended.inner_text())[0])
+    assert 4 <= n < 12
+    page.wait_for_function(f"() => !document.querySelector('{TILES}[disabled]')", timeout=SLOW)
+    assert page.locator(TILES).count() == n
+    assert page.locator(".choice", has_text="Recommended so far").count()
+
+    look_through(page, n)
+    take(page, n)
+
+
+def look_through(page, n: int) -> None:
+    """Click a small multiple, then a point of the chart."""
+    shown = setting(page)
+    labels = [label_of(page, k) for k in range(n)]
+    other = next(k for k in range(n) if not is_of(labels[k], shown))
+    until(
+        lambda: page.locator(TILES).nth(other).click(),
+        lambda wait: shows(page, labels[other], wait),
+    )
+    at_rest(page)
+    chart = "() => document.querySelector('.st-key-chart_sweep .js-plotly-plot')?._fullData"
+    page.wait_for_function(chart, timeout=SLOW)
+    alone = farthest(page.evaluate(PLACES), other)
+
+    def click() -> None:
+        x, y = page.evaluate(PLACES)[alone]
+        page.mouse.move(x, y)
+        page.wait_for_timeout(250)  # the chart finds the point under the mouse
+        page.mouse.click(x, y)
+
+    until(click, lambda wait: shows(page, labels[alone], wait))
+
+
+def is_of(label: str, shown: str) -> bool:
+    return all(part in shown.split(" · ") for part in label.split(" · "))
+
+
+def farthest(places: list[list[float]], but: int) -> int:
+    """The point that no other one lies near."""
+
+    def room(k: int) -> float:
+        return min(
+            (x - places[k][0]) ** 2 + (y - places[k][1]) ** 2
+            for j, (x, y) in enumerate(places) if j != k
+        )  # fmt: skip
+
+    return max((k for k in range(len(places)) if k != but), key=room)
+
+
+def take(page, n: int) -> None:
+    """Take the large setting into the study, find it there, and come back to the sweep."""
+    found = re.search(r"T (\d+) · OR (\d+) · level (\d+) · K (\d+)", setting(page))
+    assert found
+    values = dict(
+        zip(("template_size", "overlap_size", "wavelet_level", "n_candidates"), found.groups(),
+            strict=True)
+    )  # fmt: skip
+    at_rest(page)
+    button = page.locator(".st-key-use_setting").get_by_role("button")
+    until(
+        lambda: button.click() if "/sweep" in page.url else None,
+        lambda wait: page.wait_for_url("**/simulate", timeout=wait),
+    )
+    page.locator(".st-key-template_size").first.wait_for(timeout=SLOW)
+    for key, value in values.items():
+        page.wait_for_function(
+            "([key, value]) => [...document.querySelectorAll(`.st-key-${key} input`)]"
+            ".some((input) => input.value === value)",
+            arg=[key, value], timeout=SLOW,
+        )  # fmt: skip
+    page.get_by_role("link", name="Sweep").first.click()
+    page.locator(TILES).nth(n - 1).wait_for(timeout=SLOW)
+    assert page.locator(TILES).count() == n
+
+
+def test_it_opens_cold_on_a_phone_and_in_the_dark(chromium, address):
+    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(f"{address}/sweep")
+    page.locator(".st-key-sweep_below").get_by_role("button").wait_for(timeout=SLOW)
+    assert page.title() == "Sweep · CCWSIM"
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    assert not page.locator("[data-testid=stException], [data-testid=stAlert]").count()
+    context.close()

@@ -1,0 +1,42 @@
+"""A switch between the light and the dark theme repaints all that is ours, charts too."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.browser.hands import SLOW, at_rest
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+AXIS = ".st-key-chart_times .xtick text"
+BRIGHT = """([selector, bright]) => {
+  const found = document.querySelector(selector);
+  if (!found) return false;
+  const style = getComputedStyle(found);
+  const [r, g, b] = (found.closest('svg') ? style.fill : style.color).match(/\\d+/g).map(Number);
+  return (r + g + b > 384) === bright;
+}"""
+
+
+def shows(page, selector: str, bright: bool) -> None:
+    """Wait until the text of the first such element is bright, or dark."""
+    page.wait_for_function(BRIGHT, arg=[selector, bright], timeout=SLOW)
+
+
+@pytest.mark.parametrize("first", ["light", "dark"])
+def test_a_switch_of_the_theme_repaints_style_and_charts(chromium, address, first):
+    then = "dark" if first == "light" else "light"
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme=first)
+    page = context.new_page()
+    page.goto(f"{address}/simulate")
+    page.wait_for_selector(AXIS, timeout=SLOW)
+    at_rest(page)
+    label = ".st-key-n_realizations [data-testid=stWidgetLabel] p"
+    for theme in (first, then, first):
+        page.emulate_media(color_scheme=theme)
+        shows(page, label, theme == "dark")
+        shows(page, AXIS, theme == "dark")
+        at_rest(page)
+    context.close()

@@ -1,0 +1,228 @@
+"""Validation as a reader meets it: every figure drawn with data in it, and a click shows one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.browser.hands import SLOW, SOON, fill, upload
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+
+N = 100
+CURVES = ("variogram_E", "variogram_N", "connection_E", "connection_N")
+
+DRAWN = """(key) => {
+  const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
+  if (!chart || !chart._fullData) return null;
+  return Object.fromEntries(chart._fullData.map((trace) => [trace.name, trace.z
+    ? trace.z.length * trace.z[0].length
+    : [...trace.x].filter((v) => v !== null && !Number.isNaN(v)).length]));
+}"""
+PLACE = """([key, k]) => {
+  const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
+  const { xaxis, yaxis } = chart._fullLayout, trace = chart._fullData[0];
+  const box = chart.getBoundingClientRect();
+  return [box.x + xaxis._offset + xaxis.l2p(trace.x[k]), box.y + yaxis._offset
+    + yaxis.l2p(trace.y[k])];
+}"""
+INK = """(key) => {
+  const canvas = document.querySelector(`.st-key-${key} canvas`)
+    || [...document.querySelectorAll(`.st-key-${key} *`)].map((e) => e.shadowRoot)
+      .filter((root) => root).map((root) => root.querySelector('canvas')).find((c) => c);
+  if (!canvas || !canvas.width) return 0;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const colours = new Set();
+  for (let k = 0; k < data.length; k += 4)
+    colours.add(data[k] << 16 | data[k + 1] << 8 | data[k + 2]);
+  return colours.size;
+}"""
+
+
+@pytest.fixture(scope="module")
+def judged(chromium, address, request):
+    """The page with a hundred realizations of channels that honour four hundred data."""
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    files = published(request)
+    if files:
+        page.goto(f"{address}/simulate")
+        page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
+        upload(page, "image", files[0], note=files[0].stem)
+        upload(page, "data", files[1], note="397 data")
+        page.get_by_role("link", name="Validate").click()
+    else:
+        page.goto(f"{address}/validate")
+    page.wait_for_selector(".st-key-chart_mds .js-plotly-plot", timeout=SLOW)
+    fill(page, "n_realizations", N)
+    page.locator(".st-key-run").get_by_role("button", name="Run").click()
+    page.get_by_text(re.compile(rf"of {N}$")).first.wait_for(timeout=SLOW)
+    for key, each in (("mds", 1), *((key, 101) for key in CURVES)):
+        there = f"() => ({DRAWN})('{key}')?.realizations === {N * each}"
+        page.wait_for_function(there, timeout=SLOW)
+    page.wait_for_timeout(1000)
+    yield page
+    context.close()
+
+
+def published(request) -> tuple[Path, Path] | None:
+    """The paper's channels and its 400 data, where they are at hand."""
+    try:
+        folder = request.getfixturevalue("data_dir") / "paper"
+    except pytest.skip.Exception:
+        return None
+    files = folder / "ti_channel_256x256.npy", folder / "hd_channel_400_grid512x512.csv"
+    return files if all(file.exists() for file in files) else None
+
+
+def drawn(page, key: str, timeout: int = SLOW) -> dict[str, int]:
+    """How many points each series of a chart has, once it is there."""
+    page.wait_for_function(f"() => ({DRAWN})('{key}')", timeout=timeout)
+    return page.evaluate(DRAWN, key)
+
+
+def show(page, section: str) -> None:
+    page.get_by_role("navigation", name="On this page").get_by_role("link", name=section).click()
+
+
+def test_the_figures_of_the_paper_are_on_the_first_screen(judged):
+    judged.evaluate("document.querySelector('[data-testid=stMain]').scrollTo(0, 0)")
+    for key in CURVES:
+        points = drawn(judged, key)
+        assert points["training image"] == points["median"] == 101
+        assert points["realizations"] == N * 101
+        assert points["5–95 %"] == 2 * 101
+        box = judged.locator(f".st-key-chart_{key} .js-plotly-plot").bounding_box()
+        assert box["y"] + box["height"] <= 900
+    assert drawn(judged, "mds") == {"realizations": N, "shown": 1, "training image": 1}
+    for key in ("map_realization", "map_e_type"):
+        assert judged.evaluate(INK, key) > 2
+        assert judged.locator(f".st-key-{key}").bounding_box()["y"] < 450
+
+
+def test_a_link_to_a_section_scrolls_and_leaves_the_address_alone(judged):
+    before = judged.url, judged.evaluate("history.length")
+    show(judged, "Patterns")
+    heading = judged.get_by_role("heading", name="Patterns")
+    judged.wait_for_function(
+        "heading => Math.abs(heading.getBoundingClientRect().y) < 300",
+        arg=heading.element_handle(), timeout=SOON,
+    )  # fmt: skip
+    assert (judged.url, judged.evaluate("history.length")) == before
+
+
+def test_the_summary_is_said_in_words(judged):
+    said = judged.locator(".judged").inner_text()
+    assert re.search(rf"All (397|400) data honoured in all {N} realizations", said)
+    assert re.search(r"proportions within \d", said)
+    assert re.search(r"is connected over [01]\.\d\d of the distance", said)
+    assert re.search(r"differ from each other \d\.\d\d ×", said)
+
+
+def test_a_click_in_the_mds_plot_shows_that_realization(judged):
+    judged.evaluate("document.querySelector('[data-testid=stMain]').scrollTo(0, 0)")
+    judged.wait_for_timeout(600)
+    at = free_point(judged)
+    x, y = judged.evaluate(PLACE, ["mds", at])
+    judged.mouse.move(x, y)
+    judged.wait_for_timeout(250)
+    judged.mouse.click(x, y)
+    title = judged.locator(".st-key-shown_row", has_text=f"Realization {at + 1} of {N}")
+    title.wait_for(timeout=SOON)
+    judged.wait_for_function(
+        f"() => {{ const c = document.querySelector('.st-key-chart_mds .js-plotly-plot');"
+        f" return !!c?._fullData && c._fullData[1].x[0] === c._fullData[0].x[{at}]; }}",
+        timeout=SOON,
+    )
+
+
+def free_point(page) -> int:
+    """A realization that no other one covers in the plot, and that is not shown now."""
+    places = np.array([page.evaluate(PLACE, ["mds", k]) for k in range(N)])
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    nearest = apart.min(axis=1)
+    nearest[0] = 0
+    return int(nearest.argmax())
+
+
+@pytest.mark.parametrize(
+    ("section", "expected"),
+    [
+        ("Proportions and bodies", {"proportions": "mud|sand|0|1", "gamma": "realizations",
+                                    "n_bodies": "realizations", "euler": "realizations",
+                                    "largest": "realizations"}),
+        ("Patterns", {"anodi": "between realizations"}),
+        ("Hard data", {"met_by": "mean over realizations"}),
+        ("Any direction", {"variogram_azimuth": "realizations", "connection_azimuth": "median",
+                           "lags_image": "γ", "lags_mean": "γ", "lags_apart": "γ"}),
+        ("Transiograms", {"transiograms": "→"}),
+        ("Training image", {"repetition": "E–W", "quarters": "training image"}),
+    ],
+)  # fmt: skip
+def test_every_section_draws_its_figures_when_it_comes_into_view(judged, section, expected):
+    show(judged, section)
+    for key, series in expected.items():
+        points = drawn(judged, key)
+        there = [n for name, n in points.items() if re.search(series, name)]
+        assert there, f"{key}: {sorted(points)}"
+        assert max(there) > 1
+
+
+@pytest.mark.parametrize(
+    ("section", "keys"),
+    [("Uncertainty", ("map_probability", "map_most_likely", "map_entropy")),
+     ("Hard data", ("map_mended",)), ("Re-use", ("map_seams", "map_uses"))],
+)  # fmt: skip
+def test_every_map_has_colours_in_it(judged, section, keys):
+    show(judged, section)
+    for key in keys:
+        judged.locator(f".st-key-{key} canvas").first.wait_for(timeout=SLOW)
+        judged.wait_for_function(f"() => ({INK})('{key}') > 2", timeout=SOON)
+
+
+def test_a_chart_can_be_taken_home_as_a_picture_and_as_numbers(judged):
+    judged.evaluate("document.querySelector('[data-testid=stMain]').scrollTo(0, 0)")
+    saved = {kind: taken_home(judged, "variogram_E", kind) for kind in ("PNG", "SVG", "CSV")}
+    assert saved["PNG"].startswith(b"\x89PNG")
+    assert b"<svg" in saved["SVG"][:200]
+    lines = saved["CSV"].decode().splitlines()
+    assert lines[0].startswith("series,curve,lag (cells),γ of ")
+    assert sum(line.startswith("training image,") for line in lines) == 101
+    assert len({line.split(",")[1] for line in lines if line.startswith("realizations,")}) == N
+
+
+def taken_home(page, key: str, kind: str) -> bytes:
+    menu = page.locator(f".st-key-menu_{key}")
+    menu.get_by_role("button", name=re.compile("^Save")).click()
+    with page.expect_download(timeout=SOON) as waiting:
+        menu.get_by_role("menuitem", name=kind).click()
+    return Path(waiting.value.path()).read_bytes()
+
+
+def test_a_long_run_settles_on_the_page(judged):
+    show(judged, "Long run")
+    number = judged.locator(".st-key-n_long input")
+    number.wait_for(timeout=SLOW)
+    fill(judged, "n_long", 200)
+    judged.get_by_role("button", name="Start").click()
+    judged.locator(".st-key-long_progress", has_text="of 200 realizations").wait_for(timeout=SOON)
+    judged.locator(".note", has_text="After 200 realizations").wait_for(timeout=SLOW)
+    assert drawn(judged, "convergence")["standard error"] >= 1
+    assert judged.evaluate(INK, "map_long_entropy") > 2
+
+
+def test_it_opens_cold_on_a_phone_and_in_the_dark(chromium, address):
+    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(f"{address}/validate")
+    page.wait_for_selector(".st-key-chart_connection_N .js-plotly-plot", timeout=SLOW)
+    assert page.title() == "Validate · CCWSIM"
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    assert not page.locator("[data-testid=stException], [data-testid=stAlert]").count()
+    context.close()

@@ -1,0 +1,386 @@
+"""The command line as a script meets it: files, exit codes, messages, Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import ccwsim
+from ccwsim import HardData, Parameters, TrainingImage, datasets, read_training_image
+from ccwsim.cli.parameter_options import option_of
+from ccwsim.cli.program import build_parser, main
+from ccwsim.cli.progress import ProgressLine, duration, progress_text
+from ccwsim.cli.stopping import stop_on_interrupt
+from ccwsim.cli.summary import summary
+from ccwsim.cli.values import classes, sizes
+from ccwsim.io import parameters_to_json, write_training_image
+from ccwsim.model.parameters import parameter_table
+
+ROOT = Path(__file__).parents[2]
+SMALL = ["--template", "16", "--overlap", "4", "--level", "1"]
+PARAMETERS = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+
+
+def run(*arguments: object) -> int:
+    """Run a command line in this process; argparse's own exits count as exit codes too."""
+    try:
+        return main([str(argument) for argument in arguments])
+    except SystemExit as exit:
+        return int(exit.code or 0)
+
+
+def loaded(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as saved:
+        return {key: saved[key] for key in saved.files}
+
+
+def test_a_command_line_gives_what_the_same_call_gives(tmp_path):
+    out = tmp_path / "out.npz"
+    line = ["simulate", "channels", "--grid", "60x40", *SMALL, "--candidates", 5]
+    assert run(*line, "--realizations", 3, "--seed", 7, "--workers", 2, "-o", out) == 0
+    p = Parameters(template_size=16, overlap_size=4, wavelet_level=1, n_candidates=5)
+    e = ccwsim.simulate(datasets.load("channels"), (40, 60), p, n_realizations=3, seed=7)
+    saved = loaded(out)
+    np.testing.assert_array_equal(saved["realizations"], e.realizations)
+    assert json.loads(str(saved["parameters"])) == json.loads(parameters_to_json(p))
+
+
+def test_every_parameter_has_its_option_and_its_help(capsys):
+    assert run("simulate", "--help") == 0
+    shown = "".join(capsys.readouterr().out.split())
+    for row in parameter_table():
+        assert option_of(row["name"]) in shown
+        assert "".join(row["meaning"].split()) in shown
+
+
+@pytest.mark.parametrize("field", fields(Parameters), ids=lambda f: f.name)
+def test_every_option_reaches_its_parameter(tmp_path, field):
+    others = {
+        "template_size": 24, "overlap_size": 12, "wavelet_level": 1, "n_candidates": 3,
+        "method": "ccsim", "similarity": "correlation", "search_fraction": 0.5, "co_template": 1,
+        "template_variation": 0.25,
+    }  # fmt: skip
+    if field.name not in others and not isinstance(field.default, bool):
+        pytest.skip(f"no second value of {field.name} is known to this test")
+    option = option_of(field.name)
+    if isinstance(field.default, bool):
+        wanted = not field.default
+        given = [option if wanted else option.replace("--", "--no-", 1)]
+    else:
+        wanted = others[field.name]
+        given = [option, wanted]
+    out = tmp_path / "out.npz"
+    assert run("simulate", "stone_wall", "--grid", "40x40", "-q", "-o", out, *given) == 0
+    assert json.loads(str(loaded(out)["parameters"]))[field.name] == wanted
+
+
+def test_options_come_before_a_file_of_parameters(tmp_path):
+    file, out = tmp_path / "p.json", tmp_path / "out.npz"
+    file.write_text(parameters_to_json(PARAMETERS))
+    line = ["simulate", "dunes", "--grid", "40x40", "--parameters", file, "--overlap", 8, "-o", out]
+    assert run(*line) == 0
+    saved = json.loads(str(loaded(out)["parameters"]))
+    assert (saved["template_size"], saved["overlap_size"]) == (16, 8)
+
+
+def test_data_in_world_coordinates_are_honoured_on_a_grid_that_is_no_square(tmp_path, capsys):
+    wells, out = tmp_path / "wells.csv", tmp_path / "out.npz"
+    wells.write_text("x,y,facies\n1015,15,1\n1295,15,0\n1005,195,1\n")
+    line = ["simulate", "channels", "--grid", "30x20", *SMALL, "--cell-size", 10, 10]
+    line += ["--origin", 1000, 0, "--hard-data", wells, "--realizations", 4, "-o", out]
+    assert run(*line) == 0
+    saved = loaded(out)
+    realizations = saved["realizations"]
+    assert realizations.shape == (4, 20, 30)
+    assert (realizations[:, 1, 1] == 1).all()
+    assert (realizations[:, 1, 29] == 0).all()
+    assert (realizations[:, 19, 0] == 1).all()
+    assert saved["origin"].tolist() == [1000, 0]
+    assert saved["cell_size"].tolist() == [10, 10]
+    assert "3 of 3 honoured in every realization" in capsys.readouterr().err
+
+
+def test_bundled_data_bring_their_grid(tmp_path):
+    out = tmp_path / "out.npz"
+    assert run("simulate", "barchans", "--hard-data", "barchans_200_data", "-o", out) == 0
+    saved, data = loaded(out), datasets.load_hard_data("barchans_200_data")
+    assert saved["realizations"].shape[1:] == datasets.hard_data_grid_shape("barchans_200_data")
+    assert data.n_mismatched(saved["realizations"][0]) == 0
+
+
+@pytest.mark.parametrize(
+    ("rows", "option", "n_left"),
+    [
+        ("0,0,1\n50,0,1\n", "--on-outside=drop", 1),
+        ("0,0,1\n1,0,9\n", "--on-unknown=drop", 1),
+        ("0,0,1\n0,0,0\n2,2,0\n", "--on-collision=drop", 1),
+        ("0,0,1\n0,0,0\n0,0,0\n", "--on-collision=majority", 1),
+    ],
+)
+def test_troubles_with_data_stop_unless_an_option_settles_them(
+    tmp_path, capsys, rows, option, n_left
+):
+    wells, out = tmp_path / "wells.csv", tmp_path / "out.npz"
+    wells.write_text("row,col,facies\n" + rows)
+    line = ["simulate", "channels", "--grid", "40x40", *SMALL, "--hard-data", wells, "-o", out]
+    assert run(*line) == 2
+    assert "wells.csv" in capsys.readouterr().err
+    assert not out.exists()
+    assert run(*line, option) == 0
+    assert len(loaded(out)["hard_facies"]) == n_left
+    assert "left out" in capsys.readouterr().err
+
+
+def test_a_grey_picture_needs_a_threshold_and_is_turned_as_asked(tmp_path, capsys):
+    grey = np.add.outer(np.arange(48) * 3, np.arange(64)).astype(np.uint8)
+    picture, out = tmp_path / "ti.png", tmp_path / "out.npz"
+    Image.fromarray(grey).save(picture)
+    line = ["simulate", picture, "--grid", "40x40", *SMALL, "-o", out]
+    assert run(*line) == 2
+    assert "threshold" in capsys.readouterr().err
+    for extra, up in (([], None), (["--first-row", "south"], True)):
+        assert run(*line, "--threshold", 100, *extra) == 0
+        ti = read_training_image(picture, threshold=100, up=up)
+        e = ccwsim.simulate(ti, (40, 40), PARAMETERS)
+        np.testing.assert_array_equal(loaded(out)["realizations"], e.realizations)
+
+
+def test_a_classic_gslib_grid_is_read_with_shape_variable_and_classes(tmp_path):
+    ny, nx = 40, 50
+    values = np.random.default_rng(1).random((ny, nx))
+    rows = "\n".join(f"7 {value:.6f}" for value in values.ravel())
+    file, out = tmp_path / "ti.gslib", tmp_path / "out.npz"
+    file.write_text(f"a title\n2\nnothing\nporosity\n{rows}\n")
+    line = ["simulate", file, "--shape", f"{nx}x{ny}", "--variable", "porosity"]
+    line += ["--classes", "0.3,0.6", "--grid", "40x40", *SMALL, "--transpose", "-o", out]
+    assert run(*line) == 0
+    ti = TrainingImage(np.digitize(np.round(values, 6), [0.3, 0.6]).T)
+    e = ccwsim.simulate(ti, (40, 40), PARAMETERS)
+    np.testing.assert_array_equal(loaded(out)["realizations"], e.realizations)
+
+
+def test_continuous_data_take_the_class_edges_of_the_image(tmp_path):
+    wells, out = tmp_path / "wells.csv", tmp_path / "out.npz"
+    wells.write_text("row,col,porosity\n3,4,0.31\n9,4,0.05\n")
+    line = ["simulate", "channels", "--grid", "40x40", *SMALL, "--hard-data", wells, "-o", out]
+    assert run(*line) == 2
+    assert run(*line, "--hard-threshold", 0.2) == 0
+    assert loaded(out)["hard_facies"].tolist() == [1, 0]
+    assert run(*line, "--hard-classes", 0.2) == 0
+    assert loaded(out)["hard_facies"].tolist() == [1, 0]
+
+
+def test_all_formats_hold_the_same_realizations(tmp_path):
+    files = [tmp_path / f"out.{ending}" for ending in ("npz", "sgems", "gslib", "png")]
+    outputs = [part for file in files for part in ("-o", file)]
+    line = ["simulate", "levees", "--grid", "50x30", *SMALL, "--realizations", 2, *outputs]
+    assert run(*line) == 0
+    kept = loaded(files[0])["realizations"]
+    for file in files[1:3]:
+        second = read_training_image(file, variable="realization_2", classes="codes")
+        np.testing.assert_array_equal(second.array, kept[1])
+    with Image.open(files[3]) as sheet:
+        assert sheet.size[0] * sheet.size[1] >= 2 * 50 * 30
+    assert not [path for path in tmp_path.iterdir() if path not in files]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["no_such_image"], "channels"),
+        (["channels", "--template", "31"], "try 28 or 32"),
+        (["channels", "--template", "512"], "larger than the training image"),
+        (["channels", "--method", "magic"], "ccwsim, ccsim"),
+        (["channels", "--realizations", "0"], "at least 1"),
+        (["channels", "--workers", "0"], "at least 1"),
+        (["channels", "--seed", "-1"], "at least 0"),
+        (["channels", "--grid", "0x5"], "at least 1"),
+        (["channels", "--cell-size", "0", "1"], "positive"),
+        (["channels", "--threshold", "3"], "./channels"),
+        (["channels", "--hard-data", "no_such_file.csv"], "channels_60_wells"),
+        (["channels", "--on-outside", "drop"], "--hard-data"),
+        (["channels", "--parameters", "no_such_file.json"], "no_such_file.json"),
+        (["channels", "--output", "out.bmp"], "npz"),
+        (["channels", "--output", "no_such_folder/out.npz"], "no_such_folder"),
+        (["channels", "--grid", "512"], "640x480"),
+        (["channels", "--grid", "4x4x4"], "columns x rows"),
+        (["channels", "--levels", "2"], "--levels"),
+        (["channels", "--classes", "a,b"], "codes"),
+    ],
+)
+def test_bad_input_is_said_in_a_sentence_and_exits_with_2(capsys, arguments, said):
+    assert run("simulate", *arguments) == 2
+    heard = capsys.readouterr()
+    assert said in heard.err
+    assert "Traceback" not in heard.err
+    assert heard.out == ""
+
+
+def test_what_could_not_be_written_is_said_before_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("ccwsim.cli.simulate.simulate", lambda *_: pytest.fail("it ran"))
+    assert run("simulate", "channels", "-o", tmp_path) == 2
+    assert run("simulate", "channels", "-o", tmp_path / "none" / "out.npz") == 2
+
+
+def test_quiet_says_nothing(tmp_path, capsys):
+    line = ["simulate", "channels", "--grid", "40x40", "-o", tmp_path / "out.npz"]
+    assert run(*line) == 0
+    assert "Proportions" in capsys.readouterr().err
+    assert run(*line, "--quiet") == 0
+    heard = capsys.readouterr()
+    assert heard.out + heard.err == ""
+
+
+def test_no_command_and_version(capsys):
+    assert run() == 2
+    assert "COMMAND" in capsys.readouterr().err
+    assert run("--version") == 0
+    assert ccwsim.__version__ in capsys.readouterr().out
+
+
+class Terminal:
+    """A stream that says it is a terminal, or not, and keeps what it is given."""
+
+    def __init__(self, is_terminal: bool) -> None:
+        self.is_terminal = is_terminal
+        self.text = ""
+
+    def isatty(self) -> bool:
+        return self.is_terminal
+
+    def write(self, text: str) -> int:
+        self.text += text
+        return len(text)
+
+    def flush(self) -> None:
+        pass
+
+
+def test_progress_is_written_to_terminals_alone():
+    for is_terminal in (True, False):
+        stream = Terminal(is_terminal)
+        line = ProgressLine(10, stream)  # type: ignore[arg-type]
+        for fraction in (0.0, 0.25, 1.0):
+            line(fraction, int(10 * fraction))
+        line.clear()
+        assert ("2 of 10" in stream.text) == is_terminal
+        assert stream.text.endswith(" \r") == is_terminal
+        assert "\n" not in stream.text
+
+
+def test_time_left_does_not_count_what_came_before_the_first_work(monkeypatch):
+    clock = iter([0.0, 100.0, 110.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    stream = Terminal(True)
+    line = ProgressLine(4, stream)  # type: ignore[arg-type]
+    line(0.0, 0)
+    line(0.2, 0)
+    line(0.4, 1)  # 0.2 of the work took 10 s, 0.6 are left
+    assert "30 s left" in stream.text
+    assert progress_text(0.4, 1, 4, 30.0) in stream.text
+
+
+def test_times_and_sizes_in_words():
+    assert duration(59.7) == "1 min 0 s"
+    assert sizes("3×2x4") == (4, 2, 3)
+    assert classes("0.5") == [0.5]
+
+
+def test_ctrl_c_is_caught_once_and_only_inside():
+    before = signal.getsignal(signal.SIGINT)
+    with stop_on_interrupt() as stopped:
+        assert not stopped()
+        signal.raise_signal(signal.SIGINT)
+        assert stopped()
+        assert signal.getsignal(signal.SIGINT) == signal.SIG_DFL
+    assert signal.getsignal(signal.SIGINT) == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")
+def test_ctrl_c_keeps_what_is_finished(tmp_path):
+    import pty
+
+    out, (ours, theirs) = tmp_path / "out.npz", pty.openpty()
+    line = ["simulate", "channels", "--grid", "256x256", "--realizations", "5000"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ccwsim", *line, "--workers", "1", "--output", str(out)],
+        cwd=ROOT, stderr=theirs, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    os.close(theirs)
+    deadline = threading.Timer(240, process.kill)
+    deadline.start()
+    try:
+        seen = b""
+        while not re.search(rb" [1-9]\d* of 5000 ", seen):
+            seen += os.read(ours, 4096)
+        process.send_signal(signal.SIGINT)
+        while process.poll() is None:
+            try:
+                seen += os.read(ours, 4096)
+            except OSError:  # the other end is closed
+                break
+        assert process.wait() == 130
+    finally:
+        deadline.cancel()
+        process.kill()
+        os.close(ours)
+    assert b"stopped after" in seen
+    kept = loaded(out)["realizations"]
+    assert 1 <= len(kept) < 5000
+    alone = ccwsim.simulate(datasets.load("channels"), (256, 256), n_realizations=2)
+    n = min(2, len(kept))
+    np.testing.assert_array_equal(kept[:n], alone.realizations[:n])
+
+
+def test_summary_owns_up_to_data_that_are_not_honoured():
+    data = HardData([[0, 0], [1, 1]], [1, 1])
+    e = ccwsim.simulate(datasets.load("channels"), (40, 40), PARAMETERS, data)
+    assert "2 of 2 honoured" in summary(e)
+    assert "2.0 of 2 NOT honoured" in summary(replace(e, indices=np.zeros_like(e.indices)))
+
+
+def test_the_images_of_a_file_and_of_the_bundle_do_not_mix(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    other = TrainingImage(np.tile([[0, 5], [5, 5]], (20, 20)))
+    write_training_image("channels", other, format="npy")
+    for name, codes in (("channels", {0, 1}), ("./channels", {0, 5})):
+        assert run("simulate", name, "--grid", "40x40", *SMALL, "-q", "-o", "out.npz") == 0
+        assert set(np.unique(loaded(Path("out.npz"))["realizations"])) == codes
+
+
+def blocks(language: str) -> list[str]:
+    """The examples of the README in one language."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def test_the_script_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (script,) = blocks("python")
+    names: dict = {}
+    exec(script, names)
+    assert names["e"].n_mismatched.tolist() == [0] * 10
+    assert loaded(tmp_path / "out.npz")["realizations"].shape == (10, 512, 512)
+
+
+def test_the_command_lines_of_the_readme_and_of_the_help_are_understood():
+    from ccwsim.cli.simulate import EXAMPLES
+
+    shown = "\n".join(blocks("sh")) + EXAMPLES.replace("\\\n", " ")
+    lines = re.findall(r"python -m ccwsim (simulate .*)", shown)
+    assert len(lines) == 8
+    for line in lines:
+        assert build_parser().parse_args(shlex.split(line)).output

@@ -1,0 +1,82 @@
+"""Sampling a truth: where the data lie, and that they say what is there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ccwsim import CCWSIMError
+from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
+
+SIDE = st.integers(1, 40)
+
+
+def field(ny, nx, seed=0):
+    return np.random.default_rng(seed).integers(-3, 300, (ny, nx))
+
+
+def holds(data, truth):
+    rows, columns = data.cells.T
+    return (truth[rows, columns] == data.facies).all()
+
+
+@given(SIDE, SIDE, st.integers(1, 2000), st.integers(0, 99))
+def test_random_cells_are_as_many_as_asked_and_true(ny, nx, n, seed):
+    truth = field(ny, nx)
+    data = sample_random(truth, n, seed)
+    assert data.n == min(n, ny * nx)
+    assert holds(data, truth)
+    assert sample_random(truth, n, seed).digest == data.digest
+
+
+def test_another_seed_draws_other_cells():
+    truth = field(60, 50)
+    assert sample_random(truth, 30, 1).digest != sample_random(truth, 30, 2).digest
+    assert sample_wells(truth, 3, 1).digest != sample_wells(truth, 3, 2).digest
+
+
+def test_random_cells_reach_everywhere():
+    quarter = np.floor(sample_random(field(40, 60), 400, 3).cells / (20, 30))
+    counts = np.unique(quarter, axis=0, return_counts=True)[1]
+    assert len(counts) == 4
+    assert counts.min() > 60
+
+
+@given(SIDE, SIDE, st.integers(1, 50), st.integers(1, 9), st.sampled_from(["N-S", "E-W"]))
+def test_wells_cross_the_field_in_equal_steps(ny, nx, n, every, direction):
+    truth = field(ny, nx)
+    data = sample_wells(truth, n, 5, direction=direction, every=every)
+    along, across = (0, 1) if direction == "N-S" else (1, 0)
+    wells = np.unique(data.cells[:, across])
+    assert len(wells) == min(n, truth.shape[across])
+    steps = np.arange(0, truth.shape[along], every)
+    for well in wells:
+        assert np.array_equal(data.cells[data.cells[:, across] == well, along], steps)
+    assert holds(data, truth)
+
+
+@given(SIDE, SIDE, st.integers(1, 50))
+def test_a_regular_grid_is_even_and_leaves_equal_margins(ny, nx, every):
+    truth = field(ny, nx)
+    data = sample_grid(truth, every)
+    for axis, length in enumerate((ny, nx)):
+        lines = np.unique(data.cells[:, axis])
+        assert (np.diff(lines) == every).all()
+        low, high = lines[0], length - 1 - lines[-1]
+        assert abs(high - low) <= 1
+        assert low + high < every
+    assert holds(data, truth)
+
+
+@pytest.mark.parametrize("bad", [0, -1, 1.5, True, "3"])
+def test_numbers_that_make_no_sense_are_said(bad):
+    truth = field(8, 8)
+    for sample in (sample_random, sample_wells, sample_grid):
+        with pytest.raises(CCWSIMError, match="at least 1"):
+            sample(truth, bad)
+    with pytest.raises(CCWSIMError, match="E-W"):
+        sample_wells(truth, 1, direction="up")
+    with pytest.raises(CCWSIMError, match="shape"):
+        sample_grid(np.zeros(4, int), 2)

@@ -1,0 +1,55 @@
+"""Patches keep near their place in the training image where that is asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
+from ccwsim.engine.stages.location import add_location
+
+
+def test_a_place_costs_the_squared_distance_as_a_share_of_the_way():
+    totals = np.zeros((5, 9), np.int64)
+    add_location(40, 30, 20, (100, 140), 1000.0, totals)
+    for py, px in np.ndindex(totals.shape):
+        down, along = py / 4 - 40 / 80, px / 8 - 30 / 120
+        assert totals[py, px] == int(1000 * (down**2 + along**2))
+    assert totals[2, 2] == 0
+
+
+def test_one_place_alone_costs_nothing():
+    totals = np.zeros((1, 1), np.int64)
+    add_location(5, 7, 32, (32, 90), 1000.0, totals)
+    assert totals[0, 0] == 0
+
+
+def likeness(parameters: Parameters) -> float:
+    """Correlation of the probability of sand with the delta itself, in blocks of 30 × 30 cells."""
+    image = datasets.load("delta")
+    ensemble = simulate(image, image.shape, parameters, n_realizations=12)
+
+    def blocks(field):
+        return field.reshape(10, 30, 10, 30).mean(axis=(1, 3)).ravel()
+
+    probability = (ensemble.indices == 1).mean(axis=0)
+    return float(np.corrcoef(blocks(image.indices == 1.0), blocks(probability))[0, 1])
+
+
+@pytest.mark.parametrize("method", ["ccwsim", "ms-ccsim"])
+def test_a_delta_stays_a_delta(method):
+    free = likeness(Parameters(method=method))
+    kept = likeness(Parameters(method=method, location_weight=2))
+    assert kept > 0.7 > 0.5 > free
+
+
+def test_an_image_that_is_the_same_everywhere_does_not_change():
+    stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    p = Parameters(16, 4, 1, random_path=False, location_weight=3)
+    e = simulate(stripes, (40, 50), p)
+    assert (e.realizations[0] == e.realizations[0][:, :1]).all()
+
+
+def test_a_weight_that_is_not_allowed_is_said():
+    with pytest.raises(CCWSIMError, match="location_weight = -1"):
+        Parameters(location_weight=-1)

@@ -1,0 +1,273 @@
+"""Sweeps try what fits together, judge it as `judge` does, and choose by what was found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
+from ccwsim.experiments.sweep import (
+    Row,
+    Sweep,
+    expected_seconds,
+    label,
+    pareto_front,
+    recommended,
+    settings,
+    sweep,
+    varied,
+)
+from ccwsim.figures import DARK, LIGHT, sweep_chart
+from ccwsim.figures.label_room import GAP, HEIGHT, SIDES, WIDTH, label_sides
+from ccwsim.metrics import judge
+from ccwsim.model.parameters import METHODS
+from tests.small_images import blobs
+
+BASE = Parameters(template_size=16, overlap_size=4, wavelet_level=1, n_candidates=5)
+IMAGE = TrainingImage(blobs((64, 72), 2, seed=4))
+DATA = HardData([[3, 4], [20, 30], [33, 2]], [1, 0, 1])
+TRIED = [replace(BASE, template_size=t, wavelet_level=j) for t in (8, 16) for j in (1, 2)]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return sweep(IMAGE, (40, 44), TRIED, DATA, n_realizations=3, seed=5)
+
+
+def fits(changes: dict) -> bool:
+    try:
+        return replace(BASE, **changes).template_size <= 64
+    except CCWSIMError:
+        return False
+
+
+def test_settings_are_all_combinations_that_fit():
+    ranges = {
+        "template_size": [8, 12, 16, 96], "overlap_size": [2, 4, 8], "wavelet_level": [0, 1, 2, 3],
+        "n_candidates": [1, 9],
+    }  # fmt: skip
+    combinations = [dict(zip(ranges, v, strict=True)) for v in product(*ranges.values())]
+    fitting = [replace(BASE, **c) for c in combinations if fits(c)]
+    plan = settings(BASE, ranges, IMAGE.shape)
+    assert set(plan) == set(fitting)
+    assert len(plan) == len(fitting)
+    assert len(plan.left_out) == len(combinations) - len(fitting)
+    reasons = {why for values, why in plan.left_out if values["template_size"] == 96}
+    assert "Template 96 is larger than the training image of 72 × 64" in reasons
+
+
+def test_what_means_the_same_is_tried_once():
+    plan = settings(BASE, {"method": ["ccwsim", "ccsim"], "wavelet_level": [0, 1, 2]})
+    assert [(p.method, p.wavelet_level) for p in plan] == [
+        ("ccwsim", 0), ("ccwsim", 1), ("ccwsim", 2), ("ccsim", 0),
+    ]  # fmt: skip
+    assert plan.n_equal == 2
+    assert len(settings(BASE, {"n_candidates": [3, 3]})) == 1
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_can_be_swept(method):
+    plan = settings(BASE, {"method": [method]}, IMAGE.shape)
+    result = sweep(IMAGE, (30, 30), plan.fitting, n_realizations=1)
+    assert not result.failed
+    assert result.rows[0].parameters.method == method
+
+
+def test_a_wrong_range_is_said():
+    with pytest.raises(CCWSIMError, match=r"'refine' has no range: choose from method"):
+        settings(BASE, {"refine": [True]})
+    with pytest.raises(CCWSIMError, match="template_size has no value to try"):
+        settings(BASE, {"template_size": []})
+    with pytest.raises(CCWSIMError, match="there is no setting to try"):
+        sweep(IMAGE, (30, 30), [])
+
+
+def test_labels_say_what_differs():
+    tried = [BASE, replace(BASE, n_candidates=9), replace(BASE, method="ccsim")]
+    names = varied(tried)
+    assert names == ["method", "wavelet_level", "n_candidates"]
+    assert [label(p, names) for p in tried] == ["ccwsim · level 1 · K 5", "ccwsim · level 1 · K 9",
+                                               "ccsim · K 5"]  # fmt: skip
+
+
+def test_rows_are_what_simulate_and_judge_give(found):
+    assert [row.parameters for row in found.rows] == TRIED
+    assert not found.stopped
+    for row, parameters in zip(found.rows, TRIED, strict=True):
+        alone = simulate(IMAGE, (40, 44), parameters, DATA, 3, seed=5)
+        assert np.array_equal(row.realizations, alone.indices[:2])
+        own = replace(judge(alone), cpu_seconds=row.quality.cpu_seconds)
+        assert row.quality == own
+        assert row.quality.cpu_seconds > 0
+    assert np.array_equal(found.errors(), [row.quality.pattern_distance for row in found.rows])
+    assert np.array_equal(found.errors("connection"), [r.quality.tau_error for r in found.rows])
+    assert np.array_equal(
+        found.errors("mended"), [r.quality.n_mended + r.quality.n_forced for r in found.rows]
+    )
+
+
+def test_rows_come_one_by_one_and_a_stopped_sweep_keeps_them():
+    seen: list[Row] = []
+    shares: list[tuple[float, int]] = []
+    stopped = sweep(
+        IMAGE, (40, 44), TRIED, DATA, n_realizations=2, found=seen.append,
+        progress=lambda share, n: shares.append((share, n)), cancel=lambda: len(seen) >= 2,
+    )  # fmt: skip
+    assert stopped.stopped
+    assert list(stopped.rows) == seen
+    assert [row.parameters for row in seen] == TRIED[:2]
+    assert shares == sorted(shares)
+    assert shares[-1][0] < 1
+
+
+def test_progress_ends_with_all_done():
+    shares = []
+    sweep(IMAGE, (30, 30), TRIED[:2], n_realizations=1, progress=lambda *a: shares.append(a))
+    assert shares[-1] == (1.0, 2)
+    assert all(0 <= share <= 1 for share, _ in shares)
+
+
+def test_a_setting_that_cannot_be_simulated_does_not_end_the_sweep():
+    larger = Parameters(template_size=96, overlap_size=8)
+    result = sweep(IMAGE, (30, 30), [larger, BASE], n_realizations=1)
+    assert [p for p, _ in result.failed] == [larger]
+    assert "larger than the training image" in result.failed[0][1]
+    assert len(result.rows) == 1
+    assert not result.stopped
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), max_size=12))
+def test_the_front_is_what_no_other_point_beats(points):
+    by_hand = {
+        k for k, (t, e) in enumerate(points)
+        if not any(a <= t and b <= e and (a, b) != (t, e) for a, b in points)
+    }  # fmt: skip
+    front = pareto_front([t for t, _ in points], [e for _, e in points])
+    assert set(front.tolist()) == by_hand
+    assert len(front) == len(by_hand)
+    assert [points[k][0] for k in front] == sorted(points[k][0] for k in front)
+
+
+def test_unknown_errors_are_not_on_the_front():
+    assert pareto_front([1.0, 2.0], [np.nan, 3.0]).tolist() == [1]
+    with pytest.raises(CCWSIMError, match="2 times and 1 errors"):
+        pareto_front([1, 2], [3])
+
+
+def judged(found: Sweep, numbers: list[dict], image_shape=(640, 640)) -> Sweep:
+    """The same settings with other numbers."""
+    rows = [
+        replace(row, quality=replace(row.quality, **changes))
+        for row, changes in zip(found.rows, numbers, strict=True)
+    ]
+    return replace(found, rows=tuple(rows), image_shape=image_shape)
+
+
+def numbers(distance, seconds, tau=0.01, wrong=0.0) -> dict:
+    return {
+        "pattern_distances": (distance,) * 3, "pattern_spread": 0.0, "cpu_seconds": seconds,
+        "tau_errors": (tau, tau), "n_mismatched": wrong,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("each", "index", "words"),
+    [
+        ([numbers(1.0, 9), numbers(1.05, 3), numbers(2, 1), numbers(1.2, 2)], 1, "as near"),
+        ([numbers(1.0, 2), numbers(1.05, 3), numbers(2, 1), numbers(1.2, 2)], 0, "nearest"),
+        ([numbers(1.0, 9), numbers(1.05, 3, tau=0.2), numbers(2, 1), numbers(1.2, 2)], 0,
+         "τ is off by 0.01, with faster ones by 0.2 or more"),
+        ([numbers(1.0, 9, wrong=2), numbers(1.05, 3, wrong=2), numbers(2, 1), numbers(3, 2)], 2,
+         "nearest"),
+        ([numbers(1.0, 9, tau=np.nan), numbers(1.05, 3, tau=np.nan), numbers(2, 1),
+          numbers(1.2, 2)], 1, "as near"),
+    ],
+)  # fmt: skip
+def test_the_fastest_of_the_good_ones_is_recommended(found, each, index, words):
+    choice = recommended(judged(found, each))
+    assert choice.index == index
+    assert words in choice.reason
+
+
+def test_a_template_that_hardly_fits_the_image_is_not_recommended(found):
+    each = [numbers(2.0, 5), numbers(2.0, 4), numbers(1.0, 3), numbers(1.0, 2)]
+    choice = recommended(judged(found, each, image_shape=(64, 72)))  # 8: 72 fit, 16: 16 fit
+    assert choice.index == 1
+    assert "2 other settings have templates so large" in choice.reason
+    assert recommended(judged(found, each)).index == 3
+
+
+def test_nothing_is_recommended_before_anything_is_known(found):
+    with pytest.raises(CCWSIMError, match="no setting is finished yet"):
+        recommended(replace(found, rows=()))
+    assert recommended(replace(found, rows=found.rows[:1])).reason.startswith("The only setting")
+
+
+def test_finer_and_denser_is_expected_to_take_longer():
+    shapes = (256, 256), (512, 512)
+    times = [expected_seconds(Parameters(wavelet_level=j), *shapes) for j in (0, 1, 2, 3)]
+    assert times == sorted(times, reverse=True)
+    assert expected_seconds(Parameters(), *shapes, n_data=400) > times[2]
+    assert expected_seconds(Parameters(), *shapes, n_facies=5) > times[2]
+    assert expected_seconds(Parameters(template_size=512), *shapes) > 0
+
+
+def traces_of(chart) -> dict[str, Any]:
+    return {trace.name: trace for trace in chart.data}
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK])
+@pytest.mark.parametrize("high", [3.0, 400.0])
+def test_the_chart_shows_settings_front_and_marks(theme, high):
+    x, y = np.array([1.0, high, 2.0]), np.array([high + 1, 1.5, high + 2])
+    chart: Any = sweep_chart(
+        x, y, ["a", "b", "c"], theme, front=pareto_front(x, y), selected=2, recommended=0,
+        y_title="error",
+    )  # fmt: skip
+    traces = traces_of(chart)
+    assert next(iter(traces)) == "settings"
+    dots = traces["settings"]
+    assert list(dots.x) == list(x)
+    assert list(dots.y) == list(y)
+    assert dots.marker.symbol == ("diamond", "circle", "circle-open")
+    assert dots.customdata[0] == "a · recommended"
+    assert list(traces["front"].x) == [1.0, high]
+    assert (traces["selected"].x[0], traces["selected"].y[0]) == (2.0, high + 2)
+    assert chart.layout.xaxis.type == ("log" if high > 100 else None)
+
+
+def test_the_chart_of_one_setting_or_of_unknown_errors_is_drawn():
+    for y in (0.0, np.nan):
+        chart: Any = sweep_chart(
+            np.array([2.0]), np.array([y]), ["only"], LIGHT, front=[], selected=0,
+            recommended=None, y_title="error",
+        )  # fmt: skip
+        assert np.isfinite(chart.layout.yaxis.range).all()
+        assert np.isfinite(chart.layout.xaxis.range).all()
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 400), st.floats(0, 300)), max_size=15, unique=True),
+    st.integers(3, 20),
+)
+def test_labels_do_not_lie_on_each_other(points, letters):
+    sides = label_sides(points, ["x" * letters] * len(points), range(len(points)), (400, 300))
+    boxes = []
+    for (x, y), side in zip(points, sides, strict=True):
+        if side is None:
+            continue
+        right, down = SIDES[side]
+        width = letters * WIDTH
+        middle, line = x + right * (GAP + width / 2), y + down * (GAP + HEIGHT / 2)
+        boxes.append((middle - width / 2, line - HEIGHT / 2, middle + width / 2, line + HEIGHT / 2))
+    for k, a in enumerate(boxes):
+        assert a[0] >= 0
+        assert a[2] <= 400
+        for b in boxes[:k]:
+            assert a[0] >= b[2] or b[0] >= a[2] or a[1] >= b[3] or b[1] >= a[3]

@@ -1,0 +1,184 @@
+"""Times are of the settings asked for, in their order, and can be stopped; no time is asserted."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim.datasets.sampling import sample_random
+from ccwsim.experiments.timing import Timing, time_cases, time_data, time_grids, time_study
+from ccwsim.experiments.timing_case import TimingCase, data_cases, grid_cases, usual_seconds
+from ccwsim.experiments.timing_growth import expected_seconds, growth
+from ccwsim.paper import published_times as pub
+from ccwsim.system.machine import this_machine
+from tests.small_images import blobs
+
+TI = TrainingImage(blobs((64, 60), 2))
+P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+LEVELS = [P, replace(P, wavelet_level=2)]
+
+
+def took(side: int, seconds: float, p: Parameters = P, n_data: int = 0) -> Timing:
+    return Timing(p, (side, side), n_data, np.array([seconds]), np.zeros(1, int))
+
+
+def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
+    data = HardData([[1, 2], [30, 40]], [0, 1])
+    timing = time_study(TI, (40, 50), P, data, n_realizations=4)
+    assert timing.cpu_seconds.shape == timing.n_mismatched.shape == (4,)
+    assert (timing.grid_shape, timing.n_data, timing.n_cells) == ((40, 50), 2, 2000)
+    assert (timing.n_mismatched == 0).all()
+    assert timing.seconds == np.median(timing.cpu_seconds)
+    assert timing.case == TimingCase(P, (40, 50), 2)
+    with pytest.raises(FrozenInstanceError):
+        timing.n_data = 3  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        timing.cpu_seconds[0] = 0
+
+
+def test_large_grids_are_timed_a_few_at_a_time(monkeypatch):
+    asked = []
+
+    def spied(*args, **options):
+        asked.append((args[4], options["first_realization"]))
+        assert options["n_workers"] == 1
+        return simulate(*args, **options)
+
+    monkeypatch.setattr("ccwsim.experiments.timing.simulate", spied)
+    monkeypatch.setattr("ccwsim.experiments.timing.CELLS_AT_ONCE", 2 * 900)
+    seen = []
+    timing = time_study(TI, Grid(30, 30), P, None, 5, progress=lambda f, n: seen.append((f, n)))
+    assert asked == [(2, 0), (2, 2), (1, 4)]
+    assert len(timing.cpu_seconds) == 5
+    assert [f for f, _ in seen] == sorted(f for f, _ in seen)
+    assert seen[-1] == (1.0, 5)
+
+
+def test_grids_come_small_first_and_levels_in_their_order():
+    found = list(time_grids(TI, [48, 20], LEVELS, n_realizations=2))
+    assert [(t.grid_shape[0], t.parameters.level) for t in found] == [
+        (20, 1), (20, 2), (48, 1), (48, 2)
+    ]  # fmt: skip
+    assert all(len(t.cpu_seconds) == 2 and t.n_data == 0 for t in found)
+
+
+def test_data_come_few_first_and_are_the_same_for_all_settings(monkeypatch):
+    given = []
+
+    def spied(ti, grid, p, data, *rest):
+        given.append(data)
+        return time_study(ti, grid, p, data, *rest)
+
+    monkeypatch.setattr("ccwsim.experiments.timing.time_study", spied)
+    found = list(time_data(TI, [30, 0, 10], LEVELS, (40, 50), n_realizations=1))
+    assert [(t.n_data, t.parameters.level) for t in found] == [
+        (n, level) for n in (0, 10, 30) for level in (1, 2)
+    ]
+    assert given[0] is None
+    assert given[2].digest == given[3].digest
+    few, many = ({tuple(c) for c in given[k].cells.tolist()} for k in (2, 4))
+    assert few < many
+
+
+def test_another_seed_gives_other_data_and_the_same_seed_the_same(monkeypatch):
+    read = []
+
+    def spied(*args):
+        read.append(sample_random(*args))
+        return read[-1]
+
+    monkeypatch.setattr("ccwsim.experiments.timing.sample_random", spied)
+    for seed in (4, 4, 5):
+        list(time_data(TI, [12], [P], (40, 50), 1, seed))
+    first, second, third = (data.digest for data in read)
+    assert first == second != third
+
+
+def test_results_come_one_by_one_and_progress_counts_all_work():
+    seen = []
+    results = time_cases(TI, grid_cases([20, 48], [P]), 1, progress=lambda *s: seen.append(s))
+    next(results)
+    between = seen[-1][0]
+    assert 0 < between < 0.5  # the larger grid is most of the work
+    list(results)
+    assert seen[-1] == (1.0, 2)
+    assert [f for f, _ in seen] == sorted(f for f, _ in seen)
+
+
+def test_it_stops_when_asked_and_keeps_what_was_finished():
+    stop = []
+    results = time_grids(TI, [20, 24, 28], [P], 1, cancel=lambda: bool(stop))
+    assert next(results).grid_shape == (20, 20)
+    stop.append(True)
+    with pytest.raises(Cancelled, match="1 of 3"):
+        next(results)
+
+
+def test_what_cannot_be_timed_says_why():
+    with pytest.raises(CCWSIMError, match="do not fit a grid of 100 cells"):
+        list(time_data(TI, [101], [P], (10, 10)))
+    with pytest.raises(CCWSIMError, match="n_realizations"):
+        time_study(TI, (20, 20), P, n_realizations=0)
+    with pytest.raises(CCWSIMError, match="seed"):
+        list(time_grids(TI, [20], [P], 1, seed=-1))
+    with pytest.raises(CCWSIMError, match="Template 64"):
+        time_study(TI, (20, 20), replace(P, template_size=64))
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0])
+def test_growth_finds_the_exponent_and_the_rate(exponent):
+    found = growth([took(side, 1e-7 * side ** (2 * exponent)) for side in (100, 300, 1000)])
+    assert found.exponent == pytest.approx(exponent)
+    assert found.linear == (exponent == 1)
+    if found.linear:
+        assert found.seconds_per_million == pytest.approx(0.1)
+
+
+def test_growth_needs_two_sizes():
+    with pytest.raises(CCWSIMError, match="two sizes"):
+        growth([took(100, 1.0), took(100, 1.0)])
+
+
+def test_the_usual_time_grows_with_what_there_is_to_do():
+    base = usual_seconds(TI, TimingCase(P, (200, 200)))
+    for harder in (
+        TimingCase(P, (200, 400)), TimingCase(replace(P, wavelet_level=0), (200, 200)),
+        TimingCase(P, (200, 200), 50),
+    ):  # fmt: skip
+        assert usual_seconds(TI, harder) > base
+    assert usual_seconds(TrainingImage(blobs((64, 60), 4)), TimingCase(P, (200, 200))) > base
+
+
+def test_expected_time_follows_the_most_similar_measurement():
+    cases = data_cases([0, 100], LEVELS, (200, 200))
+    usual = expected_seconds(TI, cases, 3)
+    assert usual == pytest.approx(3 * sum(usual_seconds(TI, case) for case in cases))
+    slow = Timing(P, (200, 200), 0, np.array([7.0]), np.zeros(1, int))
+    assert expected_seconds(TI, [slow.case], 2, [slow]) == pytest.approx(14.0)
+    others = [slow, took(200, 9.0, LEVELS[1]), took(200, 11.0, P, 100)]
+    assert expected_seconds(TI, cases[:3], 1, others) == pytest.approx(27.0)
+
+
+def test_published_times_have_a_source_and_are_those_of_the_paper():
+    for t in pub.ALL_TIMES:
+        assert t.source.reference
+        assert t.cpu_seconds is None or t.cpu_seconds > 0
+        assert t.wrong_share is None or 0 <= t.wrong_share < 1
+        assert t.cpu_seconds is not None or t.note
+    keys = [(t.source, t.where, t.image, t.n_cells, t.n_data, t.method, t.level)
+            for t in pub.ALL_TIMES]  # fmt: skip
+    assert len(set(keys)) == len(keys)
+    found = pub.published_time(pub.PAPER, "ms-ccsim", 1, 512 * 512, 1000)
+    assert found is not None
+    assert found.cpu_seconds == 26.78
+    assert pub.published_time(pub.PAPER, "ccwsim", 2, 512 * 512, 1000) is None
+
+
+def test_the_machine_is_described():
+    machine = this_machine()
+    assert machine.processor in str(machine)
+    assert "numba" in str(machine)
+    assert machine.free_bytes is None or machine.free_bytes > 0

@@ -1,0 +1,154 @@
+"""A project file gives the same realizations again; anything else is said in words."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from contextlib import suppress
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ccwsim import (
+    CCWSIMError,
+    Grid,
+    HardData,
+    Parameters,
+    Project,
+    TrainingImage,
+    read_project,
+    save_project,
+)
+from ccwsim.cli.program import main
+from ccwsim.io import project_as_bytes
+from ccwsim.io.limits import OF_UPLOADS, limited
+from ccwsim.model.choices import Shown
+from ccwsim.model.study import Study
+
+PARAMETERS = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
+
+
+def a_project(**changes) -> Project:
+    array = np.kron(np.random.default_rng(1).integers(0, 3, (10, 12)), np.ones((3, 3), int)) * 7 - 7
+    image = TrainingImage(array, name="the wall", facies_names=["<mud>", "sand", "Kies & Löss"])
+    data = HardData([[3, 4], [20, 30], [0, 0]], [0, 7, -7])
+    study = Study(image, Grid(24, 40, (5.0, 2.5), (-10.0, 1e-7)), PARAMETERS, data, seed=11)
+    given = {"colours": ((-7, "#112233"),), "shown": Shown(1, 2, "entropy"),
+             "link": {"ti": ["own"]}, "versions": {"Program": "x"}}  # fmt: skip
+    return Project(study, 3, **{**given, **changes})
+
+
+def changed(**members) -> BytesIO:
+    """The file of a project with some members replaced; None takes one out."""
+    content = BytesIO(project_as_bytes(a_project()))
+    written = BytesIO()
+    with zipfile.ZipFile(content) as old, zipfile.ZipFile(written, "w") as new:
+        for name in old.namelist():
+            own = members.get(name.split(".")[0], old.read(name))
+            if own is not None:
+                new.writestr(name, own)
+    return BytesIO(written.getvalue())
+
+
+def settings(**changes) -> bytes:
+    with zipfile.ZipFile(BytesIO(project_as_bytes(a_project()))) as archive:
+        own = json.loads(archive.read("study.json"))
+    return json.dumps({**own, **changes}).encode()
+
+
+def npy(array) -> bytes:
+    content = BytesIO()
+    np.save(content, array)
+    return content.getvalue()
+
+
+def test_a_project_gives_the_same_realizations_again(tmp_path):
+    project, path = a_project(), tmp_path / "wall.ccwsim"
+    save_project(path, project)
+    again = read_project(path)
+    assert again.simulate().digest == project.simulate().digest
+    assert again.study.training_image.facies_names == project.study.training_image.facies_names
+    assert again.study.hard_data.digest == project.study.hard_data.digest
+    for name in ("n_realizations", "colours", "shown", "link", "versions"):
+        assert getattr(again, name) == getattr(project, name)
+    assert (again.study.grid, again.study.seed) == (project.study.grid, project.study.seed)
+    assert project_as_bytes(again) == path.read_bytes()
+
+
+def test_the_command_line_gives_the_same_from_a_project(tmp_path):
+    path, out = tmp_path / "wall.ccwsim", tmp_path / "out.npz"
+    save_project(path, a_project())
+    assert main(["simulate", "--project", str(path), "-q", "--output", str(out)]) == 0
+    with np.load(out) as saved:
+        np.testing.assert_array_equal(saved["realizations"], a_project().simulate().realizations)
+    assert main(["simulate", "--project", str(path), "-q", "--seed", "12", "--realizations", "1",
+                 "--candidates", "3", "--output", str(out)]) == 0  # fmt: skip
+    with np.load(out) as saved:
+        assert (int(saved["seed"]), len(saved["realizations"])) == (12, 1)
+        assert json.loads(str(saved["parameters"]))["n_candidates"] == 3
+
+
+@pytest.mark.parametrize(
+    "line", [["channels", "--project", "a"], ["--project", "a", "--grid", "8x8"], []]
+)
+def test_a_project_and_its_parts_are_not_given_together(line, capsys):
+    assert main(["simulate", *line]) == 2
+    said = capsys.readouterr().err
+    assert "has its own" in said or "give a training image, or a project file" in said
+
+
+BROKEN = {
+    "no zip": (lambda: BytesIO(b"hello"), "is no project"),
+    "cut": (lambda: BytesIO(project_as_bytes(a_project())[:200]), "broken"),
+    "no settings": (lambda: changed(study=None), "study.json is missing"),
+    "no image": (lambda: changed(training_image=None), "training_image.npy is missing"),
+    "no json": (lambda: changed(study=b"{"), "no JSON"),
+    "no object": (lambda: changed(study=b"[1]"), "is no project"),
+    "other": (lambda: changed(study=settings(format="A")), "is no project"),
+    "newer": (lambda: changed(study=settings(version=2)), "newer version"),
+    "version": (lambda: changed(study=settings(version="a")), "unknown"),
+    "seed": (lambda: changed(study=settings(seed=-1)), "seed = -1"),
+    "many": (lambda: changed(study=settings(n_realizations=10**9)), "too many"),
+    "grid": (lambda: changed(study=settings(grid={"ny": 0, "nx": 3})), "grid ny = 0"),
+    "grid kind": (lambda: changed(study=settings(grid=[3])), "grid is missing or broken"),
+    "no grid": (lambda: changed(study=settings(grid={})), "ny"),
+    "template": (lambda: changed(study=settings(parameters={"template_size": 9})), "Template 9"),
+    "unknown": (lambda: changed(study=settings(parameters={"magic": 9})), "'magic' is unknown"),
+    "map": (lambda: changed(study=settings(shown={"e_type": []})), "no map of uncertainty"),
+    "link": (lambda: changed(study=settings(link={"ti": [3]})), "list of words"),
+    "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are promised"),
+    "clash": (lambda: changed(hard_data=npy(np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]]))),
+              "two facies"),
+    "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "no numbers"),
+    "floats": (lambda: changed(training_image=npy(np.zeros((40, 40)))), "whole numbers"),
+    "short": (lambda: changed(training_image=npy(np.zeros((40, 40), np.uint8))[:-9]), "ends"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_a_broken_project_is_said_in_words(what):
+    make, said = BROKEN[what]
+    with pytest.raises(CCWSIMError, match=said):
+        read_project(make())
+
+
+def test_a_project_that_unpacks_to_too_much_is_not_unpacked():
+    bomb = BytesIO(project_as_bytes(a_project()))
+    assert len(bomb.getvalue()) < 4000
+    study = a_project().study
+    big = Study(TrainingImage(np.zeros((99, 99))), study.grid, study.parameters)
+    small = limited(replace(OF_UPLOADS, bytes=4000, unpacked=4000))
+    with small, pytest.raises(CCWSIMError, match="more than"):
+        read_project(BytesIO(project_as_bytes(Project(big))))
+
+
+@given(st.data())
+def test_a_project_with_a_changed_byte_is_read_or_refused(data):
+    content = bytearray(project_as_bytes(a_project()))
+    content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    with suppress(CCWSIMError):
+        assert read_project(BytesIO(content)).n_realizations >= 1

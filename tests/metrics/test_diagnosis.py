@@ -1,0 +1,140 @@
+"""Diagnosis of training images: made-up images with known thickness, period and drift."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from skimage.morphology import footprint_rectangle, opening
+
+from ccwsim.metrics import (
+    diagnose,
+    feature_spacing,
+    granulometry,
+    proportions,
+    stationarity,
+    templates_that_fit,
+    variogram,
+)
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+
+
+def stripes(ny, nx, width, period):
+    return np.tile((np.arange(ny) % period < width)[:, None], (1, nx)).astype(int)
+
+
+@settings(deadline=None, max_examples=20)
+@given(seed=st.integers(0, 10**6), ny=st.integers(3, 20), nx=st.integers(3, 20))
+def test_granulometry_is_the_opening_of_scikit_image(seed, ny, nx):
+    image = (np.random.default_rng(seed).random((ny, nx)) < 0.85).astype(np.uint8)
+    found = granulometry(image, 1)
+    padded = np.pad(image, 25)
+    for size, kept in zip(found.sizes, found.kept, strict=True):
+        opened = opening(padded, footprint_rectangle((int(size), int(size))))
+        assert kept == pytest.approx(opened.sum() / image.sum())
+    too_large = len(found.sizes) + 1
+    assert not opening(padded, footprint_rectangle((too_large, too_large))).any()
+
+
+@pytest.mark.parametrize(("width", "period"), [(1, 5), (3, 12), (6, 20)])
+def test_stripes_are_as_thick_and_as_far_apart_as_they_were_made(width, period):
+    image = stripes(120, 90, width, period)
+    assert granulometry(image, 1).thickness() == width
+    assert granulometry(image, 0).thickness() == period - width
+    along, across = (feature_spacing(image, 2, d) for d in ("E-W", "N-S"))
+    assert across.spacing == period
+    assert across.strength > 1
+    assert along.spacing is None
+    found = diagnose(TrainingImage(image))
+    assert any(f"every {period} cells north–south" in w for w in found.warnings)
+
+
+def test_granulometry_stops_where_it_is_told():
+    image = stripes(60, 60, 5, 20)
+    assert len(granulometry(image, 1).sizes) == 5
+    assert len(granulometry(image, 0, max_size=7).sizes) == 7
+    image[::10, ::10] = 1
+    stopped, whole = granulometry(image, 1, down_to=0.99), granulometry(image, 1)
+    assert stopped.kept.tolist() == whole.kept[: len(stopped.kept)].tolist()
+    assert stopped.kept[-1] < 0.99 <= stopped.kept[-2]
+    assert granulometry(image, 4).thickness() == 0
+
+
+def test_quarters_are_measured_each_for_itself():
+    image = np.random.default_rng(0).integers(0, 3, (30, 41))
+    found = stationarity(image, 3)
+    quarter = image[15:, :20]
+    whole = (image == 1).mean()
+    np.testing.assert_allclose(found.proportions[2], proportions(quarter, 3)[0])
+    shift = abs((quarter == 1).mean() - whole) / np.sqrt(whole * (1 - whole))
+    assert found.proportion_shift[2, 1] == pytest.approx(shift)
+    own = variogram(quarter, 1, "N-S", 7).gamma[0]
+    np.testing.assert_allclose(found.variograms[2, 1, 1], own)
+    distance = np.sqrt(np.mean((own - variogram(image, 1, "N-S", 7).gamma[0]) ** 2))
+    assert found.variogram_shift[2, 1, 1] == pytest.approx(distance / (whole * (1 - whole)))
+
+
+def test_a_drift_is_warned_of_with_quarter_and_facies():
+    rng = np.random.default_rng(2)
+    even = (rng.random((100, 100)) < 0.3).astype(int)
+    assert stationarity(even, 2).stationary
+    drifting = even.copy()
+    drifting[50:, 50:] = rng.random((50, 50)) < 0.6
+    found = diagnose(TrainingImage(drifting, facies_names=("mud", "sand")))
+    assert not found.stationarity.stationary
+    assert any("north-east quarter" in w and "not stationary" in w for w in found.warnings)
+
+
+def test_a_change_of_direction_is_warned_of():
+    image = stripes(128, 128, 4, 8)
+    image[:64, :64] = stripes(64, 64, 4, 8).T
+    found = diagnose(TrainingImage(image))
+    assert any("south-west quarter differs" in w for w in found.warnings)
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    seed=st.integers(0, 10**6),
+    ny=st.integers(8, 150),
+    nx=st.integers(8, 150),
+    n_facies=st.integers(1, 4),
+    grain=st.integers(1, 20),
+)
+def test_advice_is_always_allowed_and_fits_the_image(seed, ny, nx, n_facies, grain):
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(0, n_facies, (ny // grain + 1, nx // grain + 1))
+    ti = TrainingImage(coarse.repeat(grain, axis=0).repeat(grain, axis=1)[:ny, :nx])
+    found = diagnose(ti)
+    parameters = Parameters(**{a.parameter: a.value for a in found.advice})
+    assert parameters.template_size == found.advised("template_size") <= min(ny, nx)
+    assert found.n_templates == templates_that_fit((ny, nx), parameters.template_size)
+    assert all(a.reason.endswith(".") for a in found.advice)
+
+
+def test_authors_choices_are_advised_for_their_images(data_dir):
+    for name in ("ti_channel_256x256", "ti_stonewall_200x200"):
+        found = diagnose(TrainingImage(np.load(data_dir / "paper" / f"{name}.npy")))
+        assert found.advised("template_size") == 32
+        assert found.advised("overlap_size") == 8
+        assert 1 <= found.advised("wavelet_level") <= 3
+
+
+def test_features_that_are_large_for_their_image_are_warned_of():
+    blobs = (np.random.default_rng(0).random((8, 8)) < 0.5).astype(int)
+    large = blobs.repeat(20, axis=0).repeat(20, axis=1)
+    few, many = diagnose(TrainingImage(large)), diagnose(TrainingImage(np.tile(large, (3, 3))))
+    assert few.feature_size > 160 / 6 >= few.advised("template_size")
+    assert any(w.startswith("Only") for w in few.warnings)
+    assert many.feature_size < 480 / 6
+    assert not any(w.startswith("Only") for w in many.warnings)
+    assert few.advised("wavelet_level") == 3
+
+
+def test_images_that_are_too_small_are_said():
+    with pytest.raises(CCWSIMError, match="7 × 9"):
+        diagnose(TrainingImage(np.zeros((7, 9), int)))
+    with pytest.raises(CCWSIMError, match="max_size = 0"):
+        granulometry(np.zeros((7, 9), int), 0, 0)

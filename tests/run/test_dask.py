@@ -1,0 +1,125 @@
+"""A real Dask cluster of processes gives what threads at home give, whatever happens to it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
+from ccwsim.cli.program import main
+from ccwsim.run.executors import connect
+from ccwsim.ui.choices import Choices
+from ccwsim.ui.jobs.scheduler import VARIABLE, executor_of_environment
+from ccwsim.ui.study.run import simulation_of
+from tests.small_images import blobs
+
+distributed = pytest.importorskip("distributed", reason="dask.distributed is an optional extra")
+
+P = Parameters(16, 4, 1, n_candidates=5)
+IMAGE = TrainingImage(blobs((45, 61), 2))
+DATA = HardData([[3, 4], [20, 30], [155, 2], [40, 40]], [0, 1, 1, 0])
+
+
+@pytest.fixture(scope="module")
+def client():
+    """A client of two worker processes that are started anew where they end."""
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def study(n: int = 20, **options) -> Ensemble:
+    return simulate(IMAGE, (160, 150), P, DATA, n, seed=5, **options)
+
+
+def same(one: Ensemble, other: Ensemble) -> bool:
+    return one.digest == other.digest and np.array_equal(one.met_by, other.met_by)
+
+
+def test_the_cluster_gives_the_same(client):
+    seen: list[tuple[float, int]] = []
+    found = study(executor=client, progress=lambda *now: seen.append(now))
+    assert same(found, study())
+    assert found.cpu_seconds.min() > 0
+    assert [n for _, n in seen] == sorted(n for _, n in seen)
+    assert seen[-1] == (1.0, 20)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes cannot be killed here")
+@pytest.mark.parametrize("which", ["one", "all"])
+def test_realizations_of_a_killed_worker_are_done_again(client, which):
+    client.wait_for_workers(2)
+    pids = list(client.run(os.getpid).values())
+    doomed = pids[:1] if which == "one" else pids
+    killed: list[int] = []
+
+    def kill_half_way(fraction: float, n_done: int) -> None:
+        if n_done >= 60 and not killed:
+            killed.extend(doomed)
+            for pid in doomed:
+                os.kill(pid, signal.SIGKILL)
+
+    found = study(300, executor=client, progress=kill_half_way)
+    assert killed == doomed
+    assert found.n == 300
+    assert same(found, study(300))
+
+
+def test_cancel_stops_what_runs(client):
+    study(2, executor=client)  # compiled
+    start = time.monotonic()
+    with pytest.raises(Cancelled, match="0 of 3"):
+        simulate(
+            IMAGE, (8000, 8000), P, n_realizations=3, executor=client,
+            cancel=lambda: time.monotonic() > start + 0.5,
+        )  # fmt: skip
+    assert same(study(4, executor=client), study(4))
+
+
+def test_the_share_of_a_large_realization_is_told_before_it_is_finished(client):
+    seen: list[tuple[float, int]] = []
+    with pytest.raises(Cancelled, match="0 of 1"):
+        simulate(
+            IMAGE, (8000, 8000), P, n_realizations=1, executor=client,
+            progress=lambda *now: seen.append(now), cancel=lambda: bool(seen) and seen[-1][0] > 0,
+        )  # fmt: skip
+    assert 0 < seen[-1][0] < 1
+
+
+def test_the_command_line_takes_the_address_of_a_scheduler(client, tmp_path):
+    line = ["simulate", "channels", "--grid", "60x40", "--template", "16", "--overlap", "4"]
+    line += ["--level", "1", "--realizations", "3", "--quiet"]
+    here, there = tmp_path / "here.npy", tmp_path / "there.npy"
+    assert main([*line, "-o", str(here)]) == 0
+    address = client.scheduler.address
+    assert main([*line, "--scheduler", address, "-o", str(there)]) == 0
+    np.testing.assert_array_equal(np.load(here), np.load(there))
+
+
+def test_the_dashboard_takes_the_address_from_the_environment(client, monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    assert executor_of_environment() is None
+    choices = Choices(n_realizations=2)
+    here = simulation_of(choices)(lambda *_: None, lambda: False)
+    monkeypatch.setenv(VARIABLE, client.scheduler.address)
+    own = executor_of_environment()
+    assert own is executor_of_environment()
+    assert same(simulation_of(choices)(lambda *_: None, lambda: False), here)
+    own.close()
+    monkeypatch.setenv(VARIABLE, "tcp://127.0.0.1:9")
+    with pytest.raises(CCWSIMError, match="no Dask scheduler answers"):
+        simulation_of(choices)(lambda *_: None, lambda: False)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://127.0.0.1:port", ""])
+def test_a_scheduler_that_does_not_answer_is_said_in_words(address):
+    with pytest.raises(CCWSIMError, match="no Dask scheduler answers"):
+        connect(address)

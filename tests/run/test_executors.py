@@ -1,0 +1,238 @@
+"""Realizations by other executors are those of threads at home, and can be stopped."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
+from ccwsim.model.grid import Grid
+from ccwsim.model.study import Study
+from ccwsim.run.executors import worker
+from ccwsim.run.executors.flags import FileFlag, Seldom
+from ccwsim.run.executors.serialization import name_of, packed, unpacked
+from tests.small_images import blobs
+
+P = Parameters(16, 4, 1, n_candidates=5, template_variation=0.4)
+IMAGE = TrainingImage(
+    7 * blobs((45, 61), 3).astype(int) - 5, name="blobs", facies_names=["a", "b", "c"]
+)
+DATA = HardData([[3, 4], [20, 30], [55, 2], [40, 40]], [-5, 2, 9, 2])
+
+
+def study(n: int = 12, **options) -> Ensemble:
+    return simulate(IMAGE, (60, 50), P, DATA, n, seed=3, **options)
+
+
+def same(one: Ensemble, other: Ensemble) -> bool:
+    return (
+        one.digest == other.digest
+        and np.array_equal(one.met_by, other.met_by)
+        and np.array_equal(one.numbers, other.numbers)
+    )
+
+
+class InLine(Executor):
+    """Does what it is given at once."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with ProcessPoolExecutor(2) as pool:
+        yield pool
+
+
+def test_threads_of_the_caller_give_the_same_and_stay_open():
+    with ThreadPoolExecutor(3) as pool:
+        assert same(study(executor=pool), study())
+        assert pool.submit(int, 5).result() == 5
+
+
+@pytest.mark.parametrize("first", [0, 5])
+def test_processes_give_the_same(processes, first):
+    seen: list[tuple[float, int]] = []
+    found = study(
+        executor=processes, first_realization=first, progress=lambda *now: seen.append(now)
+    )
+    assert same(found, study(first_realization=first))
+    assert found.cpu_seconds.min() > 0
+    fractions, done = zip(*seen, strict=True)
+    assert list(fractions) == sorted(fractions)
+    assert list(done) == sorted(done)
+    assert seen[-1] == (1.0, 12)
+
+
+def test_any_executor_will_do_and_sources_come_with_it():
+    found = study(executor=InLine(), keep_sources=True)
+    here = study(keep_sources=True)
+    assert same(found, here)
+    np.testing.assert_array_equal(found.sources, here.sources)
+
+
+def test_small_realizations_travel_in_batches():
+    sizes: list[int] = []
+
+    class Counting(InLine):
+        def submit(self, fn, /, *args, **kwargs):
+            sizes.append(len(args[0].numbers))
+            return super().submit(fn, *args, **kwargs)
+
+    study(200, executor=Counting(), n_workers=1)
+    assert max(sizes) > 1
+    assert len(sizes) < 100
+
+
+def test_the_study_is_sent_only_to_a_worker_that_does_not_know_it(monkeypatch):
+    monkeypatch.setattr(worker, "_studies", type(worker._studies)())
+    contents: list[bytes | None] = []
+
+    class Looking(InLine):
+        def submit(self, fn, /, *args, **kwargs):
+            contents.append(args[1])
+            return super().submit(fn, *args, **kwargs)
+
+    study(40, executor=Looking(), n_workers=1)
+    n_first = sum(content is not None for content in contents)
+    assert 1 <= n_first <= 2
+    study(40, executor=Looking(), n_workers=1)
+    assert sum(content is not None for content in contents) == n_first
+
+
+def test_a_parcel_gives_the_study_with_frozen_arrays():
+    there = unpacked(packed(Study(IMAGE, Grid(60, 50), P, DATA, 3)))
+    assert name_of(there) == name_of(Study(IMAGE, Grid(60, 50), P, DATA, 3))
+    assert name_of(there) != name_of(Study(IMAGE, Grid(60, 50), P, DATA, 4))
+    assert not there.training_image.indices.flags.writeable
+    assert there.training_image.facies_names == ("a", "b", "c")
+
+
+class TestCancel:
+    def test_what_is_finished_is_handed_over(self, processes):
+        done = [0]
+        with pytest.raises(Cancelled, match="of 5000") as stopped:
+            study(
+                5000, executor=processes, progress=lambda _, n: done.append(n),
+                cancel=lambda: done[-1] >= 3,
+            )  # fmt: skip
+        ensemble = stopped.value.ensemble
+        assert ensemble is not None
+        assert 3 <= ensemble.n < 5000
+        r = int(ensemble.numbers[-1])
+        one = study(1, first_realization=r)
+        np.testing.assert_array_equal(ensemble.realizations[-1], one.realizations[0])
+
+    def test_a_large_realization_is_stopped_in_its_process(self, processes):
+        study(2, executor=processes)  # compiled
+        start = time.monotonic()
+        with pytest.raises(Cancelled, match="0 of 2"):
+            simulate(
+                IMAGE, (8000, 8000), P, n_realizations=2, executor=processes,
+                cancel=lambda: time.monotonic() > start + 0.5,
+            )  # fmt: skip
+        # Both workers are free again: these would wait for the large ones otherwise.
+        assert same(study(4, executor=processes), study(4))
+
+    def test_the_share_of_a_large_realization_is_told_before_it_is_finished(self, processes):
+        seen: list[tuple[float, int]] = []
+        with pytest.raises(Cancelled, match="0 of 2"):
+            simulate(
+                IMAGE, (8000, 8000), P, n_realizations=2, executor=processes,
+                progress=lambda *now: seen.append(now),
+                cancel=lambda: bool(seen) and seen[-1][0] > 0,
+            )  # fmt: skip
+        assert 0 < seen[-1][0] < 0.5
+        assert seen[-1][1] == 0
+
+    def test_a_flag_is_seen_where_its_file_can_be(self):
+        flag = FileFlag()
+        elsewhere = FileFlag(path=flag.path, host="another machine")
+        seldom = Seldom(flag, every=3600)
+        assert not seldom.is_set()
+        flag.tell(3, 0.25)
+        flag.tell(3, 0.5)
+        flag.tell(7, 0.0)
+        assert flag.shares([3, 5, 7]) == {3: 0.5, 7: 0.0}
+        flag.set()
+        flag.tell(3, 1.0)
+        assert flag.shares([3, 7]) == {}
+        flag.set()
+        assert flag.is_set()
+        assert not elsewhere.is_set()
+        assert not seldom.is_set()
+
+
+def ended() -> None:
+    os._exit(1)
+
+
+class TestErrors:
+    def test_a_worker_that_ends_is_said_in_words(self):
+        with ProcessPoolExecutor(1) as pool:
+            pool.submit(ended)
+            with pytest.raises(CCWSIMError, match="worker process ended"):
+                study(500, executor=pool)
+
+    @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
+    def test_an_executor_that_is_shut_down_is_refused(self, kind):
+        with kind(1) as pool:
+            pass
+        with pytest.raises(CCWSIMError, match="takes no work"):
+            study(executor=pool)
+
+    @pytest.mark.parametrize("value", ["tcp://127.0.0.1:8786", 2, ThreadPoolExecutor])
+    def test_anything_else_is_refused(self, value):
+        with pytest.raises(CCWSIMError, match="executor"):
+            study(executor=value)
+
+    def test_another_version_at_a_worker_is_refused(self, monkeypatch):
+        monkeypatch.setattr(worker, "SOURCE", "another")
+        with pytest.raises(CCWSIMError, match="another version"):
+            study(executor=InLine())
+
+    def test_an_error_of_the_callback_reaches_the_caller(self, processes):
+        def broken(fraction: float, n_done: int) -> None:
+            if n_done:
+                raise RuntimeError("the page was closed")
+
+        with pytest.raises(RuntimeError, match="closed"):
+            study(500, executor=processes, progress=broken)
+        assert same(study(4, executor=processes), study(4))
+
+    def test_a_task_that_fails_stops_the_others(self):
+        class Failing(InLine):
+            def submit(self, fn, /, *args, **kwargs):
+                future: Future = Future()
+                future.set_exception(ValueError("a broken disk"))
+                return future
+
+        with pytest.raises(ValueError, match="broken disk"):
+            study(executor=Failing())
+
+
+def test_two_runs_share_an_executor(processes):
+    found: dict[int, Ensemble] = {}
+
+    def run(seed: int) -> None:
+        found[seed] = simulate(IMAGE, (60, 50), P, DATA, 20, seed=seed, executor=processes)
+
+    threads = [threading.Thread(target=run, args=(seed,)) for seed in (1, 2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for seed, ensemble in found.items():
+        assert same(ensemble, simulate(IMAGE, (60, 50), P, DATA, 20, seed=seed))
+    assert len(found) == 2

@@ -1,0 +1,199 @@
+"""A link carries a study: what is read is what was written, and what is wrong is said."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import fields
+from urllib.parse import parse_qs, urlencode
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
+from ccwsim.sharing import MOST_DATA, left_out, link_of, packed, read_link, unpacked
+from ccwsim.sharing.link import KEYS
+
+NAMES = st.text(
+    st.characters(exclude_categories=("Cs",)), min_size=1, max_size=40
+).filter(str.strip)  # fmt: skip
+CODES = st.integers(-(10**9), 10**9)
+COLOURS = st.from_regex(r"\A#[0-9a-f]{6}\Z")
+ORIGINS = st.floats(-1e12, 1e12, allow_nan=False)
+SIZES = st.floats(1e-9, 1e12, allow_nan=False)
+
+
+@st.composite
+def hard_data(draw) -> HardData:
+    cells = draw(st.lists(
+        st.tuples(st.integers(0, 9999), st.integers(0, 9999)), max_size=MOST_DATA, unique=True
+    ))  # fmt: skip
+    facies = draw(st.lists(CODES, min_size=len(cells), max_size=len(cells)))
+    return HardData(cells, facies)
+
+
+@st.composite
+def images(draw) -> ImageChoice:
+    bundled = draw(st.sampled_from(datasets.names()))
+    n = datasets.load(bundled).n_facies
+    names = draw(st.one_of(st.just([]), st.lists(NAMES, min_size=n, max_size=n)))
+    colours = draw(st.dictionaries(CODES, COLOURS, max_size=4))
+    turns = draw(st.tuples(st.booleans(), st.booleans(), st.booleans()))
+    return ImageChoice(bundled, None, (), *turns, tuple(names), tuple(sorted(colours.items())))
+
+
+@st.composite
+def data_choices(draw) -> DataChoice:
+    answers = tuple(draw(st.sets(st.sampled_from(["on_outside", "on_unknown"]))))
+    given = tuple(sorted((name, "drop") for name in answers))
+    source = draw(st.sampled_from(["none", "bundled", "sampled", "placed"]))
+    if source == "bundled":
+        name = draw(st.sampled_from(datasets.hard_data_names()))
+        return DataChoice("bundled", name, None, given)
+    if source == "sampled":
+        n, seed = draw(st.integers(1, 100_000)), draw(st.integers(0, 2**31 - 1))
+        return DataChoice("sampled", answers=given, n_sampled=n, seed_sampled=seed)
+    if source == "placed":
+        return DataChoice("placed", answers=given, placed=draw(hard_data()))
+    return DataChoice()
+
+
+@st.composite
+def parameters(draw) -> Parameters:
+    method, level = draw(st.sampled_from(METHODS)), draw(st.integers(0, 6))
+    used = 0 if method == "ccsim" else level
+    template = draw(st.sampled_from(legal_sizes(used, max(4, 2 * 2**used), 1024)))
+    numbers = {
+        "n_candidates": st.integers(1, 10**6), "search_fraction": st.floats(0, 1, exclude_min=True),
+        "similarity": st.sampled_from(SIMILARITIES), "co_template": st.integers(1, 4),
+        "template_variation": st.floats(0, 0.5), "location_weight": st.floats(0, 10),
+    }  # fmt: skip
+    overlap = draw(st.sampled_from(legal_sizes(used, 1, template // 2)))
+    given = {"template_size": template, "overlap_size": overlap, "wavelet_level": level}
+    given["method"] = method
+    for f in fields(Parameters):
+        if isinstance(f.default, bool) or f.name in numbers:
+            given[f.name] = draw(numbers.get(f.name, st.booleans()))
+    return Parameters(**given)
+
+
+STUDIES = st.builds(
+    Choices, images(), data_choices(),
+    st.builds(Grid, st.integers(1, 10_000), st.integers(1, 10_000), st.tuples(SIZES, SIZES),
+              st.tuples(ORIGINS, ORIGINS)),
+    parameters(), st.integers(1, 1000), st.integers(0, 2**31 - 1),
+)  # fmt: skip
+SHOWN = st.builds(
+    Shown, st.integers(0, 999), st.integers(0, 253),
+    st.sampled_from(["probability", "most likely", "entropy"]),
+)  # fmt: skip
+
+
+def plain(choices: Choices) -> tuple:
+    """What makes two studies equal: hard data by their content."""
+    data = choices.data
+    placed = data.placed.digest if data.placed else None
+    own = (data.source, data.bundled, data.answers, data.n_sampled, data.seed_sampled, placed)
+    rest = (choices.grid, choices.parameters, choices.n_realizations, choices.seed)
+    return (choices.image, own, *rest)
+
+
+def as_address(query: dict[str, list[str]]) -> dict[str, list[str]]:
+    """What a browser makes of it on the way."""
+    return parse_qs(urlencode(query, doseq=True), keep_blank_values=True)
+
+
+@given(STUDIES, SHOWN)
+def test_what_is_read_from_a_link_is_what_was_written(choices, shown):
+    query = link_of(choices, shown)
+    assert set(query) <= set(KEYS)
+    read, seen, notes = read_link(as_address(query))
+    assert plain(read) == plain(choices)
+    assert seen == shown
+    assert notes == ()
+
+
+@given(
+    st.dictionaries(
+        st.one_of(st.sampled_from(KEYS), st.text(max_size=8)),
+        st.lists(st.text(max_size=30), min_size=1, max_size=3),
+        max_size=8,
+    )
+)
+def test_any_address_gives_a_study(query):  # fmt: skip
+    choices, shown, _ = read_link(query)
+    again, seen, notes = read_link(as_address(link_of(choices, shown)))
+    assert (plain(again), seen, notes) == (plain(choices), shown, ())
+
+
+@given(hard_data())
+def test_data_survive_packing(data):
+    assert unpacked(packed(data)).digest == data.digest
+
+
+@given(st.text(max_size=60))
+def test_packed_data_that_were_changed_are_said_or_are_data(text):
+    with suppress(CCWSIMError):
+        assert unpacked(text).n <= MOST_DATA
+
+
+def test_two_hundred_data_fit_into_an_address():
+    cells = np.random.default_rng(0).choice(512 * 512, MOST_DATA, replace=False)
+    data = HardData(np.column_stack(np.divmod(cells, 512)), np.arange(MOST_DATA) % 3)
+    assert len(packed(data)) < 1200
+    with pytest.raises(CCWSIMError, match="201 hard data are more than the 200"):
+        packed(HardData([[k, k] for k in range(201)], [0] * 201))
+
+
+def test_a_usual_study_needs_no_words_and_an_unusual_one_few():
+    assert link_of(Choices()) == {}
+    choices = Choices(
+        ImageChoice("dunes"), parameters=Parameters(template_size=48, wavelet_level=3), seed=7
+    )
+    assert urlencode(link_of(choices), doseq=True) == "ti=dunes&template=48&level=3&seed=7"
+
+
+@pytest.mark.parametrize(
+    ("query", "said"),
+    [
+        ({"ti": ["mars"]}, "ti = mars is no bundled training image"),
+        ({"ti": ["own"]}, "Ask for the project file"),
+        ({"data": ["own"]}, "Ask for the project file"),
+        ({"data": ["oil"]}, "data = oil is none of"),
+        ({"data": ["placed"], "points": ["BgACeAQ"]}, "copy the whole link again"),
+        ({"grid": ["0x5"]}, "grid = 0x5 is no pair such as 640x480"),
+        ({"template": ["big"]}, "template = big is no number"),
+        ({"template": ["33"]}, "Template 33 must be a multiple of 4 at level 2"),
+        ({"refine": ["maybe"]}, "refine = maybe is none of yes, no"),
+        ({"method": ["magic"]}, "must be one of ccwsim"),
+        ({"seed": ["-1"]}, "seed = -1 is no whole number"),
+        ({"templte": ["48"]}, "There is no setting templte: template may be meant"),
+        ({"turn": ["up"]}, "turn = up is not made of ew, ns and transpose"),
+        ({"name": ["mud"]}, "1 names for 2 facies"),
+        ({"colour": ["red"]}, "colour = red is no code"),
+    ],
+)
+def test_a_bad_value_is_said_and_the_rest_is_taken(query, said):
+    choices, shown, notes = read_link({**query, "realizations": ["3"], "show": ["2"]})
+    assert (choices.n_realizations, shown.realization) == (3, 1)
+    assert [said in note for note in notes] == [True]
+
+
+def test_names_of_others_are_passed_over():
+    assert read_link({"utm_source": ["mail"], "embed": ["true"]})[2] == ()
+
+
+def test_what_a_link_cannot_carry_is_named():
+    many = HardData([[k, 0] for k in range(300)], [0] * 300)
+    file = Upload("a.npy", b"")
+    assert left_out(Choices(ImageChoice(upload=file))) == ("the training image a.npy",)
+    assert left_out(Choices(data=DataChoice("file", upload=file))) == ("the hard data a.npy",)
+    assert "300 data placed" in left_out(Choices(data=DataChoice("placed", placed=many)))[0]
+    for choices in (
+        Choices(ImageChoice(upload=file)),
+        Choices(data=DataChoice("placed", placed=many)),
+    ):
+        assert "project file" in read_link(link_of(choices))[2][0]

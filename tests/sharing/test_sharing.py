@@ -1,0 +1,116 @@
+"""The script and the command that are given away run and give the same cells; so do projects."""
+
+from __future__ import annotations
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_project, simulate
+from ccwsim.io import Project, training_image_as_bytes
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.model.study import Study
+from ccwsim.report import report_html
+from ccwsim.sharing import link_of, study_report
+from ccwsim.sharing import recipe as again
+from ccwsim.ui.share.projects import choices_of, study_of
+from tests.test_report import OUTSIDE, own_part
+
+ROOT = Path(__file__).parents[2]
+SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1, search_fraction=1e-6)
+GRID = Grid(48, 64, (5.0, 2.5), (-1e-7, 1e6))
+FEW = HardData([[3, 4], [20, 30]], [0, 1])
+MANY = HardData([[k // 8 * 4, k % 8 * 7] for k in range(60)], np.arange(60) % 2)
+TURNED = ImageChoice("lenses", None, (), True, False, True, colours=((0, "#112233"),))
+STUDIES = {
+    "bundled": Choices(ImageChoice("delta"), DataChoice(), GRID, SMALL, 2, 7),
+    "usual data": Choices(grid=Grid(512, 512), n_realizations=1),
+    "turned": Choices(TURNED, DataChoice("placed", placed=FEW), GRID, SMALL, 2, 7),
+    "named": Choices(ImageChoice("channels", names=("it's", "<b>")), DataChoice(), GRID, SMALL, 1),
+    "sampled": Choices(ImageChoice("channels", flip_ns=True),
+                       DataChoice("sampled", n_sampled=20, seed_sampled=3), GRID, SMALL, 2),
+    "many data": Choices(data=DataChoice("placed", placed=MANY), grid=GRID, parameters=SMALL),
+    "uploaded": Choices(
+        ImageChoice(upload=Upload("my image.npy", training_image_as_bytes(
+            TrainingImage(np.kron(np.eye(20, dtype=int) * 9, np.ones((2, 3), int))), "npy"))),
+        DataChoice("placed", placed=HardData([[1, 2]], [9])), GRID, SMALL, 2, 5),
+}  # fmt: skip
+
+
+def project_of(choices: Choices, study: Study) -> Project:
+    return Project(study, choices.n_realizations, choices.image.colours, Shown(), link_of(choices))
+
+
+@pytest.mark.parametrize("what", STUDIES)
+def test_script_and_command_give_the_same_cells(what, tmp_path):
+    choices = STUDIES[what]
+    study = study_of(choices)
+    e = simulate(study.training_image, study.grid, study.parameters, study.hard_data,
+                 choices.n_realizations, study.seed)  # fmt: skip
+    save_project(tmp_path / "it's mine.ccwsim", project_of(choices, study))
+    how = again(choices, study, "it's mine.ccwsim")
+    for words in ([sys.executable, "-c", how.python], shlex.split(how.command)):
+        line = [sys.executable, *words[1:]]
+        subprocess.run(line, cwd=tmp_path, check=True, capture_output=True,
+                       env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(tmp_path),
+                            "NUMBA_CACHE_DIR": "", "LANG": "C.UTF-8"})  # fmt: skip
+        out = tmp_path / "realizations.npz"
+        with np.load(out) as saved:
+            np.testing.assert_array_equal(saved["realizations"], e.realizations)
+            assert saved["origin"].tolist() == list(choices.grid.origin)
+        out.unlink()
+    needed = what in ("many data", "uploaded")
+    assert how.python_needs_project == needed
+    assert how.command_needs_project == (needed or what in ("turned", "sampled"))
+
+
+@pytest.mark.parametrize("what", STUDIES)
+def test_a_project_becomes_the_study_it_was(what):
+    choices = STUDIES[what]
+    study = study_of(choices)
+    opened = choices_of(project_of(choices, study))
+    again_there = study_of(opened)
+    assert again_there.training_image.digest == study.training_image.digest
+    assert again_there.training_image.facies_names == study.training_image.facies_names
+    assert again_there.hard_data.digest == study.hard_data.digest
+    assert (opened.grid, opened.parameters) == (choices.grid, choices.parameters)
+    assert (opened.n_realizations, opened.seed) == (choices.n_realizations, choices.seed)
+    assert opened.image.colours == choices.image.colours
+    assert (opened.image.upload is None) == (choices.image.upload is None)
+    if choices.image.upload is None:
+        assert opened.data.source == choices.data.source
+
+
+def test_a_report_has_everything_and_all_of_it_is_escaped():
+    odd = "</script><script>alert('\"&1')</script>"
+    ti = datasets.load("delta")
+    image = TrainingImage(
+        ti.array, name=odd, facies_names=[f"{odd}{k}" for k in range(ti.n_facies)]
+    )
+    e = simulate(image, GRID, SMALL, HardData([[3, 4], [9, 9]], image.codes[:2]), 3, 1)
+    choices = Choices(ImageChoice(upload=Upload(odd, b"")), DataChoice(), GRID, SMALL, 3, 1)
+    how = again(choices, Study(image, GRID, SMALL, e.hard_data, 1), f"{odd}.ccwsim")
+    link = f"http://here/?{odd}"
+    document = study_report(e, choices, Shown(2, 1), ["#112233"] * image.n_facies, [odd], link, how)
+    page = report_html(document)
+    assert "<script>alert" not in page
+    assert not OUTSIDE.search(own_part(page))
+    titles = [section.title for section in document.sections]
+    assert titles == ["Study", "Realizations", "E-type", "Variograms and connection",
+                      "CPU time and proportions", "Parameters", "The same again"]  # fmt: skip
+    assert page.count('class="plot"') == 6
+    assert page.count("<img") == 2 + 3 + 2
+    for words in ("read_project", "--project", e.digest, "cannot carry", "Realization 3 of 3"):
+        assert words in page
+
+
+def test_a_report_of_one_facies_and_one_cell_can_be_made():
+    image = TrainingImage(np.zeros((20, 20)))
+    e = simulate(image, (1, 1), SMALL)
+    choices = Choices(data=DataChoice(), grid=Grid(1, 1), parameters=SMALL, n_realizations=1)
+    how = again(choices, Study(image, Grid(1, 1), SMALL), "a.ccwsim")
+    assert report_html(study_report(e, choices, Shown(), ["#112233"], ["fine"], "?", how))

@@ -1,0 +1,165 @@
+"""Runs share the cores: who has used least is next, and nobody keeps one for long."""
+
+from __future__ import annotations
+
+from threading import Event, Thread
+
+import numpy as np
+import pytest
+
+from ccwsim import Cancelled, Grid, Parameters, TrainingImage, simulate
+from ccwsim.system import workers
+from ccwsim.system.cores import CREDIT, SLICE, Account, Cores, Turn
+from ccwsim.system.workers import run_all
+
+STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+
+
+class Clock:
+    """A clock that stands still until it is moved."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def asked(cores: Cores, *lanes) -> list[Turn]:
+    turns = [Turn(lane, cores) for lane in lanes]
+    for turn in turns:
+        cores.ask(turn)
+    return turns
+
+
+def having(turns: list[Turn]) -> list[bool]:
+    return [turn.has_core for turn in turns]
+
+
+def test_who_has_used_least_is_next():
+    clock = Clock()
+    cores = Cores(2, clock)
+    one, two = cores.lane(), cores.lane()
+    turns = asked(cores, one, one, one, one, two)
+    assert having(turns) == [True, True, False, False, False]
+    clock.now = 10.0
+    cores.give_back(turns[0])
+    assert having(turns) == [False, True, False, False, True]
+    clock.now = 12.0
+    cores.give_back(turns[4])
+    assert having(turns) == [False, True, True, False, False]  # nobody else waits
+
+
+def test_two_that_have_used_alike_get_a_core_each():
+    cores = Cores(2, Clock())
+    one, two = cores.lane(), cores.lane()
+    (busy,) = asked(cores, one)
+    turns = [*asked(cores, one), *asked(cores, two), *asked(cores, one)]
+    assert having([busy, *turns]) == [True, True, False, False]
+    cores.give_back(busy)
+    assert having(turns) == [True, True, False]
+
+
+def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
+    clock = Clock()
+    cores = Cores(1, clock)
+    long, quick = cores.lane(), cores.lane()
+    (turn,) = asked(cores, long)
+    clock.now = 100.0
+    (other,) = asked(cores, quick)
+    assert quick.account.used == 100.0 - CREDIT
+    assert cores.swap(turn)
+    assert having([turn, other]) == [False, True]
+    clock.now += SLICE / 2
+    other.look_up()  # its slice is not over
+    clock.now += CREDIT / 2
+    other.look_up()  # and it has used less by far
+    assert other.has_core
+    clock.now += CREDIT
+    assert cores.swap(other)
+    assert having([turn, other]) == [True, False]
+
+
+def test_who_comes_new_is_ahead_by_the_credit_and_not_by_all_that_others_have_used():
+    clock = Clock()
+    cores = Cores(1, clock)
+    old, new = cores.lane(), cores.lane()
+    (turn,) = asked(cores, old)
+    clock.now = 100.0
+    cores.give_back(turn)
+    asked(cores, old)
+    asked(cores, new)
+    assert new.account.used == old.account.used - CREDIT
+
+
+def test_the_runs_of_one_account_count_together():
+    account, clock = Account(), Clock()
+    cores = Cores(1, clock)
+    first = cores.lane(account)
+    (turn,) = asked(cores, first)
+    clock.now = 10.0
+    cores.give_back(turn)
+    assert account.used == 10.0
+    (other,) = asked(cores, cores.lane())
+    assert other.has_core
+    asked(cores, cores.lane(account))
+    assert account.used == 10.0
+
+
+def test_a_lane_that_is_closed_lets_nobody_wait():
+    cores = Cores(1)
+    one, two = cores.lane(), cores.lane()
+    asked(cores, one)
+    (waiting,) = asked(cores, two)
+    two.close()
+    assert waiting.called.is_set()
+    assert not waiting.has_core
+    with two.turn() as late:
+        assert not late.has_core
+    assert not cores.contended
+
+
+@pytest.fixture
+def shared(monkeypatch):
+    cores = Cores(1)
+    monkeypatch.setattr(workers, "_shared", cores)
+    return cores
+
+
+def test_two_runs_both_get_on_and_give_what_each_gives_alone(shared, monkeypatch):
+    alone = [simulate(STRIPES, (400, 400), SMALL, n_realizations=4, seed=s) for s in (1, 2)]
+    monkeypatch.setattr(
+        "ccwsim.system.cores.SLICE", 0.0
+    )  # they change places whenever they look up
+    found: dict[int, object] = {}
+
+    def run(seed: int) -> None:
+        found[seed] = simulate(
+            STRIPES, (400, 400), SMALL, n_realizations=4, seed=seed, n_workers=2
+        ).digest  # fmt: skip
+
+    threads = [Thread(target=run, args=(seed,)) for seed in (1, 2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(120)
+    assert found == {1: alone[0].digest, 2: alone[1].digest}
+    assert not shared.contended
+
+
+def test_a_run_that_waits_for_a_core_can_be_stopped(shared):
+    let_go, busy = Event(), Event()
+
+    def keeps(number, watch):
+        busy.set()
+        assert let_go.wait(60)
+
+    holder = Thread(target=run_all, args=(keeps, 1, 1))
+    holder.start()
+    assert busy.wait(60)
+    with pytest.raises(Cancelled):
+        simulate(STRIPES, Grid(40, 50), SMALL, n_realizations=3, cancel=lambda: True)
+    let_go.set()
+    holder.join(60)
+    assert not shared.contended
+    assert simulate(STRIPES, Grid(40, 50), SMALL).n == 1

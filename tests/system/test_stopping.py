@@ -1,0 +1,136 @@
+"""Work stops when it is asked to, in the midst of a realization and of a statistic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccwsim import Cancelled, Grid, HardData, Parameters, TrainingImage, datasets
+from ccwsim.engine import raster as raster_of_tiles
+from ccwsim.engine import realization
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.realization import random_numbers
+from ccwsim.engine.stages import mending
+from ccwsim.metrics import RunningStatistics, connectivity, patterns, stack, variogram
+from ccwsim.metrics.patterns import pattern_histogram
+from ccwsim.model.study import Study
+from ccwsim.system.workers import Watch, check_stop, run_all, stoppable
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.validate.large_ensemble_job import LongRun
+
+CHANNELS = datasets.load("channels")
+RNG = np.random.default_rng(0)
+IMAGE = RNG.integers(0, 3, (40, 50)).astype(np.uint8)
+
+
+class After:
+    """Says that the work is to stop after it was asked so many times."""
+
+    def __init__(self, n: int) -> None:
+        self.left = n
+
+    def is_set(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+    __call__ = is_set
+
+
+def test_the_raster_looks_up_again_and_again(monkeypatch):
+    monkeypatch.setattr(raster_of_tiles, "TERMS_A_CALL", 1)  # as often as in a large realization
+    study = Study(CHANNELS, Grid(200, 200))
+    counting = After(10**9)
+    arguments = study, 32, PreparedImage(study), False
+    raster_of_tiles.simulate_raster(*arguments, random_numbers(0, 0), Watch(counting))
+    looks = 10**9 - counting.left
+    assert looks > 50
+    for n in (0, 1, looks // 2, looks - 1):
+        with pytest.raises(Cancelled):
+            raster_of_tiles.simulate_raster(*arguments, random_numbers(0, 0), Watch(After(n)))
+
+
+def test_mending_looks_up_again_and_again(monkeypatch):
+    monkeypatch.setattr(mending, "PLACES_A_CALL", 1)
+    blank = np.zeros((100, 100), np.uint8), np.zeros((0, 0), np.int32)
+    monkeypatch.setattr(realization, "simulate_raster", lambda *_: blank)
+    cells = np.unique(RNG.integers(0, 100, (60, 2)), axis=0)
+    data = HardData(cells, np.full(len(cells), CHANNELS.codes[1]))
+    study = Study(CHANNELS, Grid(100, 100), hard_data=data)
+    with pytest.raises(Cancelled):
+        realization.simulate_realization(study, 0, PreparedImage(study), False, Watch(After(20)))
+
+
+STATISTICS = {
+    "variogram": lambda: variogram(IMAGE, 1, "N-S", 20).gamma,
+    "connection": lambda: connectivity(IMAGE, 1, "E-W", 20).tau,
+    "patterns": lambda: pattern_histogram(IMAGE, 3, 3).frequencies,
+    "hashed patterns": lambda: pattern_histogram(IMAGE, 3, 8).frequencies,
+    "codes": lambda: pattern_histogram(IMAGE, 3, 8).codes,
+}
+
+
+@pytest.fixture
+def small_pieces(monkeypatch):
+    monkeypatch.setattr(stack, "CELLS_A_PIECE", 3 * IMAGE.size)
+    monkeypatch.setattr(patterns, "CELLS_OF_STRIP", 4 * IMAGE.shape[1])
+
+
+@pytest.mark.parametrize("name", STATISTICS)
+def test_a_statistic_in_pieces_is_the_same(name, request):
+    whole = STATISTICS[name]()
+    request.getfixturevalue("small_pieces")
+    assert np.array_equal(STATISTICS[name](), whole, equal_nan=True)
+
+
+@pytest.mark.parametrize("name", STATISTICS)
+def test_a_statistic_stops_between_two_pieces(name, small_pieces):
+    for n in (0, 3):
+        with pytest.raises(Cancelled), stoppable(After(n)):
+            STATISTICS[name]()
+
+
+def test_tasks_on_other_threads_stop_with_the_work_that_runs_them():
+    def task(number, watch):
+        check_stop()
+
+    with pytest.raises(Cancelled), stoppable(lambda: True):
+        run_all(task, 3, 2)
+    assert run_all(task, 3, 2) == [0, 1, 2]
+
+
+def test_running_statistics_that_were_stopped_have_added_nothing(small_pieces):
+    running = RunningStatistics(IMAGE.shape, 3, max_lag=10)
+    with pytest.raises(Cancelled), stoppable(After(5)):
+        running.add(IMAGE)
+    assert running.n == 0
+    running.add(IMAGE)
+    alone = RunningStatistics(IMAGE.shape, 3, max_lag=10)
+    alone.add(IMAGE)
+    ours, theirs = running.summary(), alone.summary()
+    assert np.array_equal(ours.etype.probability, theirs.etype.probability)
+    assert np.array_equal(ours.proportions.mean, theirs.proportions.mean)
+    for key, curve in ours.variograms.items():
+        assert np.array_equal(curve.mean, theirs.variograms[key].mean)
+
+
+def test_a_job_stops_in_the_midst_of_a_statistic(small_pieces):
+    def work(progress, cancel):
+        while True:
+            STATISTICS["variogram"]()
+
+    job = Job(work)
+    job.cancel()
+    assert job.wait(60)
+    assert isinstance(job.error, Cancelled)
+
+
+def test_a_long_run_that_is_stopped_shows_what_it_has():
+    stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    run = LongRun(stripes, Grid(40, 50), Parameters(16, 4, 1), HardData(), 0, 10**6, 1).start()
+    assert run.job is not None
+    while run.summary is None:
+        assert not run.job.wait(0.01)
+    run.job.cancel()
+    assert run.job.wait(60)
+    assert run.job.error is None
+    assert run.summary.n >= 1

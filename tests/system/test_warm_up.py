@@ -1,0 +1,54 @@
+"""After a warm-up no kernel of a first run is compiled any more."""
+
+from __future__ import annotations
+
+import pytest
+from numba.core import event
+
+from ccwsim import HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim.cli.program import main
+from ccwsim.engine.kernels import FOLDER
+from ccwsim.metrics import connectivity, etype, variogram
+
+SETTINGS = [
+    *(Parameters(wavelet_level=level) for level in range(4)),
+    Parameters(64, 16, 4),
+    Parameters(method="ccsim"),
+    Parameters(method="ms-ccsim"),
+    Parameters(similarity="correlation"),
+    Parameters(match_proportions=True),
+    Parameters(exact_data=False),
+    Parameters(refine=False, location_weight=0.5),
+    Parameters(template_variation=0.2),
+]
+
+
+@pytest.fixture(scope="module")
+def warm():
+    assert main(["warm-up", "--quiet"]) == 0
+
+
+def test_it_says_how_long_each_part_took(warm, capsys):
+    assert main(["warm-up"]) == 0
+    said = capsys.readouterr().err
+    assert "in all" in said
+    assert FOLDER in said
+    assert len(said.splitlines()) == 6
+
+
+@pytest.mark.parametrize("n_facies", [2, 3])
+@pytest.mark.parametrize("parameters", SETTINGS, ids=map(str, range(len(SETTINGS))))
+def test_nothing_is_left_to_compile(warm, parameters, n_facies):
+    image = datasets.load("channels").array.astype(int)
+    image[:40] += n_facies - 2
+    ti = TrainingImage(image)
+    data = HardData([[3, 4], [50, 60]], ti.codes[[0, -1]])
+    with event.install_recorder("numba:compile") as compiled:
+        for given in (None, data):
+            ensemble = simulate(ti, (90, 80), parameters, given)
+        etype(ensemble.indices, ti.n_facies)
+        for image in (ensemble.indices, ti.indices):
+            variogram(image, 1, "E-W", 20)
+            connectivity(image, 1, "N-S", 20)
+    names = [e.data["dispatcher"].py_func.__name__ for _, e in compiled.buffer]
+    assert not names

@@ -1,0 +1,256 @@
+"""The page of times: what it measures, shows, stops and refuses; no time is asserted."""
+
+from __future__ import annotations
+
+import csv
+import re
+import time
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, Parameters, datasets
+from ccwsim.experiments.timing import Timing
+from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
+from ccwsim.model.parameters import METHODS
+from ccwsim.ui.benchmark import settings as benchmark_settings
+from ccwsim.ui.benchmark.csv import timings_csv
+from ccwsim.ui.benchmark.page import progress_text
+from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.benchmark.settings import cases_of_data, cases_of_grids, side_options
+from ccwsim.ui.benchmark.state import Benchmark
+from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table
+from ccwsim.ui.benchmark.words import said_growth, said_levels, why_ended
+from ccwsim.ui.choices import Choices, DataChoice
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.session.state import KEY, State
+from tests.ui.widgets import named
+
+PAGE = str(Path(__file__).parents[3] / "pages" / "benchmark.py")
+SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
+
+
+def took(side: int, seconds: float, level: int = 1, n_data: int = 0, wrong: int = 0) -> Timing:
+    p = Parameters(wavelet_level=level)
+    return Timing(p, (side, side), n_data, np.array([seconds]), np.array([wrong]))
+
+
+def launched(**changes) -> AppTest:
+    app = AppTest.from_file(PAGE, default_timeout=120)
+    own = Benchmark(n_realizations=1, **changes)
+    app.session_state[KEY] = State(choices=SMALL, benchmark=own)
+    return app.run()
+
+
+def settled(app: AppTest) -> AppTest:
+    end = time.monotonic() + 120
+    while time.monotonic() < end:
+        run = app.session_state[KEY].benchmark.running
+        if run is None:
+            break
+        run.job.wait(60)
+    app.run()
+    assert not app.exception
+    return app
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def charts(app: AppTest) -> set[str]:
+    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
+
+
+def test_it_opens_cold_and_teaches():
+    app = AppTest.from_file(PAGE, default_timeout=120).run()
+    assert not app.exception
+    assert not app.error
+    said = html(app)
+    assert "Press Measure" in said
+    assert "cannot be set against" in said
+    assert "numba" in said
+    assert re.search(r"12 settings × 3 realizations on one thread: about \d+ s", said)
+    assert "26.78" in said or "ms-ccsim" not in METHODS
+    assert "23.09 s" in said
+    assert charts(app) == {"times_grid", "times_cell"}
+
+
+def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
+    monkeypatch.setattr(benchmark_settings, "SIDES", (48, 64, 96, 128, 160, 192))
+    app = launched(largest=512, grid_levels=[1, 3])
+    settled(app.button(key="measure_grids").click().run())
+    run = app.session_state[KEY].benchmark.grids
+    assert [t.case for t in run.timings] == run.cases
+    said = html(app)
+    assert "Level 1:" in said
+    assert "times at 25 million cells in the paper" in said
+    assert "56 s" in said
+    assert "Training image" in said
+    assert any(b.proto.label == "Download CSV" for b in app.get("download_button"))
+
+
+def test_data_are_measured_and_shown_in_the_layout_of_table_2():
+    app = launched(side=256, numbers=[0, 100, 400], data_levels=[3], data_methods=["ccwsim"])
+    settled(app.button(key="measure_data").click().run())
+    run = app.session_state[KEY].benchmark.data
+    assert [t.n_data for t in run.timings] == [0, 100, 400]
+    said = html(app)
+    assert "400 / 100" in said
+    assert "256 × 256 cells" in said
+
+
+def test_all_methods_there_are_can_be_measured():
+    app = launched(side=256, numbers=[100], data_levels=[2], data_methods=["ccwsim", "ms-ccsim"])
+    settled(app.button(key="measure_data").click().run())
+    assert not app.warning
+    timings = app.session_state[KEY].benchmark.data.timings
+    there = [m for m in METHODS if m != "ccsim"]
+    assert [t.parameters.method for t in timings] == there
+
+
+def test_choices_are_kept_when_the_page_is_left():
+    app = launched()
+    named(app.selectbox, "largest").set_value(512).run()
+    named(app.button_group, "grid_levels").set_value([2]).run()
+    assert app.session_state[KEY].benchmark.grid_levels == [2]
+    again = AppTest.from_file(PAGE, default_timeout=120)
+    again.session_state[KEY] = app.session_state[KEY]
+    again.run()
+    assert named(again.selectbox, "largest").value == 512
+    assert "2 settings × 1 realization on" in html(again)
+
+
+def test_nothing_chosen_says_what_to_choose():
+    app = launched(grid_levels=[], numbers=[])
+    assert html(app).count("Choose at least one") == 2
+    app.button(key="measure_grids").click().run()
+    assert "Choose at least one method and one level" in app.error[0].value
+    assert app.session_state[KEY].benchmark.grids is None
+    assert not app.exception
+
+
+def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
+    app = launched()
+    state = app.session_state[KEY]
+    case = TimingCase(Parameters(), (48, 48))
+    run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
+    state.benchmark.grids = run
+    end = time.monotonic() + 60
+    while not run.timings and time.monotonic() < end:
+        time.sleep(0.01)
+    app.run()
+    assert not app.exception
+    assert app.button(key="measure_data").disabled
+    assert not any(b.key == "download_times" for b in app.get("download_button"))
+    app.button(key="cancel_grids").click().run()
+    settled(app)
+    assert "these are shown" in app.warning[0].value
+    assert 0 < len(run.timings) < 20_000
+    assert not app.button(key="measure_data").disabled
+
+
+def test_a_failed_run_says_why():
+    app = launched()
+    large = Parameters(template_size=512)
+    run = TimingRun(datasets.load("channels"), [TimingCase(large, (48, 48))], 1, 0).start()
+    assert run.job.wait(60)
+    app.session_state[KEY].benchmark.grids = run
+    app.run()
+    assert "Template 512 is larger" in app.warning[0].value
+    assert not app.exception
+
+
+def test_progress_says_what_is_timed():
+    cases = [TimingCase(Parameters(wavelet_level=1), (256, 256), 400)]
+    run = TimingRun(datasets.load("channels"), cases, 1, 0)
+    run.job = Job(lambda progress, cancel: progress(0.5, 0))
+    run.job.wait(5)
+    assert progress_text(run).startswith("0 of 1 settings · now 256², level 1, 400 data")
+    run.job.cancel()
+    assert progress_text(run) == "Stopping …"
+
+
+def test_only_grids_that_fit_into_memory_are_on_offer():
+    assert side_options(0) == [512]
+    assert side_options(10**12)[-1] == 5000
+
+
+def test_the_cases_are_those_of_the_paper():
+    state = State(choices=SMALL)
+    grids, data = cases_of_grids(state), cases_of_data(state)
+    assert {c.grid_shape[0] for c in grids} == {256, 512, 1000, 2000}
+    assert {c.parameters.level for c in grids} == {1, 2, 3}
+    assert {c.n_data for c in data} == {0, 1000, 2000}
+    assert {c.parameters.level for c in data} == {1, 3}
+    assert {c.grid_shape for c in data} == {(512, 512)}
+
+
+def test_settings_fit_the_study():
+    p = Parameters(template_size=24, overlap_size=12)
+    state = State(choices=replace(SMALL, parameters=p))
+    found = {c.parameters.level: c.parameters for c in cases_of_data(state)}
+    assert (found[1].template_size, found[1].overlap_size) == (24, 12)
+    assert found[3].overlap_size % 8 == 0
+
+
+def test_words_say_linear_or_not():
+    linear = [took(n, 1e-7 * n**2) for n in (100, 1000)]
+    square = [took(n, 1e-9 * n**4) for n in (100, 1000)]
+    constant = [took(n, 1.0) for n in (100, 1000)]
+    assert "0.1 µs a cell from 100² to 1000²: linear" in said_growth("level 1", linear)
+    assert "more than linear" in said_growth("level 1", square)
+    assert "less than linear" in said_growth("level 1", constant)
+    assert said_growth("level 1", linear[:1]) == ""
+    both = [took(1000, 3.0, 1), took(1000, 1.5, 3)]
+    assert "Level 1 takes 2.0 times as long as level 3 at 1000² here, 1.8" in said_levels(both)
+    assert said_levels(both[:1]) == said_levels([took(500, 3.0, 1), both[1]]) == ""
+
+
+def cells_of(table: str) -> list[list[str]]:
+    rows = re.findall(r"<tr.*?>(.*?)</tr>", table)
+    return [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row) for row in rows]
+
+
+def test_tables_have_measured_and_published_times_side_by_side():
+    timings = [took(512, 0.2, 1, 1000), took(512, 0.5, 1, 2000, wrong=20)]
+    table = data_table(timings, [("ccwsim", 1)], [0, 1000, 2000], 512)
+    assert cells_of(table)[-1] == [
+        "CCWSIM", "1", "–", "200 ms", "10.45 s", "0", "500 ms", "23.09 s", "1 %", "2.50", "2.21"
+    ]  # fmt: skip
+    assert "10.45" not in data_table(timings, [("ccwsim", 1)], [1000, 2000], 256)
+    rows = cells_of(grid_table([took(256, 0.2, 1), took(256, 0.1, 2)], [256, 512]))
+    assert rows[1:] == [["256²", "200 ms", "100 ms"], ["paper, 5000²", "56 s", "32 s"]]
+    assert "crashes always" in octave_table()
+
+
+def test_csv_has_a_line_a_realization():
+    run = TimingRun(datasets.load("channels"), [], 1, 3, [took(64, 0.25, 2, 7, 1), took(32, 1.0)])
+    rows = list(csv.DictReader(StringIO(timings_csv([run], "a, b").decode())))
+    assert [row["cpu_seconds"] for row in rows] == ["0.25", "1"]
+    assert (rows[0]["n_data"], rows[0]["level"], rows[0]["machine"]) == ("7", "2", "a, b")
+    assert why_ended(run) == ""
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK])
+def test_the_chart_has_lines_for_what_was_measured_and_open_markers_for_the_paper(theme):
+    cells, values = np.array([1e4, 1e6]), np.array([0.01, 1.0])
+    own = [TimeSeries(f"level {k}", k, cells, values) for k in (1, 2, 3)]
+    paper = [TimeSeries("paper, level 1", 1, cells[-1:] * 25, np.array([56.0]))]
+    chart = timings_chart(own, paper, [100, 1000, 5000], theme, y_title="s", unit="s")
+    *lines, marker = chart.data
+    assert [line.name for line in lines] == ["level 1", "level 2", "level 3"]
+    assert len({line.marker.symbol for line in lines}) == 3
+    assert marker.marker.symbol == f"{lines[0].marker.symbol}-open"
+    assert marker.marker.color == theme.reference
+    assert list(chart.layout.xaxis.ticktext) == ["100²", "1000²", "5000²"]
+    shifts = sorted(a.yshift for a in chart.layout.annotations if a.text.startswith("level"))
+    assert min(np.diff(shifts)) >= 14
+    empty = timings_chart([], paper, [100, 5000], theme, y_title="s", unit="s")
+    low, high = empty.layout.yaxis.range
+    assert low < np.log10(56) < high

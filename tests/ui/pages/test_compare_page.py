@@ -1,0 +1,242 @@
+"""The page that compares settings: what it offers, what it says, and what it gives back."""
+
+from __future__ import annotations
+
+import csv
+import time
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, HardData, Parameters, datasets
+from ccwsim.experiments.comparison import Comparison, PairRatio, compare
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.compare.choice import said_setting, settings_of, usual_others
+from ccwsim.ui.compare.tables import ratios_csv, realizations_csv, settings_csv
+from ccwsim.ui.compare.words import against_first, said_ratio, sentences
+from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
+from ccwsim.ui.session.state import KEY, State
+from tests.ui.widgets import named
+
+PAGE = str(Path(__file__).parents[3] / "pages" / "compare.py")
+OWN = Parameters(template_size=16, overlap_size=4)
+SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN)
+FIGURES = {
+    "compared_times", "compared_proportions", "compared_mds", "variogram_E", "variogram_N",
+    "connection_E", "connection_N",
+}  # fmt: skip
+
+
+def launched(choices: Choices = SMALL, n: int = 3, others: list | None = None) -> AppTest:
+    """The page after its first comparison."""
+    app = AppTest.from_file(PAGE, default_timeout=120)
+    state = State(choices=choices)
+    state.comparing.n = n
+    if others is not None:
+        state.comparing.others = others
+    app.session_state[KEY] = state
+    return settled(app.run())
+
+
+def settled(app: AppTest) -> AppTest:
+    end = time.monotonic() + 120
+    while app.session_state[KEY].comparing.job is not None and time.monotonic() < end:
+        time.sleep(0.1)
+        app.run()
+    assert not app.exception
+    return app
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def texts(app: AppTest) -> str:
+    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
+
+
+def charts(app: AppTest) -> set[str]:
+    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
+
+
+def state_of(app: AppTest) -> State:
+    return app.session_state[KEY]
+
+
+@pytest.fixture(scope="module")
+def found() -> Comparison:
+    settings = {"A": OWN, "B": Parameters(16, 4, method="ccsim")}
+    data = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
+    return compare(datasets.load("channels"), (48, 64), settings, data, 3, seed=2)
+
+
+def test_it_opens_cold_and_compares_what_is_usual():
+    app = launched()
+    assert not texts(app)
+    assert charts(app) == FIGURES
+    state = state_of(app)
+    own, second, third = settings_of(state)
+    assert own == OWN
+    assert second.method == "ccsim"
+    assert third.wavelet_level == 3
+    result = state.comparing.found
+    assert [e.parameters for e in result.ensembles] == [own, second, third]
+    for sentence in sentences(result):
+        assert sentence in html(app)
+
+
+def test_a_change_is_fitted_and_said_after_the_run():
+    app = launched()
+    assert "changed since" not in html(app)
+    named(app.selectbox, "B_method").set_value("ccwsim").run()
+    named(app.selectbox, "B_wavelet_level").set_value(3).run()
+    changed = settings_of(state_of(app))[1]
+    assert (changed.method, changed.wavelet_level, changed.overlap_size) == ("ccwsim", 3, 8)
+    assert "changed since" in html(app)
+    app.button(key="compare").click()
+    settled(app.run())
+    assert state_of(app).comparing.found.ensembles[1].parameters == changed
+    assert "changed since" not in html(app)
+
+
+def test_only_sizes_that_fit_are_on_offer():
+    app = launched()
+    shape = datasets.load("channels").shape
+    for letter, p in zip("ABC", settings_of(state_of(app)), strict=True):
+        template = named(app.selectbox, f"{letter}_template_size")
+        overlap = named(app.selectbox, f"{letter}_overlap_size")
+        assert template.options == [str(s) for s in template_sizes(p.level, shape)]
+        assert overlap.options == [str(s) for s in overlap_sizes(p.level, p.template_size)]
+    assert named(app.selectbox, "B_wavelet_level").disabled
+
+
+def test_the_first_setting_is_the_studys_own():
+    app = launched()
+    named(app.number_input, "A_n_candidates").set_value(7).run()
+    assert state_of(app).choices.parameters.n_candidates == 7
+
+
+def test_settings_are_added_copied_and_removed():
+    app = launched()
+    app.button(key="add_setting").click().run()
+    there = settings_of(state_of(app))
+    assert len(set(there)) == 4
+    assert not [b for b in app.button if b.key == "add_setting"]
+    app.button(key="copy_D_from_B").click().run()
+    assert settings_of(state_of(app))[3] == there[1]
+    app.button(key="remove_B").click().run()
+    app.button(key="remove_B").click().run()
+    assert settings_of(state_of(app)) == (there[0], there[1])
+    assert app.button(key="remove_B").disabled
+
+
+def test_use_these_takes_a_setting_to_the_study_and_loses_none():
+    app = launched()
+    own, second, third = settings_of(state_of(app))
+    app.button(key="use_C").click().run()
+    assert not app.exception
+    assert state_of(app).choices.parameters == third
+    assert settings_of(state_of(app)) == (third, second, own)
+
+
+def test_the_arrows_show_the_same_realization_of_all():
+    app = launched()
+    app.button(key="shown_previous").click().run()
+    assert state_of(app).comparing.shown == 2
+    assert "Realization 3 of 3" in html(app)
+    app.button(key="shown_next").click().run()
+    assert "Realization 1 of 3" in html(app)
+
+
+def test_curves_of_another_facies_are_worked_out():
+    app = launched()
+    before = state_of(app).comparing.found
+    named(app.selectbox, "e_type").set_value(0)
+    settled(app.run())
+    after = state_of(app).comparing.found
+    assert {key[0] for key in after.curves} == {0, 1}
+    assert after.anodi is before.anodi
+    assert charts(app) == FIGURES
+
+
+def test_what_cannot_run_is_said_and_nothing_is_lost():
+    placed = DataChoice("placed", placed=HardData([[500, 500]], [1]))
+    app = launched(replace(SMALL, data=placed))
+    assert "outside the grid" in texts(app)
+    assert app.button(key="compare").disabled
+    assert state_of(app).choices.data == placed
+
+
+def test_a_tiny_grid_says_why_patterns_are_missing():
+    app = launched(replace(SMALL, grid=Grid(9, 9)), n=1)
+    assert not texts(app)
+    assert "Patterns are not compared" in html(app)
+    assert charts(app) == FIGURES - {"compared_mds"}
+
+
+def test_another_image_makes_the_comparison_an_old_one():
+    app = launched()
+    state = state_of(app)
+    state.change(image=ImageChoice(bundled="stone_wall"))
+    settled(app.run())
+    assert "changed since" in html(app)
+    assert charts(app) == FIGURES
+
+
+@pytest.mark.parametrize("method", ["ccwsim", "ccsim"])
+@pytest.mark.parametrize("level", [0, 1, 3])
+def test_usual_settings_are_legal_and_different(method, level):
+    own = Parameters(32, 8, level, method=method)
+    others = usual_others(own, (64, 64))
+    assert len(others) >= 3
+    assert len({own, *others}) == 1 + len(others)
+    assert all(said_setting(p, own) != "the same" for p in others[:3])
+
+
+def test_the_sentences_say_the_figures(found):
+    said = against_first(found, 1)
+    ratio = found.cpu_seconds[1] / found.cpu_seconds[0]
+    assert ("slower" in said) == (ratio > 1.05)
+    assert "training image" in said
+    assert sentences(found)[-1] == "All 3 data are honoured by all settings."
+    row = PairRatio("B", "A", 1.3, 1.1, 1.3 / 1.1)
+    assert "more varied, farther from the training image; better" in said_ratio(row)
+    assert "nothing of variety" in said_ratio(PairRatio("B", "A", np.nan, 1.0, np.nan))
+
+
+def test_data_that_a_setting_leaves_wrong_are_counted():
+    data = datasets.load_hard_data("channels_400_data")
+    loose = Parameters(exact_data=False)
+    image = datasets.load("channels")
+    some = compare(image, (512, 512), {"A": Parameters(), "B": loose}, data, 1)
+    mean = some.ensembles[1].n_mismatched.mean()
+    assert mean > 0
+    assert sentences(some)[-1] == (
+        f"Of 400 data B leaves {mean:g} wrong in the mean; the others honour all."
+    )
+    both = compare(image, (512, 512), {"A": loose, "B": loose}, data, 1)
+    assert "others" not in sentences(both)[-1]
+
+
+def test_the_files_have_the_figures(found):
+    def rows(content: bytes) -> list[dict[str, str]]:
+        return list(csv.DictReader(StringIO(content.decode())))
+
+    settings, each, ratios = (
+        rows(settings_csv(found)),
+        rows(realizations_csv(found)),
+        rows(ratios_csv(found)),
+    )
+    assert [row["setting"] for row in settings] == ["A", "B"]
+    assert [row["method"] for row in settings] == ["ccwsim", "ccsim"]
+    assert float(settings[1]["distance_to_image_bits"]) == pytest.approx(
+        found.distance[1], rel=1e-5
+    )
+    assert len(each) == 6
+    own = [float(row["distance_to_image_bits"]) for row in each if row["setting"] == "B"]
+    np.testing.assert_allclose(own, found.distances[1], rtol=1e-5)
+    assert float(ratios[0]["ratio"]) == pytest.approx(found.ratios[0].ratio, rel=1e-5)

@@ -1,0 +1,380 @@
+"""Hard data placed by hand: edits, undo, live answers, the table, files and sampling."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from hypothesis import given
+from hypothesis import strategies as st
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
+from ccwsim.io import training_image_as_bytes
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.ui.hard_data import history as editor_history
+from ccwsim.ui.hard_data.actions import (
+    answer,
+    fits,
+    redo,
+    take_data,
+    take_edits,
+    undo,
+    with_changes,
+)
+from ccwsim.ui.hard_data.canvas import SHARED, helped_by, said_help
+from ccwsim.ui.hard_data.history import History, Moment
+from ccwsim.ui.hard_data.sampling import sample, truth_of
+from ccwsim.ui.hard_data.state import Sampling
+from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, rows_of
+from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.widgets.maps import CANVAS
+
+ROOT = Path(__file__).parents[3]
+SMALL = Choices(
+    data=DataChoice(), grid=Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0)),
+    parameters=Parameters(template_size=16, overlap_size=4), n_realizations=3,
+)  # fmt: skip
+CELLS = st.tuples(st.integers(0, 9), st.integers(0, 9))
+
+
+def studied(choices: Choices = SMALL) -> State:
+    """A state with realizations of its study."""
+    state = State(choices=choices)
+    state.ensemble = simulate(
+        image_of(choices.image), choices.grid, choices.parameters, data_of(choices),
+        n_realizations=choices.n_realizations,
+    )  # fmt: skip
+    return state
+
+
+def edit(state: State, *changes, seq: int | None = None, **more) -> None:
+    """An edit as the canvas sends it, answered as the page does."""
+    seq = state.editor.taken + 1 if seq is None else seq
+    take_edits(state, [{"seq": seq, "set": [list(change) for change in changes], **more}])
+    answer(state)
+
+
+def data_as_dict(state: State) -> dict:
+    data = data_of(state.choices)
+    return {
+        (row, column): code
+        for (row, column), code in zip(data.cells.tolist(), data.facies.tolist(), strict=True)
+    }
+
+
+def ensemble_of(state: State) -> Ensemble:
+    assert state.ensemble is not None
+    return state.ensemble
+
+
+@given(st.lists(st.tuples(CELLS, st.sampled_from([None, 0, 7, 250])), max_size=60))
+def test_edits_one_by_one_leave_the_last_word_in_each_cell(changes):
+    data, last = HardData([[3, 3]], [7]), {(3, 3): 7}
+    for cell, code in changes:
+        data = with_changes(data, {cell: code})
+        last[cell] = code
+    kept = {cell: code for cell, code in last.items() if code is not None}
+    cells = [tuple(cell) for cell in data.cells.tolist()]
+    assert dict(zip(cells, data.facies.tolist(), strict=True)) == kept
+
+
+def test_edits_place_change_and_erase_and_every_realization_answers():
+    state = studied()
+    assert not data_of(state.choices).n
+    edit(state, (5, 6, 1), (40, 60, 0))
+    assert state.choices.data.source == "placed"
+    assert data_as_dict(state) == {(5, 6): 1, (40, 60): 0}
+    assert (ensemble_of(state).realizations[:, 5, 6] == 1).all()
+    edit(state, (5, 6, 0))
+    assert data_as_dict(state) == {(5, 6): 0, (40, 60): 0}
+    assert (ensemble_of(state).realizations[:, 5, 6] == 0).all()
+    edit(state, (40, 60, -1))
+    assert data_as_dict(state) == {(5, 6): 0}
+    assert ensemble_of(state).hard_data.n == 1
+    assert ensemble_of(state).n_mismatched.sum() == 0
+
+
+def test_an_edit_that_comes_twice_or_late_is_taken_once():
+    state = studied()
+    first = {"seq": 10, "set": [[1, 1, 1]]}
+    second = {"seq": 12, "set": [[1, 1, -1]]}
+    take_edits(state, [first])
+    take_edits(state, [first, second])
+    take_edits(state, [first])
+    assert data_as_dict(state) == {}
+    assert len(state.editor.history.past) == 2
+
+
+def test_an_edit_outside_the_grid_or_of_no_facies_changes_nothing():
+    state = studied()
+    edit(state, (48, 0, 1), (0, 64, 1), (-1, 0, 1), (0, 0, 2))
+    assert data_as_dict(state) == {}
+    assert not state.editor.history.past
+
+
+def test_undo_brings_back_data_and_realizations_and_redo_the_edit():
+    state = studied()
+    before = ensemble_of(state)
+    edit(state, (5, 6, 1))
+    one = ensemble_of(state)
+    edit(state, (20, 20, 0), (21, 20, 0))
+    two = ensemble_of(state)
+    undo(state)
+    assert (data_as_dict(state), state.ensemble) == ({(5, 6): 1}, one)
+    undo(state)
+    assert (data_as_dict(state), state.ensemble) == ({}, before)
+    assert state.choices.data == SMALL.data
+    undo(state)
+    assert state.ensemble is before
+    redo(state)
+    redo(state)
+    answer(state)
+    assert (len(data_as_dict(state)), state.ensemble) == (3, two)
+    undo(state)
+    edit(state, (1, 1, 1))
+    redo(state)
+    assert data_as_dict(state) == {(5, 6): 1, (1, 1): 1}
+
+
+def test_undo_by_the_canvas_is_in_line_with_its_edits():
+    state = studied()
+    take_edits(state, [
+        {"seq": 3, "do": "undo"}, {"seq": 1, "set": [[1, 1, 1]]}, {"seq": 2, "set": [[2, 2, 1]]},
+        {"seq": 4, "set": [[3, 3, 0]]},
+    ])  # fmt: skip
+    assert data_as_dict(state) == {(1, 1): 1, (3, 3): 0}
+
+
+def test_undo_after_the_grid_has_changed_keeps_the_realizations_of_the_study():
+    state = studied()
+    edit(state, (5, 6, 1))
+    state.change(grid=Grid(32, 32))
+    assert not fits(ensemble_of(state), state.choices)
+    other = studied(state.choices)
+    state.ensemble = other.ensemble
+    undo(state)
+    assert state.ensemble is other.ensemble
+    answer(state)
+    assert ensemble_of(state).hard_data.n == 0
+
+
+def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
+    state = studied()
+    edit(state, (40, 60, 1))
+    state.change(grid=Grid(32, 32))
+    app = AppTest.from_file(str(ROOT / "pages/data.py"), default_timeout=120)
+    app.session_state[KEY] = state
+    app.run()
+    assert not app.exception
+    assert "outside the grid" in " ".join(error.value for error in app.error)
+    app.button("start_empty").click().run()
+    assert not app.error
+    assert data_as_dict(app.session_state[KEY]) == {}
+
+
+def test_history_is_bounded_in_steps_and_in_bytes(monkeypatch):
+    monkeypatch.setattr(editor_history, "MOST_MOMENTS", 5)
+    ensemble = ensemble_of(studied())
+    monkeypatch.setattr(editor_history, "MOST_BYTES", 4 * ensemble.indices.nbytes)
+    history = History()
+    moments = [
+        Moment(DataChoice(seed_sampled=k), replace(ensemble, seed=k)) for k in range(8)
+    ]  # fmt: skip
+    for moment in moments:
+        history.remember(moment)
+    assert [moment.data.seed_sampled for moment in history.past] == [3, 4, 5, 6, 7]
+    assert [moment.ensemble is not None for moment in history.past] == [False] * 3 + [True] * 2
+
+
+@given(st.integers(0, 40), st.integers(0, 99), st.booleans())
+def test_a_table_stands_for_its_data(n, seed, world):
+    rng = np.random.default_rng(seed)
+    grid = SMALL.grid
+    cells = rng.choice(48 * 64, n, replace=False)
+    data = HardData(np.column_stack(np.divmod(cells, 64)), rng.integers(0, 2, n))
+    image = TrainingImage([[0, 1]])
+    again, notes = data_of_rows(rows_of(data, grid, world), grid, image, world)
+    assert again.digest == data.digest
+    assert not notes
+
+
+def test_edits_of_the_table_are_added_up_from_its_base():
+    base = rows_of(HardData([[1, 1], [2, 2], [3, 3]], [0, 0, 0]), SMALL.grid, False)
+    edits = {
+        "edited_rows": {2: {"facies": 1, "col": 60}}, "deleted_rows": [0],
+        "added_rows": [{"row": 9, "col": 9, "facies": 1}, {"row": 4}],
+    }  # fmt: skip
+    frame = edited_rows(base, edits)
+    data, notes = data_of_rows(frame, SMALL.grid, TrainingImage([[0, 1]]), False)
+    assert data.cells.tolist() == [[2, 2], [3, 60], [9, 9]]
+    assert data.facies.tolist() == [0, 1, 1]
+    assert notes == ["Row 4 is not complete yet."]
+    nothing = edited_rows(base, {"deleted_rows": [0, 1, 2]})
+    data, notes = data_of_rows(nothing, SMALL.grid, TrainingImage([[0]]), False)
+    assert (data.n, notes) == (0, [])
+
+
+def test_rows_that_cannot_be_taken_are_named():
+    frame = pd.DataFrame({
+        "x": [505.0, 505.0, 0.0, 515.0, np.nan, 1e300],
+        "y": [-30.0, -30.0, 0.0, -30.0, 1.0, 0.0],
+        "facies": [0.0, 1.0, 0.0, 0.5, 1.0, 0.0],
+    })  # fmt: skip
+    data, notes = data_of_rows(frame, SMALL.grid, TrainingImage([[0, 1]]), True)
+    assert (data.cells.tolist(), data.facies.tolist()) == ([[0, 0]], [1])
+    said = " ".join(notes)
+    for words in ("Row 5 is not complete", "Rows 3, 6 lie outside", "Row 4 has no facies",
+                  "Row 2 counts, not row 1"):  # fmt: skip
+        assert words in said
+
+
+def test_help_is_marked_for_the_shown_realization_only_where_it_is_known():
+    state = studied()
+    ensemble = ensemble_of(state)
+    shares = ensemble.realizations.mean(axis=0)
+    row, column = np.argwhere(shares == 0)[0].tolist()
+    edit(state, (row, column, 1))
+    after = ensemble_of(state)
+    assert (after.met_by != 0).all()
+    data = data_of(state.choices)
+    assert helped_by(data, after, 1) == after.met_by[1].tolist()
+    assert helped_by(data, after, None) == [0]
+    assert helped_by(HardData([[47, 63]], [1]), after, 1) == [0]
+    assert "mended" in said_help(after.met_by[1]) or "force" in said_help(after.met_by[1])
+
+
+def test_samples_are_of_the_shown_realization_which_becomes_the_reference():
+    state = studied()
+    state.shown = 2
+    truth = ensemble_of(state).realizations[2]
+    for how, expected in (
+        (Sampling("random", n=20, seed=4), sample_random(truth, 20, 4)),
+        (Sampling("N-S", n=2, every=3), sample_wells(truth, 2, 1, direction="N-S", every=3)),
+        (Sampling("E-W", n=3), sample_wells(truth, 3, 1, direction="E-W", every=8)),
+        (Sampling("grid", every=7), sample_grid(truth, 7)),
+    ):
+        state.editor.sampling = how
+        state.reference = None
+        sample(state)
+        assert not state.editor.message
+        assert data_of(state.choices).digest == expected.digest
+        assert state.reference is not None
+        assert np.array_equal(state.reference.array, truth)
+    answer(state)
+    assert ensemble_of(state).n_mismatched.sum() == 0
+    edit(state, (0, 0, 1))
+    assert state.reference is not None
+
+
+def test_a_reference_image_must_have_the_grid_and_its_facies():
+    state = studied()
+    field = np.random.default_rng(0).integers(0, 2, SMALL.grid.shape)
+    upload = Upload("truth.npy", _npy(field))
+    state.editor.reference_choice = ImageChoice(upload=upload)
+    sample(state)
+    assert np.array_equal(truth_of(state).array, field)
+    assert data_of(state.choices).n_mismatched(field) == 0
+    n = data_of(state.choices).n
+    for bad, words in ((field[:-1], "64 × 47"), (field + 5, "does not have")):
+        state.editor.reference_choice = ImageChoice(upload=Upload("bad.npy", _npy(bad)))
+        sample(state)
+        assert words in state.editor.message
+        assert data_of(state.choices).n == n
+
+
+def _npy(array) -> bytes:
+    file = BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
+def opened(state: State) -> AppTest:
+    app = AppTest.from_file(str(ROOT / "pages/data.py"), default_timeout=120)
+    app.session_state[KEY] = state
+    app.run()
+    assert not app.exception
+    return app
+
+
+def said(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def test_the_page_answers_runs_again_and_clears():
+    state = studied()
+    edit(state, (5, 6, 1), (30, 30, 0))
+    app = opened(state)
+    assert "2 of 2 data honoured" in said(app)
+    assert "Mended around your edits" in said(app)
+    app.button("run_again").click().run()
+    state = app.session_state[KEY]
+    if state.job is not None:
+        assert state.job.wait(60)
+        app.run()
+    full = ensemble_of(app.session_state[KEY])
+    fresh = simulate(
+        image_of(SMALL.image), SMALL.grid, SMALL.parameters, data_of(state.choices),
+        n_realizations=3,
+    )  # fmt: skip
+    assert np.array_equal(full.indices, fresh.indices)
+    assert "Mended around" not in said(app)
+    app.button("clear").click().run()
+    assert "no hard data" in said(app)
+    undo(app.session_state[KEY])
+    app.run()
+    assert "2 of 2 data honoured" in said(app)
+
+
+def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
+    state = studied()
+    app = opened(state)
+    rows = b"row,col,facies\n3,4,1\n3,4,0\n3,4,1\n90,4,1\n"
+    app.get("file_uploader")[0].set_value(("wells.csv", rows, "text/csv")).run()
+    assert app.session_state[KEY].data_draft is not None
+    assert "outside the grid" in " ".join(error.value for error in app.error)
+    app.selectbox("ask_on_outside").select_index(1).run()
+    assert "two facies in the cell" in " ".join(error.value for error in app.error)
+    app.selectbox("ask_on_collision").select_index(1).run()
+    state = app.session_state[KEY]
+    assert not app.error
+    assert state.data_draft is None
+    assert data_as_dict(state) == {(3, 4): 1}
+    assert "1 of 1 data honoured" in said(app)
+    edit(state, (4, 4, 1))
+    assert state.choices.data.source == "placed"
+    undo(state)
+    assert state.choices.data.source == "file"
+    undo(state)
+    assert data_as_dict(state) == {}
+
+
+def test_placed_data_are_the_studys_on_simulate_too():
+    state = studied()
+    take_data(state, HardData([[7, 8]], [1]))
+    app = AppTest.from_file(str(ROOT / "pages/simulate.py"), default_timeout=120)
+    app.session_state[KEY] = state
+    app.run()
+    assert not app.exception
+    assert "placed by hand" in said(app)
+    assert "1 data" in said(app) or "1 datum" in said(app)
+
+
+def test_the_editor_finds_the_drawing_that_it_shares_with_the_map():
+    assert (CANVAS / "map.js").read_text("utf-8").count(SHARED) == 1
+    assert (CANVAS / "editor.js").read_text("utf-8").count(SHARED) == 1
+
+
+def test_training_image_bytes_can_be_sampled_as_a_reference():
+    state = studied(replace(SMALL, grid=Grid(40, 50)))
+    image = TrainingImage(np.tile([[0, 1], [1, 0]], (20, 25)))
+    upload = Upload("truth.sgems", training_image_as_bytes(image, "sgems"))
+    state.editor.reference_choice = ImageChoice(upload=upload)
+    sample(state)
+    assert not state.editor.message
+    assert data_of(state.choices).n_mismatched(image.array) == 0

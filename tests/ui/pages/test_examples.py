@@ -1,0 +1,372 @@
+"""The studies of the lecture plan, the quiz, and the link for a class."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
+from ccwsim.figures import LIGHT
+from ccwsim.metrics import reuse
+from ccwsim.model.study import Study
+from ccwsim.sharing import link_of, read_link
+from ccwsim.ui.choices import Choices, DataChoice
+from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, settings_of
+from ccwsim.ui.examples.class_link import class_link
+from ccwsim.ui.examples.open import (
+    back_to_own,
+    compare_example,
+    example_named,
+    next_example,
+    open_example,
+)
+from ccwsim.ui.examples.page import pictures_html
+from ccwsim.ui.examples.pictures import expected, pictures_of, small
+from ccwsim.ui.examples.quiz_page import pick
+from ccwsim.ui.examples.quiz_reveal import piece_map, said_seams, said_verdict
+from ccwsim.ui.examples.quiz_rounds import N_PICTURES, Round, draw_round
+from ccwsim.ui.examples.quiz_shapes import SIDE, new_shapes, window_names
+from ccwsim.ui.examples.state import Quiz
+from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.state import KEY, State
+from tests.small_images import blobs, places_of
+from tests.ui.widgets import named
+
+PAGES = Path(__file__).parents[3] / "pages"
+PAGE = str(PAGES / "examples.py")
+OWN = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(16, 4), seed=5)
+NAMES = [example.name for example in EXAMPLES]
+
+
+def example(name: str) -> Example:
+    found = example_named(name)
+    assert found is not None
+    return found
+
+
+def launched() -> AppTest:
+    app = AppTest.from_file(PAGE, default_timeout=120)
+    app.session_state[KEY] = State(choices=OWN)
+    return quiet(app.run())
+
+
+def followed(query: dict[str, str]) -> AppTest:
+    """The page of a reader who follows a link."""
+    app = AppTest.from_file(PAGE, default_timeout=120)
+    for name, value in query.items():
+        app.query_params[name] = value
+    return quiet(app.run())
+
+
+def round_of(app: AppTest) -> Round:
+    """The round that is shown, once it is there."""
+    run_until(app, lambda a: state_of(a).examples.quiz.round is not None)
+    drawn = state_of(app).examples.quiz.round
+    assert drawn is not None
+    return drawn
+
+
+def sources_of(found: Ensemble) -> NDArray[np.int32]:
+    assert found.sources is not None
+    return found.sources
+
+
+def quiet(app: AppTest) -> AppTest:
+    assert not app.exception
+    assert not app.error
+    return app
+
+
+def state_of(app: AppTest) -> State:
+    return app.session_state[KEY]
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def run_until(app: AppTest, done) -> AppTest:
+    end = time.monotonic() + 120
+    while not done(app) and time.monotonic() < end:
+        time.sleep(0.1)
+        quiet(app.run())
+    assert done(app)
+    return app
+
+
+@pytest.fixture
+def by_setting():
+    """Four realizations of each setting of an example, on a small grid."""
+
+    def simulated(name: str):
+        e = example(name)
+        choices = small(e.choices)
+        image, data = image_of(choices.image), data_of(choices)
+        return [simulate(image, choices.grid, p, data, 4) for p in settings_of(e)]
+
+    return simulated
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_can_be_read_and_honours_its_data(name):
+    e = example(name)
+    image = image_of(e.choices.image)
+    for p in settings_of(e):
+        Study(image, e.choices.grid, p, data_of(e.choices))  # it fits, on its own grid
+    choices = small(e.choices)
+    data = data_of(choices)
+    assert (data.n > 0) == (e.choices.data.source != "none")
+    for p in settings_of(e):
+        found = simulate(image, choices.grid, p, data)
+        assert found.indices.shape == (1, *choices.grid.shape)
+        assert (found.n_mismatched.max() > 0) == (not p.exact_data)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_says_what_to_look_at_and_fits_into_an_address(name):
+    e = example(name)
+    assert e.title
+    assert 1 <= e.text.count(". ") + 1 <= 3
+    assert len(e.text) < 260
+    found, _, notes = read_link(link_of(e.choices))
+    assert (found, notes) == (e.choices, ())
+    assert len(set(settings_of(e))) == len(e.others) + 1
+
+
+def test_the_lecture_goes_through_every_example_once():
+    assert len(set(NAMES)) == len(EXAMPLES) == sum(len(part.examples) for part in PARTS)
+    walked, now = [NAMES[0]], next_example(NAMES[0])
+    while now is not None:
+        walked.append(now.name)
+        now = next_example(now.name)
+    assert walked == NAMES
+    assert example_named("nothing") is next_example("nothing") is None
+
+
+@pytest.mark.parametrize("name", ["delta", "bend"])
+def test_keeping_patches_in_their_place_draws_them_from_nearby(name):
+    e = example(name)
+    image, shape = image_of(e.choices.image), e.choices.grid.shape
+    assert image.shape == shape
+    own = np.indices(shape)
+    off = []
+    for p in settings_of(e):
+        found = simulate(image, shape, p, n_realizations=4, keep_sources=True)
+        places = np.stack(np.divmod(sources_of(found), shape[1]), axis=1)
+        off.append(np.abs(places - own).mean())
+    assert off[1] < 0.5 * off[0]
+
+
+def test_the_mouth_bars_stay_in_the_east_where_patches_keep_their_place(by_setting):
+    free, kept = by_setting("delta")
+    west = (slice(None), slice(None), slice(0, 100))
+    assert not np.any(kept.training_image.indices[:, :100] == 2)
+    assert np.mean(free.indices[west] == 2) > 10 * np.mean(kept.indices[west] == 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "bad", "good"),
+    [("small-template", 0, 1), ("thin-overlap", 0, 1), ("high-level", 0, 1), ("candidates", 2, 1),
+     ("no-refine", 0, 1)],
+)  # fmt: skip
+def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, name, bad, good):
+    ensembles = by_setting(name)
+    known = np.unique(window_names(ensembles[0].training_image.indices))
+    new = [np.mean([new_shapes(r, known)[1] for r in e.indices]) for e in ensembles]
+    assert new[bad] > 1.2 * new[good]
+
+
+def test_one_candidate_copies_longer_pieces():
+    e = example("candidates")
+    image = image_of(e.choices.image)
+    blocks = []
+    for p in settings_of(e):
+        found = simulate(image, e.choices.grid, p, n_realizations=4, keep_sources=True)
+        blocks.append(np.mean([reuse(s, image.shape).largest_block for s in sources_of(found)]))
+    assert blocks[0] > 1.5 * blocks[1]
+
+
+def test_pictures_are_of_the_study_and_keep_their_room():
+    for name in ("unconditional", "variograms", "dense", "candidates"):
+        e = example(name)
+        pictures = pictures_of(e, LIGHT).work(lambda share: None)
+        assert [(p.label, p.nx, p.ny) for p in pictures] == expected(e)
+        before, after = pictures_html(e, None), pictures_html(e, pictures)
+        assert "aria-busy" in before
+        assert "aria-busy" not in after
+        assert after.count("<img") == before.count("<i>") == len(pictures)
+    assert pictures_of(e, LIGHT).key != pictures_of(replace(e, others=()), LIGHT).key
+
+
+def test_an_example_takes_the_place_of_a_study_that_comes_back():
+    app = launched()
+    state = state_of(app)
+    state.comparing.n = 5
+    open_example(state, example("delta"))
+    assert state.choices == example("delta").choices
+    assert state.job is not None
+    compare_example(state, example("candidates"))
+    assert state.comparing.others == list(example("candidates").others)
+    back_to_own(state)
+    assert (state.choices, state.ensemble, state.job) == (OWN, None, None)
+    assert state.comparing.others == [None, None]
+    assert state.comparing.n == 5
+    back_to_own(state)  # nothing is left to bring back
+    assert state.choices == OWN
+
+
+def test_the_page_shows_every_example_and_fills_its_pictures():
+    app = launched()
+    assert not [key for key in (b.key for b in app.button) if key == "back_to_own"]
+    for e in EXAMPLES:
+        assert e.title in html(app)
+        assert named(app.button, f"open_{e.name}")
+        assert any(b.key == f"compare_{e.name}" for b in app.button) == bool(e.others)
+    run_until(app, lambda a: "aria-busy" not in html(a))
+
+
+def test_a_click_opens_an_example_and_another_goes_back():
+    app = launched()
+    quiet(app.button(key="open_delta").click().run())
+    state = state_of(app)
+    assert state.choices == example("delta").choices
+    assert state.examples.opened == "delta"
+    quiet(app.button(key="back_to_own").click().run())
+    assert state_of(app).choices == OWN
+
+
+def test_simulate_says_which_example_is_open():
+    app = AppTest.from_file(str(PAGES / "simulate.py"), default_timeout=120)
+    app.session_state[KEY] = state = State(choices=OWN)
+    open_example(state, replace(example("delta"), choices=OWN))
+    quiet(app.run())
+    assert "Example 11: A delta" in html(app)
+    app.button(key="compare_opened").click().run()
+    assert state.comparing.others == list(example("delta").others)
+    quiet(app.button(key="keep_example").click().run())
+    assert "Example 11" not in html(app)
+    assert state_of(app).examples.kept is None
+
+
+def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
+    image = datasets.load("channels")
+    drawn = draw_round(image, Parameters(wavelet_level=3, refine=False), seed=3)
+    again = draw_round(image, Parameters(wavelet_level=3, refine=False), seed=3)
+    np.testing.assert_array_equal(drawn.pictures, again.pictures)
+    assert drawn.answer == again.answer
+    for k, picture in enumerate(drawn.pictures):
+        np.testing.assert_array_equal(image.indices.ravel()[drawn.sources[k]], picture)
+        whole = len(places_of(picture, image.indices)) > 0
+        assert whole == (k == drawn.answer) == (drawn.shapes_at(k)[1] == 0)
+        assert (drawn.reuse_of(k).largest_square == len(picture)) == (k == drawn.answer)
+    assert drawn.easiest != drawn.answer
+
+
+def test_the_answer_has_no_favourite_place():
+    image = datasets.load("channels")
+    places = Counter(draw_round(image, Parameters(), seed).answer for seed in range(60))
+    assert set(places) == set(range(N_PICTURES))
+    assert max(places.values()) < 25
+
+
+def test_new_shapes_are_those_that_brute_force_finds():
+    image, other = blobs((40, 44), 3, seed=1), blobs((20, 23), 3, seed=2)
+    other[4:14, 5:15] = image[10:20, 20:30]
+    where, share = new_shapes(other, np.unique(window_names(image)))
+    expected_new = np.zeros(where.shape, bool)
+    count = 0
+    for row in range(other.shape[0] - SIDE + 1):
+        for column in range(other.shape[1] - SIDE + 1):
+            window = other[row : row + SIDE, column : column + SIDE]
+            if not len(places_of(window, image)):
+                count += 1
+                expected_new[row + 2 : row + 4, column + 2 : column + 4] = True
+    np.testing.assert_array_equal(where, expected_new)
+    assert share == pytest.approx(count / ((20 - SIDE + 1) * (23 - SIDE + 1)))
+    assert 0 < share < 1
+
+
+def test_only_the_first_pick_of_a_round_counts():
+    quiz = Quiz()
+    pick(quiz, 0)
+    assert not quiz.tallies
+    quiz.round = draw_round(datasets.load("channels"), Parameters(), seed=1)
+    wrong = (quiz.round.answer + 1) % N_PICTURES
+    pick(quiz, 99)
+    pick(quiz, wrong)
+    pick(quiz, quiz.round.answer)
+    assert quiz.picked == wrong
+    assert quiz.tallies == {"channels, level 2, K 20": (0, 1)}
+    assert f"picture {quiz.round.answer + 1}" in said_verdict(wrong, quiz.round)
+    assert said_verdict(quiz.round.answer, quiz.round).startswith("Yes")
+    share = 100 * quiz.round.shapes_at(wrong)[1]
+    assert f"{share:.1f} % of the windows" in " ".join(said_seams(quiz.round, wrong))
+    used = piece_map(quiz.round, wrong, ["#000000", "#ffffff"]).indices < 2
+    np.testing.assert_array_equal(used, quiz.round.reuse_of(wrong).uses > 0)
+
+
+def test_the_quiz_counts_by_setting_and_goes_on():
+    app = launched()
+    named(app.button_group, "examples_view").set_value("quiz").run()
+    first = round_of(app)
+    quiz = state_of(app).examples.quiz
+    pick(quiz, first.answer)
+    quiet(app.run())
+    assert "1 of 1 found" in html(app)
+    assert f"Yes: picture {first.answer + 1}" in html(app)
+    app.button(key="quiz_next").click().run()
+    assert round_of(app) is not first
+    named(app.selectbox, "quiz_level").set_value(3).run()
+    named(app.checkbox, "quiz_refine").set_value(False).run()
+    third = round_of(app)
+    assert third.parameters.wavelet_level == 3
+    assert not third.parameters.refine
+    pick(quiz, third.answer)
+    quiet(app.run())
+    assert quiz.tallies == {
+        "channels, level 2, K 20": (1, 1),
+        "channels, level 3, K 20, no refine": (1, 1),
+    }
+    assert "2 of 2 found" in html(app)
+
+
+def test_everyone_of_a_class_has_a_seed_of_their_own_and_the_same_study():
+    link = class_link(OWN, "http://lab:8501/examples?seed=5")
+    assert link.startswith("http://lab:8501/simulate?")
+    query = {name: values[0] for name, values in parse_qs(urlsplit(link).query).items()}
+    assert query["class"] == "1"
+    assert "seed" not in query
+    readers = [state_of(followed(query)) for _ in range(2)]
+    seeds = [state.choices.seed for state in readers]
+    assert len({*seeds, OWN.seed}) == 3
+    for state, seed in zip(readers, seeds, strict=True):
+        assert replace(state.choices, seed=OWN.seed) == OWN
+        assert state.examples.own_seed == seed
+
+
+def test_a_seed_stays_for_the_session_and_examples_take_it():
+    app = followed({"ti": "bend", "class": "1"})
+    seed = state_of(app).choices.seed
+    quiet(app.run())
+    assert state_of(app).choices.seed == seed
+    assert "class" not in app.query_params
+    assert app.query_params["seed"] in (str(seed), [str(seed)])  # the page can be loaded again
+    open_example(state_of(app), example("delta"))
+    assert state_of(app).choices == replace(example("delta").choices, seed=seed)
+
+
+def test_simulate_shows_the_seed_of_the_class():
+    app = AppTest.from_file(str(PAGES / "simulate.py"), default_timeout=120)
+    state = State(choices=replace(OWN, seed=4321))
+    state.examples.own_seed = 4321
+    app.session_state[KEY] = state
+    quiet(app.run())
+    assert "Your own seed in this class is 4321" in html(app)

@@ -1,0 +1,250 @@
+"""The page that follows a realization: what it says is what the core says, step by step."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, HardData, Parameters, datasets
+from ccwsim.engine.trace import Frame, Trace, fates
+from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.model.study import Study
+from ccwsim.ui.how_it_works.fates import xy_of
+from ccwsim.ui.how_it_works.maps import N_STEPS, fate_marks, grid_map, score_map
+from ccwsim.ui.how_it_works.resimulation import windows_by_datum
+from ccwsim.ui.how_it_works.words import said_shape
+from ccwsim.ui.page import theme_named
+from ccwsim.ui.session.state import KEY, State
+from tests.ui.widgets import named
+
+PAGE = str(Path(__file__).parents[3] / "pages" / "how_it_works.py")
+OWN = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN)
+DATA = HardData([[5, 7], [20, 40], [22, 44], [40, 11], [30, 30]], [1, 0, 1, 1, 0])
+WITH_DATA = replace(SMALL, data=DataChoice("placed", placed=DATA))
+NOISE = np.random.default_rng(3).integers(0, 2, 120)
+EVERYWHERE = HardData(np.argwhere(np.ones((10, 12))) * [4, 5], NOISE)
+MANY = replace(SMALL, data=DataChoice("placed", placed=EVERYWHERE))
+
+
+def launched(choices: Choices = SMALL, **how) -> AppTest:
+    app = AppTest.from_file(PAGE, default_timeout=180)
+    state = State(choices=choices)
+    for name, value in how.items():
+        setattr(state.how, name, value)
+    app.session_state[KEY] = state
+    return seen(app.run())
+
+
+def seen(app: AppTest) -> AppTest:
+    assert not app.exception
+    assert not app.error, [error.value for error in app.error]
+    return app
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def text(app: AppTest) -> str:
+    return re.sub("<[^>]*>", "", html(app))
+
+
+def trace_of(choices: Choices, number: int = 0) -> Trace:
+    data = choices.data.placed or HardData()
+    image = datasets.load(choices.image.bundled)
+    return Trace(Study(image, choices.grid, choices.parameters, data, choices.seed), number)
+
+
+def how(app: AppTest):
+    return app.session_state[KEY].how
+
+
+def press(app: AppTest, key: str) -> AppTest:
+    return seen(named(app.button, key).click().run())
+
+
+def test_it_opens_cold_on_a_patch_that_shows_much():
+    app = seen(AppTest.from_file(PAGE, default_timeout=180).run())
+    trace = app.session_state[KEY].how.trace
+    assert trace.patches[how(app).patch].shape == 3
+    assert f"Patch {how(app).patch + 1} of {len(trace.patches)}" in text(app)
+    assert "cH₂" in text(app)
+    assert "400 data" in text(app)
+
+
+@pytest.mark.parametrize("choices", [SMALL, WITH_DATA, MANY], ids=["no data", "data", "many data"])
+def test_every_patch_shows_the_figures_of_the_core(choices):
+    trace = trace_of(choices)
+    app = launched(choices)
+    shapes = [p.shape for p in trace.patches]
+    with_data = [p.number for p in trace.patches if trace.at(p.number).data is not None]
+    for number in sorted({*map(shapes.index, set(shapes)), *with_data[:2], len(shapes) - 1}):
+        named(app.slider, "how_patch").set_value(number + 1).run()
+        step, said = trace.at(number), text(seen(app))
+        told = fates(step)
+        assert f"Patch {number + 1} of {len(shapes)}" in said
+        assert said_shape(trace, step.patch.shape) in said
+        assert f"Drawn: CCW {told[0].ccw:.4g}" in said
+        first = re.search(r'<tr class="drawn"><td>(.*?)</td><td>(.*?)</td>', html(app))
+        assert first is not None
+        assert first[1] == xy_of(trace, told[0].row, told[0].column, step.patch.size)
+        assert first[2] == f"{told[0].ccw:.4g}"
+        if step.patch.shape:
+            n = int(step.error.sum())
+            assert f"differ in {n} of {int(step.in_overlap.sum())}" in said
+            assert f"before it {int(step.kept.sum())} cell" in said
+        if step.data is not None:
+            inside = sum(datum.inside for datum in step.data.seen)
+            assert f"{inside} dat" in said
+            assert f"very best are drawn from: {step.n_candidates}" in said
+
+
+def test_next_previous_and_the_ends():
+    app = launched(patch=0)
+    assert named(app.button, "how_previous").disabled
+    press(app, "how_next")
+    assert how(app).patch == 1
+    press(app, "how_previous")
+    assert how(app).patch == 0
+    app = launched(patch=10**6)
+    assert how(app).patch == len(how(app).trace.patches) - 1
+    assert named(app.button, "how_next").disabled
+
+
+def test_it_plays_on_and_stops_at_the_end_and_at_a_touch():
+    app = launched(patch=2)
+    press(app, "how_play")
+    assert how(app).playing
+    assert named(app.button, "how_play").label == "Stop"
+    how(app).ticked = -10.0
+    seen(app.run())
+    assert (how(app).patch, how(app).playing) == (3, True)
+    press(app, "how_next")
+    assert (how(app).patch, how(app).playing) == (4, False)
+
+    n = len(how(app).trace.patches)
+    app = launched(patch=n - 2, playing=True, ticked=-10.0)
+    assert (how(app).patch, how(app).playing) == (n - 1, False)
+    press(app, "how_play")  # from the first one again
+    assert how(app).patch in (0, 1)
+    assert how(app).playing
+
+
+def test_the_setting_is_the_pages_own_until_it_is_used():
+    app = launched(patch=4)
+    first = how(app).trace
+    named(app.selectbox, "how_level").select(2).run()
+    named(app.number_input, "how_candidates").set_value(5).run()
+    seen(app)
+    state = app.session_state[KEY]
+    assert state.choices.parameters == OWN
+    assert (state.how.parameters.wavelet_level, state.how.parameters.n_candidates) == (2, 5)
+    assert state.how.trace is not first
+    assert "K = 5 places" in text(app)
+    assert "cA₂" in text(app)
+    press(app, "how_use")
+    state = app.session_state[KEY]
+    assert (state.choices.parameters.wavelet_level, state.how.parameters) == (2, None)
+
+    named(app.selectbox, "how_overlap").select(8).run()
+    press(app, "how_back")
+    assert app.session_state[KEY].how.parameters is None
+
+
+def test_level_0_has_no_sub_bands_and_another_realization_another_path():
+    app = launched(replace(SMALL, parameters=Parameters(16, 4, 0)))
+    assert "At level 0 the image is compared as it is" in text(app)
+    assert "cH" not in text(app)
+    origins = set()
+    for number in range(1, 6):
+        named(app.number_input, "how_number").set_value(number).run()
+        assert how(seen(app)).trace.number == number - 1
+        origins.add(how(app).trace.grid_frame.origin)
+        assert f"starts in the {how(app).trace.grid_frame.origin}" in text(app)
+    assert len(origins) > 1
+
+
+def test_ms_ccsim_is_declined_in_words_with_a_way_out():
+    app = launched(replace(SMALL, parameters=replace(OWN, method="ms-ccsim")))
+    assert "lays every patch once a scale" in app.warning[0].value
+    press(app, "how_ccwsim")
+    assert not app.warning
+    assert app.session_state[KEY].choices.parameters.method == "ms-ccsim"
+
+
+def test_a_study_that_cannot_be_simulated_is_said():
+    app = AppTest.from_file(PAGE, default_timeout=180)
+    bad = replace(SMALL, data=DataChoice("placed", placed=HardData([[99, 2]], [1])))
+    app.session_state[KEY] = State(choices=bad)
+    app.run()
+    assert not app.exception
+    assert len(app.error) == 1
+
+
+def test_mending_is_shown_datum_by_datum():
+    by_datum = windows_by_datum(trace_of(MANY).windows)
+    assert by_datum
+    app = launched(MANY)
+    chosen = named(app.selectbox, "how_datum")
+    assert len(chosen.options) == len(by_datum)
+    chosen.select(len(by_datum) - 1).run()
+    windows = by_datum[list(by_datum)[-1]]
+    for window in windows:
+        kind = "Set by force" if window.size == 1 else f"Window of {window.size} cells"
+        assert kind in text(seen(app))
+    assert "nothing to mend" in text(launched(SMALL))
+    off = replace(WITH_DATA, parameters=replace(OWN, exact_data=False))
+    assert "Exact data is off" in text(launched(off))
+
+
+def test_three_facies_choose_whose_coefficients_are_shown():
+    name = next(n for n in datasets.names() if datasets.load(n).n_facies == 3)
+    choices = replace(SMALL, image=replace(SMALL.image, bundled=name))
+    app = launched(choices)
+    named(app.selectbox, "how_facies").select(2).run()
+    assert how(seen(app)).facies == 2
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
+    theme, trace = theme_named("light"), trace_of(WITH_DATA, number)
+    colours = ["#000000", "#ffffff"]
+    for patch in (0, 3, 8, len(trace.patches) - 1):
+        step = trace.at(patch)
+        shown = grid_map(trace, step, colours, theme)
+        assert shown.indices.shape == trace.study.grid.shape
+        world = trace.grid_frame.map_to_world(step.before)
+        lit = shown.indices < 2
+        assert np.array_equal(shown.indices[lit], world[lit])
+        assert np.array_equal(shown.indices == 2, world == 255)
+        within = trace.grid_frame.box_to_world(
+            step.patch.y0, step.patch.x0, step.patch.size, step.patch.size
+        )
+        n_lit = trace.grid_frame.map_to_world(_in_overlap(step)).sum()
+        assert lit.sum() == n_lit
+        assert shown.marks[0]["row"] == within.row
+
+        scored = score_map(trace, step, theme, with_data=False)
+        rows, columns = trace.turned.pyramid.phases.shape[2:]
+        frame = Frame(trace.path.orientation, (rows, columns))
+        assert np.count_nonzero(scored.indices <= N_STEPS) == step.scores.size
+        told = fates(step)
+        marks = fate_marks(frame, 1, step, told, theme, ["said"] * len(told))
+        assert marks[-1]["kind"] == "disc"
+        at = scored.indices[marks[-1]["row"], marks[-1]["column"]]
+        low, high = step.ccw.min(), step.ccw.max()
+        wanted = (told[0].ccw - low) / (high - low) * N_STEPS if high > low else 0
+        assert at == round(wanted)
+
+
+def _in_overlap(step) -> np.ndarray:
+    whole = np.zeros(step.before.shape, bool)
+    y, x, size = step.patch.y0, step.patch.x0, step.patch.size
+    whole[y : y + size, x : x + size] = step.in_overlap & (step.old != 255)
+    return whole

@@ -1,0 +1,173 @@
+"""The page of the paper: what it will do, how far it is, the verdicts, the report; errors said."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from streamlit.testing.v1 import AppTest
+
+import ccwsim.paper.reproduction as reproduction
+import ccwsim.ui.paper.run as paper_run
+import ccwsim.ui.paper.words as paper_words
+from ccwsim import CCWSIMError
+from ccwsim.paper import Experiment, Finished, Inputs, Outcome
+from ccwsim.report import Judgement, Text
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
+from ccwsim.ui.paper.words import ended_text, progress_text, said_inputs, verdict_list
+from ccwsim.ui.session.state import KEY, State
+from tests.ui.widgets import named
+
+PAGE = str(Path(__file__).parents[3] / "pages" / "paper.py")
+ODD = "<b>&"
+
+
+def quick(run) -> Outcome:
+    run.step()
+    return Outcome((Text("words"),), (Judgement("claim", "found", "agrees", "good"),
+                                      Judgement("claim", "found", "differs", "bad")))  # fmt: skip
+
+
+def failing(run) -> Outcome:
+    raise CCWSIMError(f"no room for {ODD}")
+
+
+def made(name: str, run=quick) -> Experiment:
+    return Experiment(name, f"{name} {ODD}", "Section 0", "shows", run)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """A page with three small experiments, of which one fails."""
+    chosen = (made("first"), made("second", failing), made("third"))
+    use(monkeypatch, chosen)
+    return chosen
+
+
+def use(monkeypatch, chosen) -> None:
+    for module in (paper_run, paper_words, reproduction):
+        monkeypatch.setattr(module, "EXPERIMENTS", chosen)
+    monkeypatch.setattr("ccwsim.ui.paper.page.EXPERIMENTS", chosen)
+
+
+def launched(**changes) -> AppTest:
+    app = AppTest.from_file(PAGE, default_timeout=60)
+    app.session_state[KEY] = State(paper=PaperState(**changes))
+    app.run()
+    assert not app.exception
+    return app
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def test_the_cold_page_says_what_it_will_do_and_runs_nothing(monkeypatch):
+    monkeypatch.delenv("CCWSIM_DATA", raising=False)
+    app = launched()
+    said = html(app)
+    assert "11 experiments, some minutes on two cores." in said
+    assert "bundled training images" in said
+    for experiment in reproduction.EXPERIMENTS:
+        assert experiment.title in said
+    assert app.session_state[KEY].paper.run is None
+    named(app.get("button_group"), "paper_extent").set_value(True).run()
+    assert app.session_state[KEY].paper.quick
+    assert "under a minute" in html(app)
+
+
+def test_a_run_shows_verdicts_and_gives_the_report(few):
+    app = launched()
+    named(app.button, "paper_start").click().run()
+    run = app.session_state[KEY].paper.run
+    assert run.job.wait(60)
+    app.run()
+    assert not app.exception
+    said = html(app)
+    assert "3 experiments were run, 1 of them failed" in said
+    assert '<span class="good">agrees</span>, <span class="bad">differs</span>' in said
+    assert "failed: no room for &lt;b&gt;&amp;" in said
+    assert ODD not in said
+    assert run.report.startswith(b"<!DOCTYPE html>")
+    assert [b.proto.label for b in app.get("download_button")] == ["Download the report (0 MB)"]
+    assert named(app.button, "paper_start").label == "Run again"
+
+
+def test_a_run_is_followed_by_name_and_can_be_cancelled(monkeypatch):
+    go, inside = threading.Event(), threading.Event()
+
+    def waiting(run) -> Outcome:
+        inside.set()
+        assert go.wait(60)
+        run.step()
+        return quick(run)
+
+    use(monkeypatch, (made("first"), made("second", waiting), made("third")))
+    app = launched()
+    named(app.button, "paper_start").click().run()
+    assert inside.wait(60)
+    app.run()
+    run = app.session_state[KEY].paper.run
+    assert progress_text(run).startswith(f"1 of 3 experiments · now second {ODD}")
+    assert html(app).count('<span class="good">agrees</span>') == 1
+    named(app.button, "paper_cancel").click().run()
+    assert progress_text(run) == "Stopping …"
+    go.set()
+    assert run.job.wait(60)
+    app.run()
+    assert not app.exception
+    assert "Stopped. 1 experiments were run" in html(app)
+    assert b"The run was stopped" in run.report
+
+
+def test_a_broken_folder_of_the_server_is_said_and_ours_is_used(monkeypatch, tmp_path):
+    monkeypatch.setenv("CCWSIM_DATA", str(tmp_path / "none"))
+    assert server_inputs()[0] == Inputs()
+    app = launched()
+    assert "CCWSIM_DATA of the server" in app.warning[0].value
+    assert "bundled" in html(app)
+
+
+def test_the_folder_of_the_server_is_used_where_it_is_right(monkeypatch, data_dir):
+    monkeypatch.setenv("CCWSIM_DATA", str(data_dir))
+    inputs, problem = server_inputs()
+    assert problem == ""
+    assert inputs.is_own("channel")
+    assert "authors’" in said_inputs(inputs)
+    assert str(data_dir) not in html(launched())
+
+
+def test_a_run_that_breaks_down_is_said():
+    def broken(progress, cancel):
+        raise RuntimeError("no disk")
+
+    run = PaperRun(Inputs(), True, 0)
+    run.job = Job(broken)
+    assert run.job.wait(10)
+    assert ended_text(run).startswith("The run ended early: an error, number")
+    app = launched(run=run)
+    assert "in the server's log" in app.error[0].value
+    assert app.get("download_button") == []
+
+
+def test_experiments_to_come_are_quiet():
+    done = Finished(reproduction.EXPERIMENTS[0], quick(_Silent()), "", 1.0)
+    said = verdict_list([done])
+    assert said.count("<details>") == 1
+    assert said.count('class="coming"') == len(reproduction.EXPERIMENTS) - 1
+    assert "<td>claim</td><td>found</td>" in said
+
+
+class _Silent:
+    def step(self) -> None:
+        """Nobody watches."""
+
+
+def test_choices_survive_another_page():
+    state = PaperState(quick=True, seed=7)
+    app = launched(quick=state.quick, seed=state.seed)
+    assert named(app.number_input, "paper_seed").value == 7
+    assert replace(state, seed=8).quick

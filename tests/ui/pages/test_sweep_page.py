@@ -1,0 +1,336 @@
+"""The page of sweeps: what is asked for, what is found, and a setting that goes into the study."""
+
+from __future__ import annotations
+
+import csv
+import time
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, HardData, Parameters
+from ccwsim.experiments.sweep import recommended, settings
+from ccwsim.model.parameters import METHODS
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.sweep.controls import problem_of, said_plan, start
+from ccwsim.ui.sweep.follow import progress_text, said_end
+from ccwsim.ui.sweep.ranges import (
+    MOST,
+    pace,
+    plan_of,
+    ranges_of,
+    seconds_of,
+    suited_ranges,
+    use_setting,
+    values_on_offer,
+)
+from ccwsim.ui.sweep.results import choose, is_current
+from ccwsim.ui.sweep.setting import numbers_of
+from ccwsim.ui.sweep.table import sweep_csv
+from tests.ui.widgets import named
+
+PAGE = str(Path(__file__).parents[3] / "pages" / "sweep.py")
+PLACED = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
+SMALL = Choices(
+    data=DataChoice("placed", placed=PLACED), grid=Grid(48, 64),
+    parameters=Parameters(template_size=16, overlap_size=4),
+)  # fmt: skip
+FEW = {"template_size": [16, 24], "wavelet_level": [1, 2]}
+
+
+def state_of(choices: Choices = SMALL, ranges=FEW) -> State:
+    state = State(choices=choices)
+    state.sweep.ranges, state.sweep.n_realizations = dict(ranges), 2
+    return state
+
+
+def swept(**changes) -> State:
+    state = state_of(**changes)
+    start(state)
+    assert state.sweep.run is not None
+    assert state.sweep.run.job is not None
+    assert state.sweep.run.job.wait(300)
+    assert state.sweep.run.job.error is None
+    return state
+
+
+def launched(state: State) -> AppTest:
+    app = AppTest.from_file(PAGE, default_timeout=120)
+    app.session_state[KEY] = state
+    app.run()
+    assert not app.exception
+    assert not app.error
+    return app
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def pills(app: AppTest) -> list[Any]:
+    return list(app.get("button_group"))
+
+
+def warnings(app: AppTest) -> str:
+    return " ".join(element.value for element in app.warning)
+
+
+@pytest.fixture
+def done() -> State:
+    return swept()
+
+
+def test_it_opens_cold_and_says_what_it_will_show():
+    app = AppTest.from_file(PAGE, default_timeout=120).run()
+    assert not app.exception
+    assert not app.error
+    said = html(app)
+    assert "Each setting as a point" in said
+    assert "channels, 256 × 256, 2 facies" in said
+    assert "settings × 4 realizations: about" in said
+    for key in ("sweep", "sweep_first", "sweep_below"):
+        assert not named(app.button, key).disabled
+
+
+def test_ranges_are_those_that_suit_the_study_until_they_are_changed():
+    state = State(choices=SMALL)
+    assert ranges_of(state) == {
+        name: values for name, values in suited_ranges(SMALL).items()
+        if name in values_on_offer(SMALL)
+    }  # fmt: skip
+    assert len(plan_of(state)) > 1
+    state.change(parameters=Parameters(template_size=64, overlap_size=8, n_candidates=7))
+    assert 64 in ranges_of(state)["template_size"]
+    assert ranges_of(state)["n_candidates"] == [7]
+    state.sweep.ranges = {"template_size": [24, 32]}
+    assert ranges_of(state)["template_size"] == [24, 32]
+
+
+def test_only_values_that_the_study_allows_are_on_offer():
+    offered = values_on_offer(SMALL)
+    assert offered["method"] == list(METHODS)
+    assert max(offered["template_size"]) <= 256
+    assert "search_fraction" in offered
+    assert "search_fraction" not in values_on_offer(replace(SMALL, data=DataChoice()))
+    assert (
+        37
+        in values_on_offer(replace(SMALL, parameters=Parameters(n_candidates=37)))["n_candidates"]
+    )
+
+
+def test_a_pill_changes_the_plan():
+    app = launched(state_of())
+    group: Any = next(b for b in pills(app) if b.key.startswith("range_n_candidates"))
+    group.set_value([1, 20]).run()
+    state = app.session_state[KEY]
+    assert sorted(state.sweep.ranges["n_candidates"]) == [1, 20]
+    assert len(plan_of(state)) == 8
+    state.sweep.ranges["n_candidates"] = [20, 1]
+    assert [p.n_candidates for p in plan_of(state)][:2] == [1, 20]
+    assert "Try 8 settings" in named(app.button, "sweep").label
+    named(app.button, "ranges_back").click().run()
+    assert not app.session_state[KEY].sweep.ranges
+
+
+def test_what_does_not_fit_is_left_out_and_said():
+    state = state_of(ranges={**FEW, "wavelet_level": [1, 3], "overlap_size": [4, 8]})
+    said = said_plan(state, plan_of(state))
+    assert "2 left out: Overlap 4 must be a multiple of 8 at level 3" in said
+    state = state_of(ranges={**FEW, "method": ["ccsim"]})
+    assert "2 left out that mean the same" in said_plan(state, plan_of(state))
+
+
+@pytest.mark.parametrize(
+    ("ranges", "words"),
+    [
+        ({"template_size": [8, 12, 16, 24, 32, 48, 64, 96], "wavelet_level": [1, 2],
+          "n_candidates": [1, 5, 10, 20, 50]}, f"at most {MOST}"),
+        ({"template_size": []}, "Template has no value to try"),
+        ({"wavelet_level": [6], "template_size": [16]}, "No combination fits together"),
+    ],
+)  # fmt: skip
+def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
+    app = launched(state_of(ranges=ranges))
+    assert words in warnings(app)
+    assert named(app.button, "sweep").disabled
+    state = app.session_state[KEY]
+    start(state)
+    assert state.sweep.run is None
+
+
+def test_data_that_do_not_fit_are_said():
+    state = state_of(choices=replace(SMALL, grid=Grid(10, 10)))
+    assert problem_of(state)
+    app = launched(state)
+    assert named(app.button, "sweep").disabled
+
+
+def test_a_sweep_from_the_button_to_its_results():
+    app = launched(state_of())
+    named(app.button, "sweep_first").click().run()
+    run = app.session_state[KEY].sweep.run
+    assert run.job.wait(300)
+    app.run()
+    assert not app.exception
+    assert len(run.rows) == 4
+    said = html(app)
+    assert "Recommended: " in said
+    assert "Patterns, full resolution" in said
+    assert "Data not honoured" in said
+    assert not warnings(app)
+
+
+def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
+    run = done.sweep.run
+    assert run is not None
+    choice = recommended(run.found)
+    app = launched(done)
+    assert "<b>Recommended: " in html(app)
+    other = (choice.index + 1) % 4
+    choose(done, other)
+    size = run.rows[other].parameters.template_size
+    level = run.rows[other].parameters.wavelet_level
+    assert f'class="setting">ccwsim · T {size} · OR 4 · level {level} ·' in html(launched(done))
+    choose(done, 99)
+    assert done.sweep.chosen == other
+
+
+@pytest.mark.parametrize("name", ["stone_wall", "delta", "fractures"])
+def test_it_is_drawn_for_any_training_image_without_data(name):
+    choices = replace(SMALL, image=ImageChoice(bundled=name), data=DataChoice())
+    state = swept(choices=choices, ranges={**FEW, "method": list(METHODS), "wavelet_level": [1]})
+    state.sweep.error = "mended"  # of a sweep with data; there are none to mend now
+    app = launched(state)
+    said = html(app)
+    assert "Recommended: " in said
+    assert "Data mended" not in said
+    assert "search" not in said
+
+
+def test_using_a_setting_puts_it_into_the_study(done):
+    run = done.sweep.run
+    assert run is not None
+    other = (recommended(run.found).index + 1) % 4
+    choose(done, other)
+    app = launched(done)
+    named(app.button, "use_setting").click().run()
+    assert not app.exception
+    assert app.session_state[KEY].choices.parameters == run.rows[other].parameters
+    named(app.button, "use_recommended").click().run()
+    best = run.rows[recommended(run.found).index].parameters
+    assert app.session_state[KEY].choices.parameters == best
+
+
+def test_a_setting_is_fitted_to_another_training_image():
+    state = state_of(choices=replace(SMALL, image=ImageChoice(bundled="channels")))
+    use_setting(state, Parameters(template_size=1024, overlap_size=8))
+    assert state.choices.parameters.template_size == 256
+
+
+def test_realizations_of_a_setting_can_be_gone_through(done):
+    app = launched(done)
+    assert "Realization 1 of 2" in html(app)
+    named(app.button, "swept_next").click().run()
+    assert "Realization 2 of 2" in html(app)
+    named(app.button, "swept_next").click().run()
+    assert "Realization 1 of 2" in html(app)
+
+
+def test_numbers_are_said_beside_the_best_of_all(done):
+    run = done.sweep.run
+    assert run is not None
+    rows = run.found.rows
+    lines = {name: (own, best) for name, own, best in numbers_of(rows[1], rows, run)}
+    best = min(1000 * row.quality.cpu_seconds for row in rows)
+    assert float(lines["CPU time (ms)"][1]) == pytest.approx(best, rel=0.01)
+    assert lines["Data not honoured"] == ("0", "0")
+    assert len(lines) == 9
+
+
+def test_the_table_has_every_row_and_number(done):
+    run = done.sweep.run
+    assert run is not None
+    found = run.found
+    lines = list(csv.DictReader(StringIO(sweep_csv(found, 2).decode())))
+    assert len(lines) == 4
+    for line, row in zip(lines, found.rows, strict=True):
+        assert int(line["template_size"]) == row.parameters.template_size
+        assert float(line["pattern_full"]) == pytest.approx(
+            row.quality.pattern_distances[0], rel=1e-5
+        )
+        assert float(line["cpu_ms"]) == pytest.approx(1000 * row.quality.cpu_seconds, rel=1e-5)
+    assert [line["recommended"] for line in lines] == ["0", "0", "1", "0"]
+    assert any(line["on_front"] == "1" for line in lines)
+
+
+def test_a_stopped_sweep_keeps_what_is_finished():
+    state = state_of(ranges={**FEW, "n_candidates": [1, 20, 100]})
+    state.sweep.n_realizations = 1
+    start(state)
+    run = state.sweep.run
+    assert run is not None
+    assert run.job is not None
+    end = time.monotonic() + 300
+    while not run.rows and time.monotonic() < end:
+        time.sleep(0.005)
+    run.job.cancel()
+    assert run.job.wait(300)
+    n = len(run.found.rows)
+    assert n >= 1
+    app = launched(state)
+    assert "Recommended" in html(app)
+    if n < 12:  # a quick machine may have been through
+        assert f"Stopped after {n} of 12 settings; these are shown." in warnings(app)
+
+
+def test_results_of_another_study_are_said_to_be(done):
+    run = done.sweep.run
+    assert run is not None
+    assert is_current(run, done)
+    done.change(grid=Grid(50, 64))
+    assert not is_current(run, done)
+    assert "This sweep was of another training image" in html(launched(done))
+
+
+def test_an_error_of_the_sweep_is_said(done):
+    run = done.sweep.run
+    assert run is not None
+    assert run.job is not None
+    run.job.result, run.job.error = None, RuntimeError("the disk is full")
+    assert "The sweep ended early: an error, number" in said_end(run)
+    assert "in the server's log" in warnings(launched(done))
+
+
+def test_progress_says_settings_and_time(done):
+    run = done.sweep.run
+    assert run is not None
+    assert run.job is not None
+    run.job.fraction, run.job.n_done = 0.5, 2
+    assert progress_text(run).startswith("2 of 4 settings")
+    run.job.cancel()
+    assert progress_text(run) == "Stopping …"
+
+
+def test_the_estimate_follows_the_pace_of_the_latest_run(done):
+    run = done.sweep.run
+    assert run is not None
+    plan = settings(SMALL.parameters, FEW)
+    one = seconds_of(done, plan)
+    done.sweep.n_realizations *= 3
+    assert seconds_of(done, plan) == pytest.approx(3 * one)
+    assert pace(None) == 1
+
+
+def test_kept_realizations_are_read_only_and_few(done):
+    run = done.sweep.run
+    assert run is not None
+    for row in run.found.rows:
+        assert row.realizations.shape == (2, 48, 64)
+        assert not row.realizations.flags.writeable
+        assert np.isin(row.realizations, [0, 1]).all()

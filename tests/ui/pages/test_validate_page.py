@@ -1,0 +1,426 @@
+"""The page of validation: what it says is what the metrics say, for any study, without an error."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim.engine.revision import revise
+from ccwsim.metrics import RunningStatistics, connectivity, etype, reuse, variogram
+from ccwsim.metrics.directions import lag_offsets
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.jobs.statistics import Shelf, Workbench
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.validate.copying import copied, seam_map, sources_of, use_map
+from ccwsim.ui.validate.data import mending_map, said_match, ways_of, wrong_points
+from ccwsim.ui.validate.geobodies import strips_of
+from ccwsim.ui.validate.large_ensemble_job import LongRun
+from ccwsim.ui.validate.patterns import mean_ratio
+from ccwsim.ui.validate.reference import problem_of, wrong_map
+from ccwsim.ui.validate.sections import SECTIONS
+from ccwsim.ui.validate.statistics import (
+    bodies,
+    curves,
+    lag_maps,
+    patterns,
+    steps_along,
+    transitions,
+    truth,
+)
+from ccwsim.ui.validate.summary import findings, of_connection, of_data, of_proportions
+from tests.ui.widgets import named
+
+ROOT = Path(__file__).parents[3]
+PAGE = str(ROOT / "pages" / "validate.py")
+SMALL = Choices(
+    data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(template_size=16, overlap_size=4),
+    n_realizations=3,
+)  # fmt: skip
+ALL = frozenset(section.name for section in SECTIONS)
+
+
+def nothing(share: float) -> None:
+    """Progress that nobody watches."""
+
+
+def launched(choices: Choices = SMALL, seen=ALL, **changes) -> AppTest:
+    """The page after all that it shows was worked out."""
+    app = AppTest.from_file(PAGE, default_timeout=120)
+    state = State(choices=choices, **changes)
+    state.validation.seen |= seen
+    app.session_state[KEY] = state
+    return settled(app.run())
+
+
+def settled(app: AppTest) -> AppTest:
+    end = time.monotonic() + 120
+    while time.monotonic() < end:
+        state = app.session_state[KEY]
+        if state.job is not None:
+            assert state.job.wait(120)
+        elif not state.validation.waiting:
+            break
+        time.sleep(0.1)
+        app.run()
+    assert not app.exception
+    return app
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def texts(app: AppTest) -> str:
+    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
+
+
+def charts(app: AppTest) -> set[str]:
+    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
+
+
+@pytest.fixture(scope="module")
+def ensemble():
+    image = datasets.load("channels")
+    data = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
+    return simulate(
+        image, (48, 64), Parameters(template_size=16, overlap_size=4), data, n_realizations=4
+    )
+
+
+def test_it_opens_cold_and_shows_every_figure():
+    app = launched()
+    assert not texts(app)
+    assert {
+        "mds", "variogram_E", "variogram_N", "connection_E", "connection_N", "proportions",
+        "gamma", "n_bodies", "euler", "largest", "anodi", "variogram_azimuth",
+        "connection_azimuth", "lags_image", "lags_mean", "lags_apart", "transiograms",
+        "repetition", "quarters",
+    } <= charts(app)  # fmt: skip
+
+
+def test_only_what_came_into_view_is_worked_out():
+    app = launched(seen=frozenset())
+    assert charts(app) == {"mds", "variogram_E", "variogram_N", "connection_E", "connection_N"}
+    kept = app.session_state[KEY].validation.drawn
+    assert not {"bodies", "lag_maps", "transitions", "diagnosis"} & set(kept)
+
+
+def test_the_summary_says_what_was_found():
+    said = html(launched())
+    assert "No hard data" in said
+    assert "proportions within" in said
+    assert "sand is connected over" in said
+    assert "of the distance seen in the training image" in said
+    assert "realizations differ from each other" in said
+
+
+@pytest.mark.parametrize("name", datasets.names())
+def test_every_bundled_image_can_be_judged(name):
+    app = launched(replace(SMALL, image=ImageChoice(bundled=name)))
+    assert not texts(app)
+    assert "mds" in charts(app)
+
+
+def test_a_single_realization_can_be_judged():
+    app = launched(replace(SMALL, n_realizations=1))
+    assert not texts(app)
+    assert "Realization 1 of 1" in html(app)
+
+
+def test_a_tiny_image_says_why_and_draws_the_rest():
+    image = TrainingImage(np.tile([[0, 1], [1, 0]], (3, 3)), name="tiny")
+    p = Parameters(template_size=4, overlap_size=1, wavelet_level=0)
+    found = simulate(image, (12, 12), p, n_realizations=2)
+    app = launched(ensemble=found, ran=SMALL)
+    assert "too small to compare its quarters" in html(app)
+    assert "variogram_E" in charts(app)
+
+
+def test_another_facies_is_followed_everywhere():
+    app = launched()
+    settled(app.selectbox(key="judged").set_value(0).run())
+    assert app.session_state[KEY].facies == 0
+    assert "mud is connected over" in html(app)
+    assert named(app.selectbox, "e_type").value == 0
+
+
+def test_the_arrows_go_round():
+    app = launched()
+    settled(app.button(key="shown_previous").click().run())
+    assert app.session_state[KEY].shown == 2
+    settled(app.button(key="shown_next").click().run())
+    assert app.session_state[KEY].shown == 0
+
+
+def test_more_realizations_can_be_run_from_here():
+    app = launched()
+    app.number_input(key="n_realizations").set_value(5).run()
+    assert "was changed since" in html(app)
+    settled(app.button(key="run").click().run())
+    assert app.session_state[KEY].ensemble.n == 5
+    assert "was changed since" not in html(app)
+
+
+def test_advice_can_be_taken_into_the_study():
+    app = launched()
+    app.button(key="use_advice").click().run()
+    p = app.session_state[KEY].choices.parameters
+    assert (p.template_size, p.overlap_size, p.wavelet_level) != (16, 4, 2)
+    assert "was changed since" in html(app)
+
+
+def test_the_direction_is_kept_when_the_page_is_left():
+    app = launched()
+    settled(app.slider(key="azimuth").set_value(120).run())
+    again = AppTest.from_file(PAGE, default_timeout=120)
+    again.session_state[KEY] = app.session_state[KEY]
+    settled(again.run())
+    assert again.slider(key="azimuth").value == 120
+    assert "Variogram 120°" in html(again)
+
+
+def test_a_hidden_truth_is_scored_without_the_data(ensemble):
+    other = simulate(
+        ensemble.training_image, ensemble.grid, ensemble.parameters, n_realizations=1, seed=99
+    )
+    reference = TrainingImage(other.realizations[0])
+    scores, table = truth(ensemble, reference).work(nothing)
+    most = etype(ensemble.indices, 2).most_likely
+    scored = np.ones(ensemble.grid.shape, bool)
+    scored[tuple(ensemble.hard_data.cells.T)] = False
+    own = (most == other.indices[0])[scored].mean()
+    assert scores.accuracy == pytest.approx(own)
+    assert scores.n_cells == 48 * 64 - 3
+    assert table.count.sum() == 2 * scores.n_cells
+    assert np.array_equal(wrong_map(scores, ["#000000"] * 2).indices == 1, ~scores.right)
+    app = launched(ensemble=ensemble, ran=SMALL, reference=reference)
+    assert "calibration" in charts(app)
+    assert "cells without data foreseen" in html(app)
+
+
+def test_a_truth_that_does_not_fit_is_said(ensemble):
+    assert "cells" in problem_of(TrainingImage([[0, 1]]), ensemble)
+    strange = TrainingImage(np.where(ensemble.realizations[0] == 1, 7, 0))
+    assert "facies 7" in problem_of(strange, ensemble)
+    app = launched(ensemble=ensemble, ran=SMALL, reference=strange)
+    assert "sample the data again" in texts(app)
+    assert not app.exception
+
+
+def test_curves_are_those_of_the_metrics(ensemble):
+    image = ensemble.training_image
+    found = curves(ensemble, "variogram", 1, "E-W").work(nothing)
+    assert found.each == pytest.approx(variogram(ensemble.indices, 1, "E-W", 32).gamma)
+    assert found.reference == pytest.approx(variogram(image.indices, 1, "E-W", 32).gamma[0])
+    found = curves(ensemble, "connection", 1, "N-S").work(nothing)
+    assert found.each == pytest.approx(
+        connectivity(ensemble.indices, 1, "N-S", 24).tau, nan_ok=True
+    )
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 20.0, 45.0, 90.0, 135.0, 170.0])
+def test_lags_along_an_azimuth_reach_different_cells_at_their_true_distance(azimuth):
+    lags, distances = steps_along(azimuth, 30)
+    offsets = lag_offsets(azimuth, lags)
+    assert len({tuple(offset) for offset in offsets.tolist()}) == len(lags)
+    assert distances == pytest.approx(np.linalg.norm(offsets, axis=1))
+    assert (np.diff(distances) > 0).all()
+    everything = {tuple(o) for o in lag_offsets(azimuth, np.arange(31)).tolist()}
+    assert everything == {tuple(o) for o in offsets.tolist()}
+
+
+def test_a_variogram_map_goes_through_the_variograms(ensemble):
+    found = lag_maps(ensemble, 1).work(nothing)
+    middle = len(found.lags) // 2
+    along = curves(ensemble, "variogram", 1, "E-W").work(nothing)
+    assert found.mean[middle, middle:] == pytest.approx(
+        along.each.mean(axis=0)[: middle + 1], abs=1e-9
+    )
+
+
+def test_transitions_from_a_facies_sum_to_one(ensemble):
+    found = transitions(ensemble, "N-S").work(nothing)
+    assert found[0, 0].reference + found[0, 1].reference == pytest.approx(1)
+    assert found[1, 0].each + found[1, 1].each == pytest.approx(1)
+
+
+def test_bodies_are_counted_by_area(ensemble):
+    strips = {word: strip for _, word, strip in strips_of(bodies(ensemble, 1).work(nothing))}
+    assert strips["n_bodies"].reference == pytest.approx(
+        found_in(ensemble.training_image.indices) * 10_000 / 256**2
+    )
+    assert len(strips["gamma"].each) == 4
+    assert (strips["largest"].each <= 1).all()
+    assert (strips["gamma"].each <= strips["largest"].each + 1e-12).all()
+
+
+def found_in(indices) -> int:
+    from scipy import ndimage
+
+    return ndimage.label(indices == 1, np.ones((3, 3)))[1]
+
+
+def test_a_change_of_contents_changes_the_keys(ensemble):
+    other = replace(ensemble, indices=ensemble.indices[::-1].copy())
+    assert patterns(ensemble).key != patterns(other).key
+    assert curves(ensemble, "variogram", 0, "E-W") != curves(ensemble, "variogram", 1, "E-W")
+    assert bodies(ensemble, 1) == bodies(replace(ensemble), 1)
+    assert copied(ensemble, 0) != copied(ensemble, 1)
+
+
+def test_sources_lead_back_to_the_realization(ensemble):
+    image = ensemble.training_image
+    for r in (0, 3):
+        source = sources_of(ensemble, r)
+        known = source >= 0
+        assert np.array_equal(image.indices.ravel()[source[known]], ensemble.indices[r][known])
+    found = copied(ensemble, 3).work(nothing)
+    assert found.copied == reuse(sources_of(ensemble, 3), image.shape).copied
+    shown = seam_map(found, ensemble, 3, ["#000000", "#ffffff"], "#ff0000")
+    assert np.array_equal(shown.indices % 2, ensemble.indices[3])
+    assert np.array_equal(shown.indices >= 2, found.seams)
+    uses = use_map(found)
+    assert [uses.labels[k] for k in (0, 1)] == ["used 0 times", "used 1 times"]
+    assert int(uses.indices.max()) == min(int(found.uses.max()), 100)
+
+
+def test_sources_of_an_edited_realization_are_not_guessed(ensemble):
+    cell = np.argwhere(ensemble.indices[0] == 0)[0]
+    data = HardData([*ensemble.hard_data.cells, cell], [*ensemble.hard_data.facies, 1])
+    edited = revise(ensemble, data)
+    assert edited.indices[0][tuple(cell)] == 1
+    app = launched(ensemble=edited, ran=SMALL)
+    assert "sources are not known" in html(app)
+
+
+def test_ways_of_meeting_data_add_up(ensemble):
+    names, shares = ways_of(ensemble)
+    assert names[0] == "raster"
+    assert names[-1] == "forced"
+    assert shares.sum(axis=1) == pytest.approx(1)
+    assert shares[:, 0] * 3 == pytest.approx(ensemble.n_met_by_raster)
+    assert shares[:, -1] * 3 == pytest.approx(ensemble.n_forced)
+    assert said_match(ensemble) == "all 3 honoured in all 4 realizations"
+    assert wrong_points(ensemble) == []
+
+
+def test_a_datum_that_is_not_honoured_is_said_and_marked(ensemble):
+    wrong = replace(ensemble, indices=1 - ensemble.indices)
+    assert not of_data(wrong).good
+    assert said_match(wrong).startswith("100 % not honoured, up to 3 of 3")
+    assert [point[:2] for point in wrong_points(wrong)] == ensemble.hard_data.cells.tolist()
+    assert all(point[3] for point in wrong_points(wrong))
+
+
+def test_the_map_of_mending_shows_each_datum(ensemble):
+    shown = mending_map(ensemble, "#dddddd")
+    shares = np.rint(100 * (ensemble.met_by != 0).mean(axis=0)).astype(int)
+    rows, columns = ensemble.hard_data.cells.T
+    assert shown.indices[rows, columns].tolist() == (1 + shares).tolist()
+    assert np.count_nonzero(shown.indices) == 3
+    assert len(shown.colours) == len(shown.labels) == 102
+
+
+def test_findings_tell_good_from_odd(ensemble):
+    good = of_proportions(np.array([[0.70, 0.30]]), np.array([0.69, 0.31]))
+    assert good.good
+    assert good.text == "proportions within 1.0 %"
+    assert not of_proportions(np.array([[0.5, 0.5]]), np.array([0.69, 0.31])).good
+    along = curves(ensemble, "connection", 1, "E-W").work(nothing)
+    same = replace(along, median=along.reference)
+    assert of_connection([same, same], "sand").text.startswith("sand is connected over 1.00")
+    less = replace(along, median=0.5 * along.reference)
+    assert not of_connection([less], "sand").good
+
+
+def test_findings_come_as_they_are_known(ensemble):
+    state = State(facies=1)
+    state.validation.bench = Workbench(Shelf())
+    few = len(findings(state, ensemble))
+    shelf = state.validation.bench.shelf
+    for way in ("E-W", "N-S"):
+        asked = curves(ensemble, "connection", 1, way)
+        shelf.put(asked.key, asked.work(nothing))
+    assert len(findings(state, ensemble)) > few
+
+
+def test_more_variety_for_less_distance_is_a_larger_ratio(ensemble):
+    found = patterns(ensemble).work(nothing)
+    better = replace(found, between=2 * found.between)
+    assert mean_ratio(better) == pytest.approx(2 * mean_ratio(found))
+
+
+def long_run(n: int, **changes) -> LongRun:
+    study = {
+        "training_image": datasets.load("channels"), "grid": Grid(48, 64),
+        "parameters": SMALL.parameters, "hard_data": HardData([[5, 7]], [1]), "seed": 3,
+        "n": n, "facies": 1,
+    }  # fmt: skip
+    return LongRun(**{**study, **changes})
+
+
+def test_a_long_run_says_what_all_its_realizations_say():
+    run = long_run(21).start()
+    assert run.job is not None
+    assert run.job.wait(120)
+    assert run.job.error is None
+    all_of_them = simulate(
+        run.training_image, run.grid, run.parameters, run.hard_data, n_realizations=21, seed=3
+    )
+    own = RunningStatistics((48, 64), 2, [1], max_lag=24)
+    for realization in all_of_them.indices:
+        own.add(realization)
+    assert run.summary.n == 21
+    assert np.array_equal(run.summary.etype.probability, etype(all_of_them.indices, 2).probability)
+    assert run.nbytes == own.nbytes
+    assert run.n_wrong == 0
+    assert run.numbers[-1] == 21
+    p = run.summary.etype.probability[1]
+    assert run.errors[-1] == pytest.approx(100 * np.sqrt(p * (1 - p) / 21).mean())
+
+
+def test_a_long_run_takes_no_more_memory_for_more_realizations():
+    few, many = long_run(5).start(), long_run(40).start()
+    assert few.job.wait(120)
+    assert many.job.wait(120)
+    assert few.nbytes == many.nbytes
+
+
+def test_a_long_run_can_be_stopped_and_keeps_what_it_has():
+    run = long_run(100_000).start()
+    end = time.monotonic() + 60
+    while run.summary is None and time.monotonic() < end:
+        time.sleep(0.01)
+    run.job.cancel()
+    assert run.job.wait(60)
+    assert run.job.error is None
+    assert 0 < run.summary.n < 100_000
+    assert run.summary.n == run.numbers[-1]
+
+
+def test_a_long_run_is_shown_on_the_page():
+    app = launched()
+    app.number_input(key="n_long").set_value(12).run()
+    app.button(key="long_start").click().run()
+    run = app.session_state[KEY].validation.long_run
+    assert run.job.wait(120)
+    settled(app.run())
+    assert {"convergence", "long_variogram_E", "long_variogram_N"} <= charts(app)
+    assert "After 12 realizations" in html(app)
+
+
+def test_a_redraw_leaves_alone_what_is_being_typed():
+    app = launched()
+    app.run()
+    boxes = [app.number_input(key=key) for key in ("n_realizations", "n_long")]
+    assert not any(box.proto.set_value for box in [*boxes, app.slider(key="azimuth")])
+    app.session_state[KEY].change(n_realizations=7)
+    app.run()
+    assert named(app.number_input, "n_realizations").value == 7
+    assert not named(app.number_input, "n_realizations").proto.set_value

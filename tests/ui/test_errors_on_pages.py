@@ -1,0 +1,225 @@
+"""An error on a page is said calmly and logged with its cause; nothing of the user is lost."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, Parameters
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.ui.choices import Choices, DataChoice
+from ccwsim.ui.session.guarding import DREW
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.run import collect, start_run
+from ccwsim.ui.widgets.errors import safely
+from tests.ui.widgets import named
+
+ROOT = Path(__file__).parents[2]
+SMALL = Choices(
+    data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(template_size=16, overlap_size=4),
+    n_realizations=2,
+)  # fmt: skip
+BROKEN = (
+    ("simulate", "ccwsim.ui.study.study_column.image_step"),
+    ("simulate", "ccwsim.ui.study.image_step.thumbnail"),
+    ("simulate", "ccwsim.ui.simulate.results.draw_facts"),
+    ("simulate", "ccwsim.ui.simulate.results.draw_gallery"),
+    ("simulate", "ccwsim.ui.page.draw_share"),
+    ("simulate", "ccwsim.ui.page._menu"),
+    ("examples", "ccwsim.ui.examples.page.expected"),
+    ("data", "ccwsim.ui.hard_data.page.problem_of_data"),
+    ("validate", "ccwsim.ui.validate.page.draw_summary"),
+    ("validate", "ccwsim.ui.validate.overview.facies_map"),
+    ("compare", "ccwsim.ui.compare.page.sentences"),
+    ("sweep", "ccwsim.ui.sweep.controls.pretty"),
+    ("how_it_works", "ccwsim.ui.how_it_works.page.draw_steps"),
+    ("how_it_works", "ccwsim.ui.how_it_works.page.trace_of"),
+    ("benchmark", "ccwsim.ui.benchmark.page.this_machine"),
+    ("paper", "ccwsim.ui.paper.page.verdict_list"),
+)
+"""A page, and a function inside it that is made to raise."""
+PAGES = sorted(path.stem for path in (ROOT / "pages").glob("*.py"))
+
+
+@pytest.fixture(scope="module")
+def finished() -> State:
+    """A study with results."""
+    state = State(choices=SMALL)
+    start_run(state)
+    assert state.job is not None
+    assert state.job.wait(300)
+    collect(state)
+    assert state.ensemble is not None
+    return state
+
+
+def launched(page: str, finished: State) -> AppTest:
+    app = AppTest.from_file(str(ROOT / "pages" / f"{page}.py"), default_timeout=120)
+    app.session_state[KEY] = State(
+        choices=SMALL, tried=SMALL, ran=SMALL, ensemble=finished.ensemble
+    )
+    return app
+
+
+def boom(*args, **kwargs):
+    raise RuntimeError("boom at /srv/secret/place")
+
+
+def errors(app: AppTest) -> list[str]:
+    return [error.value for error in app.error]
+
+
+def test_every_page_is_broken_somewhere():
+    assert {page for page, _ in BROKEN} == set(PAGES)
+
+
+@pytest.mark.parametrize(("page", "inside"), BROKEN)
+def test_an_error_is_said_calmly_and_loses_nothing(page, inside, finished, monkeypatch, caplog):
+    app = launched(page, finished)
+    monkeypatch.setattr(inside, boom)
+    for _ in range(40):  # what is broken may only be drawn when something was worked out
+        app.run()
+        if errors(app):
+            break
+    state = app.session_state[KEY]
+    assert not app.exception
+    (said,) = set(errors(app))
+    assert said.startswith("This could not be drawn. Your training image, data, settings and")
+    assert "boom" not in said
+    assert "secret" not in said
+    assert "Traceback" not in said
+    number = said.split("report number ")[1].split(";")[0]
+    (record, *_) = [r for r in caplog.records if number in r.getMessage()]
+    assert record.exc_info is not None
+    assert "boom" in caplog.text
+    assert "Traceback" in caplog.text
+    assert state.ensemble is finished.ensemble
+    assert state.choices == SMALL
+    monkeypatch.undo()
+    app.run()
+    assert errors(app) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [(MemoryError(), "not enough memory"), (CCWSIMError("seed: *bad*"), r"seed: \*bad\*")],
+)
+def test_errors_with_a_mend_say_it(error, words, finished, monkeypatch):
+    def raising(*_):
+        raise error
+
+    app = launched("simulate", finished)
+    monkeypatch.setattr("ccwsim.ui.simulate.results.draw_facts", raising)
+    app.run()
+    assert not app.exception
+    assert words in errors(app)[0]
+
+
+def test_an_error_of_a_button_is_said_on_the_page_that_follows(finished, monkeypatch, caplog):
+    monkeypatch.setattr("ccwsim.ui.study.run_step.start_run", boom)
+    app = launched("simulate", finished).run()
+    assert errors(app) == []
+    named(app.button, "run").click()
+    app.run()
+    assert not app.exception
+    (said,) = errors(app)
+    assert said.startswith("This could not be done.")
+    assert "Traceback" in caplog.text
+    assert app.session_state[KEY].ensemble is finished.ensemble
+    app.run()
+    assert errors(app) == []
+
+
+def test_an_error_of_a_box_is_said_and_the_value_stays(finished, monkeypatch):
+    app = launched("simulate", finished).run()
+    monkeypatch.setattr(State, "change", boom)
+    named(app.number_input, "seed").set_value(77)
+    app.run()
+    assert not app.exception
+    assert len(errors(app)) == 1
+    assert app.session_state[KEY].choices == SMALL
+
+
+def test_a_study_that_cannot_be_drawn_has_a_way_back(finished, monkeypatch):
+    app = launched("simulate", finished).run()
+    assert app.session_state[DREW] == SMALL
+    real = __import__("ccwsim.ui.study.image_step", fromlist=["thumbnail"]).thumbnail
+    monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", boom)
+    app.session_state[KEY].choices = replace(SMALL, seed=9)
+    app.run()
+    assert len(errors(app)) == 1
+    monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", real)
+    named(app.button, "way_back").click()
+    app.run()
+    assert errors(app) == []
+    assert app.session_state[KEY].choices == SMALL
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_whatever_a_widget_calls_is_guarded(page, finished):
+    app = launched(page, finished)
+    app.run()
+    state = app.session_state._state._state._new_widget_state
+    calls = [
+        call
+        for one in state.widget_metadata.values()
+        for call in (one.callback, *(one.callbacks or {}).values())
+        if call is not None
+    ]
+    assert calls or page == "examples"
+    assert [call for call in calls if not getattr(call, "is_safe", False)] == []
+
+
+def test_whatever_the_source_hands_to_a_widget_is_guarded():
+    """Also what is only drawn in states that no test brings about."""
+    for path in sorted((ROOT / "ccwsim" / "ui").glob("*.py")):
+        calls = [n for n in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(n, ast.Call)]
+        handed = [
+            keyword.value for call in calls for keyword in call.keywords
+            if keyword.arg in ("on_click", "on_change", "on_select")
+        ]  # fmt: skip
+        for value in handed:
+            said = ast.unparse(value)
+            assert said.startswith("safely(") or isinstance(value, ast.Constant), (path.name, said)
+
+
+def fragments() -> list[tuple[str, ast.FunctionDef]]:
+    """All functions that Streamlit draws by themselves."""
+    found = []
+    for path in sorted((ROOT / "ccwsim" / "ui").glob("*.py")):
+        tree = ast.parse(path.read_text("utf-8"))
+        passed = {
+            ast.unparse(call.args[0])
+            for call in ast.walk(tree)
+            if isinstance(call, ast.Call) and ast.unparse(call.func) == "st.fragment" and call.args
+        }
+        for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+            marks = [ast.unparse(mark).split("(")[0] for mark in function.decorator_list]
+            if "st.fragment" in marks or function.name in passed:
+                found.append((path.name, function))
+    return found
+
+
+def test_the_body_of_every_fragment_is_guarded():
+    assert len(fragments()) > 10
+    for name, function in fragments():
+        guarded = [
+            node for node in function.body
+            if isinstance(node, ast.With) and ast.unparse(node.items[0]) == "guarded()"
+        ]  # fmt: skip
+        assert guarded, f"{name}: {function.name}"
+
+
+def test_what_streamlit_does_with_a_rerun_is_not_taken_for_an_error():
+    from streamlit.runtime.scriptrunner import RerunException
+    from streamlit.runtime.scriptrunner_utils.script_requests import RerunData
+
+    def again():
+        raise RerunException(RerunData())
+
+    with pytest.raises(RerunException):
+        safely(again)()

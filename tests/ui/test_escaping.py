@@ -1,0 +1,175 @@
+"""Words of users are shown as they are: no tag, no Markdown of theirs has an effect on any page."""
+
+from __future__ import annotations
+
+import json
+from html.parser import HTMLParser
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+import ccwsim
+from ccwsim.figures import proportions_chart, theme_named
+from ccwsim.report import (
+    Chart,
+    Code,
+    Document,
+    Facts,
+    Judgement,
+    Judgements,
+    Picture,
+    Section,
+    Table,
+    Text,
+    report_html,
+)
+from ccwsim.ui.widgets.literal import plain
+from tests.ui.sessions import Session
+
+EVIL = "<img src=x onerror=alert(1)>**b** $x$ :red[r] ![i](//e.vil) </script> `c` [l](//e.vil) &lt;"
+SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3&seed=4"
+PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "simulate")
+RAW = ("**b**", "$x$", ":red[", "![i]", "[l](")
+"""What Markdown would take for its own."""
+
+
+class Tags(HTMLParser):
+    """Notes tags that carry what is evil."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.bad: list[str] = []
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        if any(name == "onerror" for name, _ in attrs) or ("src", "x") in attrs:
+            self.bad.append(self.get_starttag_text() or tag)
+
+
+def strings(message):
+    """All texts of an element, by the name of the field."""
+    for field, value in message.ListFields():
+        if field.type == field.TYPE_MESSAGE:
+            for one in value if field.is_repeated else (value,):
+                yield from strings(one)
+        elif field.type == field.TYPE_STRING:
+            for one in value if field.is_repeated else (value,):
+                yield field.name, one
+
+
+def looks_bad(element) -> list[str]:
+    """What of an element a browser would take for markup."""
+    kind = element.WhichOneof("type")
+    if kind in ("html", "bidi_component", "code"):
+        return Tags(element.html.body).bad if kind == "html" else []
+    if kind == "plotly_chart":  # its texts know some tags
+        return [kind] if "<img" in element.plotly_chart.spec.replace("\\u003c", "<") else []
+    found = []
+    for name, text in strings(element):
+        # options of lists, values of boxes and descriptions of pictures are never markup
+        markup = name in ("body", "label", "help", "text", "caption")
+        if markup and kind not in ("text_input",) and any(raw in text for raw in RAW):
+            found.append(f"{kind}.{name}: {text}")
+    return found
+
+
+def all_bad(session: Session) -> list[str]:
+    return [bad for element in session.elements.values() for bad in looks_bad(element)]
+
+
+def image_file() -> bytes:
+    """Cells of a grid with an evil variable, in SGeMS' format, from uneven ends."""
+    generator = np.random.default_rng(8)
+    array = 5 * np.kron(generator.random((16, 16)) < np.linspace(0.02, 0.98, 16), np.ones((6, 6)))
+    values = "\n".join(str(int(v)) for v in array.ravel())
+    return f"96 96 1 1 1 1 0 0 0\n1\n{EVIL}\n{values}\n".encode()
+
+
+@pytest.fixture(scope="module")
+def session(address):
+    """A session whose names are all evil."""
+    with Session(address, "simulate", SMALL) as one:
+        one.open().upload("image_file", f"{EVIL}.sgems", image_file())
+        assert "96 × 96, 2 facies" in "".join(one.words())
+        one.change(image_name_0=EVIL[:40], image_name_5=EVIL[31:71])
+        one.change(image_advice=True)
+        assert all_bad(one) == []
+        one.click("run")
+        yield one
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_no_page_takes_a_name_for_markup(session, page):
+    session.open(page)
+    assert session.elements
+    assert all_bad(session) == []
+    assert session.errors == []
+
+
+def test_a_broken_file_of_an_evil_name_is_told_of_in_its_own_words(session):
+    session.open("simulate").upload("image_file", f"{EVIL}.csv", b"\x00\x01")
+    told = [text for text in session.alerts() if "keeps the image" in text]
+    assert told
+    assert all_bad(session) == []
+    session.change(data_source="a file of yours")
+    session.upload("data_file", f"{EVIL}.csv", b"nothing, of\nuse, here\n")
+    assert all_bad(session) == []
+    assert session.errors == []
+
+
+@pytest.mark.parametrize("query", [
+    f"ti={EVIL}", f"seed={EVIL}", f"grid={EVIL}", f"points={EVIL}", f"name={EVIL}",
+    "colour=0-%23fff;background:url(//e.vil)", f"colour={EVIL}", f"tt={EVIL}",
+])  # fmt: skip
+def test_an_evil_address_is_told_of_in_its_own_words(address, query):
+    with Session(address, "simulate", f"{query}&{SMALL}") as one:
+        one.open()
+        assert all_bad(one) == []
+        assert one.errors == []
+        assert "e.vil" not in "".join(style for style in one.styles())
+
+
+@pytest.mark.parametrize("text", [EVIL, "- a", "1. one", "# title", "> said", "a\n===", ":+1:"])
+def test_plain_words_keep_every_sign(text):
+    kept = plain(text)
+    assert "".join(kept.split("\\")) == text.replace("\\", "")
+
+
+def document() -> Document:
+    image = ccwsim.TrainingImage([[0, 5]], name=EVIL, facies_names=(EVIL, EVIL))
+    each = np.full((2, 2), 0.5)
+    chart = proportions_chart(image.facies_names, image.proportions, each, ["#000"] * 2,
+                              theme_named("light"))  # fmt: skip
+    return Document(
+        EVIL, subtitle=EVIL, opening=(Text(EVIL), Text(EVIL, quiet=True)),
+        sections=(
+            Section(EVIL, (
+                Text(EVIL), Code(EVIL, EVIL), Facts(((EVIL, EVIL),)),
+                Table((EVIL, "n"), ((EVIL, "1"),), EVIL),
+                Picture(b"", EVIL, EVIL), Chart(chart, EVIL, EVIL, ((EVIL, EVIL),)),
+                Judgements((Judgement(EVIL, EVIL, EVIL, "good"),), EVIL, EVIL),
+            ), note=EVIL, gist=EVIL),
+            Section("two", ()),
+        ),
+        colophon=Facts(((EVIL, EVIL),)),
+    )  # fmt: skip
+
+
+def test_a_report_takes_no_word_for_markup():
+    page = report_html(document())
+    assert Tags(page).bad == []
+    assert page.count("</script>") == page.count("<script")
+    scripts = page.split('<script type="application/json">')[1:]
+    figure = json.loads(scripts[0].split("</script>")[0])
+    assert "<img" not in json.dumps(figure)
+    assert "&lt;img" in json.dumps(figure)
+    assert "default-src 'none'" in page
+
+
+def test_files_that_are_written_carry_names_as_they_are(tmp_path):
+    image = ccwsim.TrainingImage([[0, 5], [5, 0]], name=EVIL, facies_names=(EVIL, "b"))
+    file = BytesIO()
+    ccwsim.io.write_training_image(file, image, format="sgems")
+    again = ccwsim.read_training_image(BytesIO(file.getvalue()))
+    assert np.array_equal(again.array, image.array)

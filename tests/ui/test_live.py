@@ -1,0 +1,303 @@
+"""Live runs in parts, older ones stopped, and the runs of a session to go back to."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from threading import Event
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Cancelled, Grid, Parameters, simulate
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.session.past_runs import PastRun, PastRuns
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.simulate.changes import changes_between, study_name
+from ccwsim.ui.simulate.history import go_back, place_of
+from ccwsim.ui.study.live_run import LiveRun, first_part, part_size
+from ccwsim.ui.study.run import collect, part_of, start_run
+from tests.test_pages import ROOT, SMALL, html, launched, settled, texts
+from tests.ui.widgets import named
+
+SIX = replace(SMALL, n_realizations=6)
+
+
+def one_run(choices: Choices):
+    return simulate(
+        image_of(choices.image), choices.grid, choices.parameters,
+        n_realizations=choices.n_realizations, seed=choices.seed,
+    )  # fmt: skip
+
+
+class Gates:
+    """The work of a study that waits, before each part but the first, until it may go on."""
+
+    def __init__(self, choices: Choices) -> None:
+        self.some = part_of(choices)
+        self.open = Event()
+
+    def __call__(self, first, n, progress, cancel):
+        while first and not self.open.wait(0.01):
+            if cancel():
+                raise Cancelled("stopped", None)
+        return self.some(first, n, progress, cancel)
+
+
+def gated(choices: Choices = SIX, n_first: int = 2, wanted: int = 0) -> tuple[LiveRun, Gates]:
+    gates = Gates(choices)
+    job = LiveRun(gates, choices, n_first, wanted=wanted)
+    assert job.wait_first(60)
+    return job, gates
+
+
+def test_a_live_run_shows_a_few_first_and_ends_as_one_run():
+    job, gates = gated()
+    whole = one_run(SIX)
+    assert not job.finished
+    assert np.array_equal(job.partial.indices, whole.indices[:2])
+    gates.open.set()
+    assert job.wait(60)
+    assert job.result.digest == whole.digest
+    assert job.result.numbers.tolist() == [0, 1, 2, 3, 4, 5]
+    assert job.fraction == pytest.approx(1.0)
+    assert job.n_done == 6
+
+
+def test_a_stopped_live_run_gives_what_was_finished():
+    job, _ = gated()
+    before = time.monotonic()
+    job.cancel()
+    assert job.wait(60)
+    assert time.monotonic() - before < 30
+    assert isinstance(job.error, Cancelled)
+    assert "stopped after 2 of 6" in str(job.error)
+    assert job.error.ensemble.n == 2
+
+
+def test_a_live_run_that_fails_leaves_the_part_that_came():
+    def broken(first, n, progress, cancel):
+        if first:
+            raise MemoryError
+        return part_of(SIX)(first, n, progress, cancel)
+
+    state = State(choices=SIX, live=True)
+    state.job = LiveRun(broken, SIX, 2)
+    assert state.job.wait(60)
+    part = state.ensemble = state.job.partial
+    state.ran = SIX
+    collect(state)
+    assert state.ensemble is part
+    assert "memory" in state.message
+
+
+def test_a_part_is_shown_and_the_realization_that_was_large_comes_back():
+    state = State(choices=SIX, live=True, shown=4)
+    state.job, gates = gated(wanted=4)
+    collect(state)
+    assert (state.ensemble.n, state.shown) == (2, 1)
+    assert state.ran == SIX
+    assert state.job is not None
+    gates.open.set()
+    assert state.job.wait(60)
+    collect(state)
+    assert (state.ensemble.n, state.shown) == (6, 4)
+    assert state.job is None
+
+
+def test_a_realization_chosen_meanwhile_stays():
+    state = State(choices=SIX, live=True, shown=4)
+    state.job, gates = gated(wanted=4)
+    collect(state)
+    state.shown = 0
+    gates.open.set()
+    assert state.job.wait(60)
+    collect(state)
+    assert state.shown == 0
+
+
+def test_an_older_run_is_stopped_and_never_taken_in():
+    state = State(choices=SIX, live=True)
+    state.job, _ = older, _ = gated()
+    state.change(seed=3)
+    start_run(state)
+    assert older.cancelled
+    assert state.job is not older
+    assert older.wait(60)
+    assert state.job.wait(60)
+    collect(state)
+    assert state.ensemble.digest == one_run(replace(SIX, seed=3)).digest
+    assert [run.choices.seed for run in state.runs.runs] == [3]
+
+
+@pytest.mark.parametrize(
+    ("left", "fits", "size"),
+    [(100, 0.0, 2), (3, 0.0, 2), (100, 40.0, 40), (12, 9.0, 12), (1, 0.0, 1)],
+)
+def test_parts_are_as_large_as_time_allows(left, fits, size, monkeypatch):
+    monkeypatch.setattr("ccwsim.ui.study.live_run.n_cores", lambda: 2)
+    assert part_size(left, fits) == size
+
+
+def test_the_first_part_follows_the_pace_of_the_latest_run():
+    ensemble = replace(one_run(SIX), wall_seconds=6 * 0.01)
+    many = replace(SIX, n_realizations=1000)
+    assert 20 <= first_part(many, ensemble) <= 30
+    assert first_part(replace(many, grid=Grid(480, 640)), ensemble) < 10
+    assert first_part(many, None) == 2
+    assert first_part(many, replace(ensemble, revised=True)) == 2
+
+
+# on the page
+
+
+def live(choices: Choices = SIX) -> AppTest:
+    app = launched(choices)
+    app.toggle(key="live").set_value(True).run()
+    return app
+
+
+def test_five_quick_changes_end_in_the_last():
+    app = live()
+    for seed in range(1, 6):
+        app.number_input(key="seed").set_value(seed).run()
+    settled(app)
+    state = app.session_state[KEY]
+    assert state.ensemble.digest == one_run(replace(SIX, seed=5)).digest
+    assert state.ran == state.choices
+
+
+def test_a_part_is_on_the_page_before_the_rest():
+    app = launched(SIX)
+    state = app.session_state[KEY]
+    state.live = True
+    state.change(seed=8)
+    state.job, gates = gated(state.choices)
+    app.run()
+    assert not app.exception
+    assert "2 realizations in" in html(app)
+    assert "Realization 1 of 2" in html(app)
+    assert app.button(key="cancel")
+    gates.open.set()
+    settled(app)
+    assert "6 realizations in" in html(app)
+    assert app.session_state[KEY].ensemble.digest == one_run(replace(SIX, seed=8)).digest
+
+
+def test_a_live_study_that_cannot_run_stops_the_run_of_the_older_one():
+    app = live()
+    state = app.session_state[KEY]
+    job, _ = gated(state.choices)
+    state.job = job
+    state.change(data=DataChoice("bundled", "channels_60_wells"))
+    app.run()
+    assert not app.exception
+    assert job.cancelled
+    assert state.job is None
+    assert state.ensemble is not None
+
+
+def test_a_live_run_that_was_stopped_or_failed_starts_again_only_after_a_change():
+    app = live()
+    state = app.session_state[KEY]
+    state.change(seed=4)
+    state.tried = state.choices
+    state.job = Job(lambda progress, cancel: 1 / 0, about=state.choices)
+    assert state.job.wait(60)
+    app.run()
+    assert state.job is None
+    assert "in the server's log" in texts(app)
+    settled(named(app.number_input, "seed").set_value(5).run())
+    assert state.ensemble.seed == 5
+
+
+def test_the_latest_runs_are_kept_within_their_number_and_memory():
+    ensemble = one_run(SMALL)
+    runs = PastRuns(most_runs=4, most_bytes=3 * PastRun.of(SMALL, ensemble).nbytes)
+    for seed in range(6):
+        runs.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
+    assert [run.choices.seed for run in runs.runs] == [5, 4, 3]
+    runs.most_bytes = 1
+    runs.remember(PastRun.of(replace(SMALL, seed=9), ensemble))
+    assert [run.choices.seed for run in runs.runs] == [9]
+    many = PastRuns()
+    for seed in range(20):
+        many.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
+    assert len(many.runs) == 12
+
+
+def test_the_same_study_again_is_one_run():
+    ensemble, runs = one_run(SMALL), PastRuns()
+    for _ in range(3):
+        runs.remember(PastRun.of(SMALL, ensemble))
+    assert len(runs.runs) == 1
+
+
+def test_memory_counts_realizations_in_codes_of_their_own():
+    ensemble = one_run(SMALL)
+    assert PastRun.of(SMALL, ensemble).nbytes >= ensemble.indices.nbytes
+
+
+def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
+    app = live()
+    first = app.session_state[KEY].ensemble
+    named(app.selectbox, "wavelet_level").set_value(1).run()
+    settled(app)
+    state = app.session_state[KEY]
+    assert state.ensemble is not first
+    assert "Runs of this session" in html(app)
+
+    def never(*_, **__):
+        raise AssertionError("nothing is simulated again")
+
+    monkeypatch.setattr("ccwsim.ui.study.run.simulate", never)
+    go_back(state, state.runs.runs[1].key)
+    app.run()
+    assert not app.exception
+    assert state.ensemble is first
+    assert state.choices == state.ran == SIX
+    assert named(app.selectbox, "wavelet_level").value == 2
+    assert place_of(state) == 1
+    assert state.job is None
+    assert len(state.runs.runs) == 2
+
+
+def test_going_back_stops_a_run_and_a_run_that_is_gone_changes_nothing():
+    state = State(choices=SIX, live=True)
+    state.runs.remember(PastRun.of(SMALL, one_run(SMALL)))
+    state.job, _ = job, _ = gated()
+    go_back(state, "long ago")
+    assert state.job is job
+    go_back(state, state.runs.runs[0].key)
+    assert job.cancelled
+    assert (state.job, state.choices) == (None, SMALL)
+
+
+def test_what_changed_is_said_in_few_words():
+    p = Parameters(template_size=48, n_candidates=5, random_path=False)
+    after = replace(SMALL, parameters=replace(p, overlap_size=4), grid=Grid(60, 70))
+    assert changes_between(SMALL, after) == [
+        "grid 64 × 48 → 70 × 60", "template 16 → 48", "K 20 → 5", "random path on → off",
+    ]  # fmt: skip
+    data = replace(SMALL, data=DataChoice("bundled", "channels_60_wells"))
+    assert changes_between(SMALL, data) == ["no data → channels 60 wells"]
+    image = replace(SMALL, image=ImageChoice(bundled="stonewall"), seed=4)
+    assert changes_between(SMALL, image) == ["channels → stonewall", "seed 0 → 4"]
+    colours = replace(SMALL, image=ImageChoice(colours=((0, "#112233"),)))
+    assert changes_between(SMALL, colours) == ["channels, other colours"]
+    assert changes_between(SMALL, SMALL) == []
+    assert study_name(SMALL) == "channels, level 2, seed 0"
+
+
+def test_the_page_launches_with_a_history_of_many_runs():
+    ensemble = one_run(SMALL)
+    app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
+    state = State(choices=SMALL)
+    for seed in range(14):
+        state.runs.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
+    app.session_state[KEY] = state
+    settled(app.run())
+    assert "Runs of this session" in html(app)

@@ -1,0 +1,215 @@
+"""What pages say of a server that many use: its limits, the queue, and memory that is short."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from threading import Event
+
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import CCWSIMError, Grid, datasets
+from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.choices import DataChoice
+from ccwsim.ui.jobs.admission import RESERVE
+from ccwsim.ui.jobs.job import Job, admission
+from ccwsim.ui.jobs.queue import Place, Queue, server_queue
+from ccwsim.ui.jobs.statistics import Shelf, Statistic, Workbench
+from ccwsim.ui.session.resolve import data_of
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.run import start_run
+from ccwsim.ui.validate.large_ensemble import start as start_long_run
+from tests.test_pages import ROOT, SMALL, html, launched, settled, texts
+from tests.ui.widgets import named
+
+SLOW = 120
+CELLS = SMALL.grid.ny * SMALL.grid.nx * SMALL.n_realizations
+
+
+class StillClock:
+    """Time does not pass: an active job never becomes a long one."""
+
+    def __call__(self) -> float:
+        return 0.0
+
+
+@pytest.fixture
+def busy(monkeypatch):
+    """A server with one place, which somebody else has."""
+    queue = Queue(1, StillClock())
+    for module in ("jobs", "background", "timing_run"):
+        monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
+    other = Place("somebody else", lambda: None)
+    queue.enter(other)
+    return queue, other
+
+
+def test_without_limits_the_page_says_nothing_of_them():
+    assert "This server" not in html(launched(path="pages/simulate.py"))
+
+
+def test_limits_are_stated_and_a_study_beyond_them_is_refused_before_it_starts(monkeypatch):
+    monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
+    app = launched(path="pages/simulate.py")
+    said = f"This server takes up to {CELLS:,} cells × realizations a run."
+    assert said in html(app)
+    before = app.session_state[KEY].ensemble
+    named(app.number_input, "n_realizations").set_value(3).run()
+    run = named(app.button, "run")
+    assert run.disabled
+    assert f"the {CELLS:,} that this server allows" in run.help
+    state = app.session_state[KEY]
+    start_run(state)
+    assert state.job is None
+    assert "fewer realizations or a smaller grid" in state.message
+    assert state.ensemble is before
+
+
+def test_a_limit_that_is_no_number_is_said_on_the_page(monkeypatch):
+    monkeypatch.setenv("CCWSIM_MAX_CELLS", "many")
+    assert "CCWSIM_MAX_CELLS" in texts(launched(path="pages/simulate.py"))
+
+
+@pytest.mark.parametrize(
+    ("page", "button"),
+    [("sweep", "sweep"), ("compare", "compare"), ("benchmark", "measure_grids"),
+     ("paper", "paper_start")],
+)  # fmt: skip
+def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page, button):
+    monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
+    app = launched(path=f"pages/{page}.py")
+    pressed = named(app.button, button)
+    if not pressed.disabled:
+        pressed.click().run()
+    assert not app.exception
+    assert "that this server allows for one run" in texts(app) + str(pressed.help)
+    state = app.session_state[KEY]
+    runs = state.sweep.run, state.comparing.job, state.benchmark.grids, state.paper.run
+    assert runs == (None,) * 4
+
+
+def test_a_long_run_beyond_the_limit_is_refused(monkeypatch):
+    monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
+    state = launched(path="pages/simulate.py").session_state[KEY]
+    start_long_run(state)
+    assert state.validation.long_run is None
+    assert "that this server allows for one run" in state.validation.long_message
+
+
+def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):
+    queue, _ = busy
+    app = launched_waiting()
+    state = app.session_state[KEY]
+    assert state.job.position == 1
+    assert "Waiting: 1st in the queue" in progress(app)
+    app.button(key="cancel").click().run()
+    assert not app.exception
+    assert state.job is None
+    assert queue.n_waiting == 0
+    assert "Stopped before" in texts(app)
+
+
+def test_a_run_that_waited_gives_its_results_when_it_is_its_turn(busy):
+    queue, other = busy
+    app = launched_waiting()
+    queue.leave(other)
+    assert settled(app).session_state[KEY].ensemble.n == SMALL.n_realizations
+
+
+def launched_waiting() -> AppTest:
+    app = AppTest.from_file(str(ROOT / "pages/simulate.py"), default_timeout=SLOW)
+    app.session_state[KEY] = State(choices=SMALL)
+    return app.run()
+
+
+def test_statistics_wait_in_the_queue_too_and_say_so(busy):
+    queue, other = busy
+    bench = Workbench(Shelf())
+    statistic = Statistic(("six",), lambda progress: 6)
+    bench.ask(statistic)
+    assert bench.waiting == "Waiting: 1st in the queue"
+    queue.leave(other)
+    assert bench.wait_for(statistic, SLOW) == 6
+    assert bench.waiting == ""
+
+
+def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_for_again(busy):
+    queue, other = busy
+    bench = Workbench(Shelf())
+    statistic = Statistic(("seven",), lambda progress: 7)
+    bench.ask(statistic)
+    (place,) = (p for p in queue.places_of("") if p is not other)
+    place.drop()
+    queue.leave(other)
+    bench.ask(Statistic(("eight",), lambda progress: 8))
+    assert bench.wait_for(statistic, SLOW) == 7
+
+
+def progress(app) -> str:
+    return " ".join(element.proto.text for element in app.get("progress"))
+
+
+def test_a_run_that_does_not_fit_into_memory_is_refused_with_a_reason(monkeypatch):
+    app = launched(path="pages/simulate.py")
+    monkeypatch.setattr(admission, "free_memory", lambda: RESERVE + 1000)
+    before = app.session_state[KEY].ensemble
+    app.button(key="run").click().run()
+    assert not app.exception
+    assert "of memory" in texts(app)
+    assert "--out" in texts(app)
+    assert app.session_state[KEY].ensemble is before
+
+
+def test_a_run_that_takes_the_place_of_one_of_the_session_gets_its_memory(monkeypatch):
+    state = State(choices=replace(SMALL, grid=Grid(1000, 1000)))
+    go = Event()
+
+    def work(progress, cancel):
+        while not cancel():
+            go.wait(0.01)
+
+    state.job = before = Job(work)
+    asked = []
+
+    def free() -> int:
+        asked.append(before.finished)
+        return RESERVE + (10**9 if before.finished else 0)
+
+    monkeypatch.setattr(admission, "free_memory", free)
+    start_run(state)
+    assert asked[-1]
+    assert state.job is not None
+    assert state.job.wait(SLOW)
+
+
+def test_data_are_not_sampled_from_a_grid_beyond_the_limit(monkeypatch):
+    monkeypatch.setattr(admission, "free_memory", lambda: RESERVE)
+    choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=987))
+    with pytest.raises(CCWSIMError, match="memory"):
+        data_of(choices)
+
+
+def test_a_large_truth_takes_its_turn(monkeypatch):
+    monkeypatch.setattr("ccwsim.ui.jobs.background.SMALL", 1)
+    choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=988))
+    assert data_of(choices).n == choices.data.n_sampled
+    assert server_queue().n_waiting == 0
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_times_that_others_disturbed_are_told(monkeypatch, alone):
+    queue = Queue(2, StillClock())
+    for module in ("jobs", "timing_run"):
+        monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
+    if not alone:
+        queue.enter(Place("somebody else", lambda: None))
+    case = TimingCase(SMALL.parameters, (32, 32))
+    run = TimingRun(datasets.load("channels"), [case], 1, 0).start()
+    assert run.job.wait(SLOW)
+    assert run.disturbed is not alone
+    state = State(choices=SMALL)
+    state.benchmark.grids = run
+    app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
+    app.session_state[KEY] = state
+    assert ("Others were computing" in html(app.run())) is not alone

@@ -1,0 +1,389 @@
+"""Every page launches by itself, keeps its state, and says in words what is wrong."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, Parameters, datasets, simulate
+from ccwsim.io import training_image_as_bytes
+from ccwsim.metrics import diagnose, variogram
+from ccwsim.model.parameters import parameter_table
+from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.page import PAGES
+from ccwsim.ui.results.bundles import alike_up_to, bundle_of
+from ccwsim.ui.results.tables import curves_csv, realizations_csv
+from ccwsim.ui.session.fitting import fitted, overlap_sizes, template_sizes
+from ccwsim.ui.session.resolve import data_of, image_of, imported_data
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.run import collect, simulation_of, start_run
+from ccwsim.ui.widgets.facts import facts_of
+from tests.ui.widgets import named
+
+ROOT = Path(__file__).parents[2]
+SMALL = Choices(
+    data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(template_size=16, overlap_size=4),
+    n_realizations=2,
+)  # fmt: skip
+
+
+def launched(choices: Choices = SMALL, path: str = "app.py") -> AppTest:
+    """A page with a small study and its results."""
+    app = AppTest.from_file(str(ROOT / path), default_timeout=120)
+    app.session_state[KEY] = State(choices=choices)
+    return settled(app.run())
+
+
+def settled(app: AppTest) -> AppTest:
+    """The page after its job has come to an end."""
+    state = app.session_state[KEY]
+    if state.job is not None:
+        assert state.job.wait(120)
+        app.run()
+    assert not app.exception
+    return app
+
+
+def texts(app: AppTest) -> str:
+    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
+
+
+def html(app: AppTest) -> str:
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def uploaded(name: str, content: bytes, **choice) -> ImageChoice:
+    return ImageChoice(upload=Upload(name, content), **choice)
+
+
+def a_file(array=((0, 1, 1), (0, 0, 1))) -> bytes:
+    ny, nx = np.shape(array)
+    return "\n".join([f"{nx} {ny} 1", "1", "v", *map(str, np.ravel(array))]).encode()
+
+
+@pytest.mark.parametrize("path", ["app.py", *(path for _, path in PAGES)])
+def test_every_page_launches_by_itself(path):
+    app = launched(path=path)
+    assert not texts(app)
+    assert app.session_state[KEY].choices == SMALL
+
+
+@pytest.mark.parametrize("path", ["app.py", "pages/simulate.py"])
+def test_the_main_screen_says_what_came_out(path):
+    assert "2 realizations in" in html(launched(path=path))
+
+
+def test_every_page_file_is_in_the_menu():
+    files = {f"pages/{file.name}" for file in (ROOT / "pages").glob("*.py")}
+    assert files == {path for _, path in PAGES}
+
+
+def test_the_first_screen_has_results_without_a_choice():
+    app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120).run()
+    ensemble = settled(app).session_state[KEY].ensemble
+    assert ensemble.n == Choices().n_realizations
+    assert ensemble.n_mismatched.max() == 0
+
+
+def test_a_run_gives_what_the_library_gives():
+    state = launched().session_state[KEY]
+    image = datasets.load("channels")
+    own = simulate(image, SMALL.grid, SMALL.parameters, n_realizations=2, seed=0)
+    assert np.array_equal(state.ensemble.realizations, own.realizations)
+
+
+def test_a_change_and_run_replace_the_results():
+    app = launched()
+    app.number_input(key="seed").set_value(9).run()
+    assert app.session_state[KEY].ensemble.seed == 0
+    settled(app.button(key="run").click().run())
+    assert app.session_state[KEY].ensemble.seed == 9
+
+
+def test_live_runs_after_each_change():
+    app = launched()
+    app.toggle(key="live").set_value(True).run()
+    settled(app.number_input(key="n_realizations").set_value(3).run())
+    assert app.session_state[KEY].ensemble.n == 3
+
+
+def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
+    app = launched()
+    named(app.selectbox, "wavelet_level").set_value(3).run()
+    p = app.session_state[KEY].choices.parameters
+    assert (p.template_size, p.overlap_size, p.wavelet_level) == (16, 8, 3)
+    assert named(app.selectbox, "template_size").options == [
+        str(size) for size in template_sizes(3, (256, 256))
+    ]
+    assert named(app.selectbox, "overlap_size").options == ["8"]
+
+
+def test_the_help_comes_from_the_table_of_parameters():
+    app = launched()
+    helps = [element.help for kind in (app.selectbox, app.number_input, app.checkbox, app.slider)
+             for element in kind]  # fmt: skip
+    for row in parameter_table():
+        assert any(row["meaning"] in text for text in helps if text), row["name"]
+
+
+def test_without_a_wavelet_the_level_is_zero():
+    app = launched()
+    app.selectbox(key="p_method").set_value("ccsim").run()
+    assert app.session_state[KEY].choices.parameters.level == 0
+    assert named(app.selectbox, "wavelet_level").disabled
+
+
+@pytest.mark.parametrize("name", datasets.names())
+def test_every_bundled_image_can_be_chosen(name):
+    app = launched()
+    app.selectbox(key="image_bundled").set_value(name).run()
+    assert image_of(app.session_state[KEY].choices.image).digest == datasets.load(name).digest
+    assert not texts(app)
+
+
+@pytest.mark.parametrize("name", datasets.hard_data_names())
+def test_bundled_data_grow_the_grid_to_where_they_lie(name):
+    image = ImageChoice(bundled=datasets.hard_data_training_image(name))
+    app = launched(replace(SMALL, image=image))
+    app.selectbox(key="data_source").set_value("bundled").run()
+    app.selectbox(key="data_bundled").set_value(name).run()
+    choices = app.session_state[KEY].choices
+    assert data_of(choices).n == datasets.load_hard_data(name).n
+    assert choices.grid.shape == datasets.hard_data_grid_shape(name)
+
+
+def test_a_grid_too_small_for_the_data_is_said_and_can_be_mended():
+    study = replace(SMALL, data=DataChoice("bundled", "channels_60_wells"))
+    app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
+    app.session_state[KEY] = State(choices=study)
+    app.run()
+    assert "outside the grid" in texts(app)
+    assert app.button(key="run").disabled
+    place = app.selectbox(key="ask_on_outside")
+    settled(place.set_value(1).run())
+    data = data_of(app.session_state[KEY].choices)
+    assert 0 < data.n < 60
+    assert not app.button(key="run").disabled
+
+
+def test_an_upload_can_be_taken_turned_and_named():
+    app = launched()
+    app.file_uploader(key="image_file").upload("own.dat", a_file(), "text/plain").run()
+    assert texts(app) == "" or "larger than" in texts(app)
+    app.checkbox(key="image_flip_ew").check().run()
+    named(app.text_input, "image_name_1").set_value("sand").run()
+    choice = app.session_state[KEY].choices.image
+    image = image_of(choice)
+    assert image.array.tolist() == [[1, 1, 0], [1, 0, 0]]
+    assert image.facies_names[1] == "sand"
+
+
+def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
+    app = launched()
+    stale = app._tree.get_widget_states()
+    app.file_uploader(key="image_file").upload("own.dat", a_file(), "text/plain").run()
+    taken = app.session_state[KEY].choices
+    assert taken.image.upload is not None
+    app._run(stale)  # sent before the browser has drawn the answer
+    assert app.session_state[KEY].choices == taken
+
+
+def test_an_image_says_on_demand_which_parameters_suit_it_and_they_can_be_taken():
+    app = launched(SMALL)
+    app.toggle(key="image_advice").set_value(True).run()
+    assert "What suits it" in html(app)
+    settled(app.button(key="use_advice").click().run())
+    advised = diagnose(datasets.load("channels"))
+    parameters = app.session_state[KEY].choices.parameters
+    assert parameters.template_size == advised.advised("template_size")
+    assert parameters.wavelet_level == advised.advised("wavelet_level")
+
+
+def test_a_broken_upload_is_said_and_loses_nothing():
+    app = launched()
+    before = app.session_state[KEY].choices, app.session_state[KEY].ensemble
+    app.file_uploader(key="image_file").upload("bad.dat", b"3 2 1\n1\nv\n0\n1", "text/plain").run()
+    assert "bad.dat" in texts(app)
+    assert "keeps the image" in texts(app)
+    assert (app.session_state[KEY].choices, app.session_state[KEY].ensemble) == before
+
+
+def test_a_question_of_the_reader_is_asked_in_place():
+    rng = np.random.default_rng(0)
+    app = launched()
+    content = a_file(rng.normal(size=(40, 40)))
+    app.file_uploader(key="image_file").upload("grey.dat", content, "text/plain").run()
+    assert app.session_state[KEY].image_draft is not None
+    app.selectbox(key="ask_values").set_value("in classes of equal size").run()
+    app.number_input(key="ask_classes").set_value(3).run()
+    state = app.session_state[KEY]
+    assert state.image_draft is None
+    assert image_of(state.choices.image).n_facies == 3
+
+
+def test_data_from_a_file_say_what_became_of_them():
+    csv = b"row,col,facies\n3,4,1\n3,4,0\n9,9,1\n900,4,1\n"
+    study = replace(SMALL, data=DataChoice("file", upload=Upload("w.csv", csv)))
+    with pytest.raises(CCWSIMError, match="outside the grid"):
+        data_of(study)
+    answers = (("on_collision", "drop"), ("on_outside", "drop"))
+    report = imported_data(replace(study, data=replace(study.data, answers=answers)))
+    assert report.hard_data.cells.tolist() == [[9, 9]]
+    assert len(report.notes) == 2
+
+
+def test_sampled_data_come_from_a_realization_of_the_study():
+    study = replace(SMALL, data=DataChoice("sampled", n_sampled=50, seed_sampled=4))
+    truth = simulate(image_of(study.image), study.grid, study.parameters, seed=4).realizations[0]
+    data = data_of(study)
+    assert data.n == 50
+    assert data.n_mismatched(truth) == 0
+    other = replace(study, data=replace(study.data, seed_sampled=5))
+    assert data_of(other).digest != data.digest
+
+
+def test_the_state_is_kept_when_a_page_is_left():
+    app = launched()
+    app.number_input(key="seed").set_value(5).run()
+    other = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
+    other.session_state[KEY] = app.session_state[KEY]  # all that a page change leaves
+    other.run()
+    assert other.number_input(key="seed").value == 5
+    assert other.session_state[KEY].ensemble is app.session_state[KEY].ensemble
+    assert "2 realizations in" in html(other)
+
+
+def test_any_other_error_is_friendly_and_keeps_the_state(monkeypatch):
+    app = launched()
+    before = app.session_state[KEY].ensemble
+
+    def broken(*_):
+        raise RuntimeError("boom")
+
+    monkeypatch.setattr("ccwsim.ui.simulate.results.draw_facts", broken)
+    app.run()
+    assert not app.exception
+    assert "boom" not in texts(app)  # the cause is for the log
+    assert "kept" in texts(app)
+    assert app.session_state[KEY].ensemble is before
+
+
+def test_a_cancelled_run_keeps_what_was_finished():
+    state = State(choices=SMALL)
+    start_run(state)
+    assert state.job.wait(120)
+    whole = state.job.result
+    collect(state)
+    assert state.ensemble is whole
+    part = replace(whole, indices=whole.indices[:1], cpu_seconds=whole.cpu_seconds[:1])
+
+    def stopped(progress, cancel):
+        raise Cancelled("stopped after 1 of 2 realizations", part)
+
+    state.job = Job(stopped, about=SMALL)
+    assert state.job.wait(5)
+    collect(state)
+    assert state.ensemble is part
+    assert "Stopped after 1 of 2" in state.message
+    assert state.job is None
+
+
+def test_a_failed_run_leaves_the_earlier_results():
+    state = State(choices=SMALL, ensemble=object())
+    state.job = Job(lambda progress, cancel: 1 / 0, about=SMALL)
+    assert state.job.wait(5)
+    collect(state)
+    assert state.ensemble is not None
+    assert re.search(r"error, number \w{6} in the server.s log", state.message)
+
+
+def test_a_job_reports_and_stops_when_asked():
+    def work(progress, cancel):
+        while not cancel():
+            progress(0.25, 3)
+            time.sleep(0.001)
+        return "stopped"
+
+    job = Job(work)
+    assert not job.wait(0.05)
+    assert (job.fraction, job.n_done) == (0.25, 3)
+    assert job.seconds_left > 0
+    job.cancel()
+    assert job.wait(5)
+    assert job.result == "stopped"
+
+
+def test_the_work_of_a_study_can_be_cancelled():
+    work = simulation_of(replace(SMALL, grid=Grid(900, 900), n_realizations=200))
+    with pytest.raises(Cancelled):
+        work(lambda fraction, n_done: None, lambda: True)
+
+
+@pytest.mark.parametrize("level", range(5))
+@pytest.mark.parametrize("shape", [(20, 30), (64, 64), (256, 300)])
+def test_fitted_sizes_are_always_legal(level, shape):
+    p = fitted(Parameters(), shape, wavelet_level=level)
+    assert p.template_size in template_sizes(p.level, shape)
+    assert p.overlap_size in overlap_sizes(p.level, p.template_size)
+    assert p.template_size <= min(shape)
+
+
+def test_two_uploads_of_the_same_name_are_told_apart():
+    one, two = (uploaded("t.dat", a_file(a)) for a in ([[0, 1]], [[1, 0]]))
+    assert image_of(one).array.tolist() == [[0, 1]]
+    assert image_of(two).array.tolist() == [[1, 0]]
+
+
+def test_what_is_written_can_be_read_back():
+    image = datasets.load("channels")
+    content = training_image_as_bytes(image, "sgems")
+    assert image_of(uploaded("c.sgems", content)).digest == image.digest
+
+
+def test_facts_say_when_data_are_not_honoured():
+    ensemble: Ensemble = launched().session_state[KEY].ensemble
+    assert facts_of(ensemble)[0] == "no hard data"
+    wrong = ensemble.training_image.codes[1 - ensemble.indices[:, 5, 7]]
+    data = datasets.load_hard_data("channels_60_wells").__class__([[5, 7]], wrong[:1])
+    assert facts_of(replace(ensemble, hard_data=data))[0].startswith("up to 1 of 1 data not")
+
+
+def test_curves_are_alike_up_to_where_the_band_is_left():
+    each = np.array([[0.0, 0.4, 0.4, 0.4], [0.0, 0.6, 0.6, 0.6]])
+    inside = bundle_of(np.arange(4.0), np.array([0, 0.5, 0.5, 0.5]), each)
+    assert alike_up_to(inside, 0.0) == 3
+    leaves = bundle_of(np.arange(4.0), np.array([0, 0.5, 0.5, 0.9]), each)
+    assert alike_up_to(leaves, 0.0) == 2
+    assert alike_up_to(leaves, 0.5) == 3
+
+
+def test_downloads_hold_what_is_shown():
+    app = launched()
+    names = {element.proto.label for element in app.get("download_button")}
+    assert any("NumPy" in name for name in names)
+    from ccwsim.io import realizations_as_bytes
+
+    ensemble = app.session_state[KEY].ensemble
+    with np.load(BytesIO(realizations_as_bytes(ensemble, "npz"))) as saved:
+        assert np.array_equal(saved["realizations"], ensemble.realizations)
+
+
+def test_the_numbers_of_the_charts_can_be_taken_home():
+    ensemble: Ensemble = launched().session_state[KEY].ensemble
+    head, *lines = realizations_csv(ensemble).decode().splitlines()
+    assert head == "realization,cpu_seconds,data_not_honoured,proportion_0,proportion_1"
+    shares = [[float(v) for v in line.split(",")[3:]] for line in lines]
+    assert np.allclose(shares, ensemble.proportions, atol=1e-5)
+    head, *lines = curves_csv(ensemble, 1).decode().splitlines()
+    assert head.endswith("q05,median,q95,realization_1,realization_2")
+    named = [line.split(",") for line in lines if line.startswith("variogram,N-S,7,")]
+    gamma = variogram(ensemble.indices, 1, "N-S", [7]).gamma.ravel()
+    assert np.allclose([float(v) for v in named[0][-2:]], gamma, rtol=1e-5)

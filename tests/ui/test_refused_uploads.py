@@ -1,0 +1,122 @@
+"""An upload that is refused is said in words, and what the user had stays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, Parameters
+from ccwsim.ui.choices import Choices, DataChoice
+from ccwsim.ui.session.state import KEY, State
+from tests.fuzz.builders import npy_header, packed_mat, pickled, png_of_remarks
+from tests.fuzz.evil import EVIL
+from tests.fuzz.mutations import zipped
+from tests.io import sample_files as sample
+
+ROOT = Path(__file__).parents[2]
+STUDY = Choices(
+    data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(template_size=16, overlap_size=4),
+    n_realizations=1,
+)  # fmt: skip
+NAME = "../../**x**<script>alert(1)</script>$m$:material:home:.{}"
+BAD = {
+    "image": {
+        "npy": npy_header("(1000000, 1000)"), "npz": zipped([("ti.npy", pickled())]),
+        "mat": packed_mat(b"", 100), "dat": b"100000 100000 100\n1\nfacies\n0\n",
+        "png": EVIL["png of 3.6e9 pixels"](), "csv": b"sand, and mud\n",
+    },
+    "data": {
+        "csv": b"x,y,facies\n1,2,sand\n", "npy": npy_header("(1,)" * 3),
+        "dat": b"ncols 1e999\nnrows 2\n0 0\n",
+    },
+}  # fmt: skip
+
+
+def launched(path: str = "app.py") -> AppTest:
+    app = AppTest.from_file(str(ROOT / path), default_timeout=120)
+    app.session_state[KEY] = State(choices=STUDY)
+    app.run()
+    return app
+
+
+def told(app: AppTest) -> str:
+    assert not app.exception
+    return " ".join(element.value for element in app.error)
+
+
+def kept(app: AppTest) -> bool:
+    state = app.session_state[KEY]
+    return state.choices == STUDY
+
+
+@pytest.mark.parametrize("kind", BAD["image"])
+def test_a_training_image_that_is_refused(kind):
+    app = launched()
+    file = app.file_uploader(key="image_file")
+    file.upload(NAME.format(kind), BAD["image"][kind], "text/plain").run()
+    assert "keeps the image" in told(app)
+    assert kept(app)
+
+
+@pytest.mark.parametrize("kind", BAD["data"])
+def test_hard_data_that_are_refused(kind):
+    app = launched()
+    app.selectbox(key="data_source").set_value("file").run()
+    file = app.file_uploader(key="data_file")
+    file.upload(NAME.format(kind), BAD["data"][kind], "text/plain").run()
+    assert "keeps the data" in told(app)
+    assert kept(app)
+
+
+@pytest.mark.parametrize("kind", BAD["data"])
+def test_hard_data_that_are_refused_in_the_editor(kind):
+    app = launched("pages/data.py")
+    file = app.file_uploader(key="import_file")
+    file.upload(NAME.format(kind), BAD["data"][kind], "text/plain").run()
+    assert "keeps the data" in told(app)
+    assert kept(app)
+
+
+def test_the_owners_limit_is_held(monkeypatch):
+    monkeypatch.setenv("CCWSIM_MAX_UPLOAD_CELLS", "1000")
+    app = launched()
+    content = sample.npy(np.eye(41, dtype=np.uint8))
+    app.file_uploader(key="image_file").upload("eye.npy", content, "text/plain").run()
+    assert "41 × 41 values are more than 1000" in told(app).replace("\\", "")
+    assert kept(app)
+    monkeypatch.setenv("CCWSIM_MAX_UPLOAD_CELLS", "many")
+    app.file_uploader(key="image_file").upload("other.npy", content, "text/plain").run()
+    assert "must be a number above 0" in told(app)
+    assert kept(app)
+
+
+def test_a_picture_of_remarks_is_taken():
+    app = launched()
+    app.file_uploader(key="image_file").upload("a.png", png_of_remarks(), "image/png").run()
+    assert not app.exception
+    assert app.session_state[KEY].choices.image.upload is not None
+
+
+@pytest.mark.parametrize("shape", [(1, 100_000), (100_000, 1), (1, 1), (3000, 2, 2)])
+def test_an_image_of_a_strange_shape_breaks_no_page(shape):
+    app = launched()
+    content = sample.npy(np.resize([0, 1], shape).astype(np.uint8))
+    app.file_uploader(key="image_file").upload("a.npy", content, "text/plain").run()
+    assert not app.exception
+    if len(shape) == 3:
+        app.number_input(key="ask_slice").set_value(7).run()
+        assert not app.exception
+        assert dict(app.session_state[KEY].choices.image.answers) == {"slice_index": 6}
+
+
+def test_a_column_of_many_values_is_asked_for_its_width():
+    app = launched()
+    content = b"t\n1\nfacies\n" + b"0\n1\n" * 72_000
+    app.file_uploader(key="image_file").upload("a.dat", content, "text/plain").run()
+    assert "does not say how large its grid is" in told(app)
+    app.selectbox(key="ask_columns").set_value(400).run()
+    assert app.session_state[KEY].image_draft is None
+    assert not app.exception
