@@ -6,6 +6,7 @@ import streamlit as st
 
 from ccwsim.ui.compare.page import draw_results, draw_style, draw_top, is_old, problem_of
 from ccwsim.ui.compare.run import collect_comparison, follow_comparison, start_comparison
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.examples.note import draw_opened
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
@@ -16,7 +17,7 @@ from ccwsim.ui.widgets.literal import plain
 def compare_page(state: State) -> None:
     """Draw the settings and what the latest comparison gave; run one where there is none."""
     draw_style()
-    here = state.comparing
+    here = state.page(Comparing)
     problem = problem_of(state)
     if here.found is None and here.job is None and not here.message and not problem:
         start_comparison(state)

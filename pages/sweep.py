@@ -11,6 +11,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.controls import draw_controls, sweep_button
 from ccwsim.ui.sweep.follow import follow_sweep
 from ccwsim.ui.sweep.results import draw_empty, draw_found, draw_planned, draw_sweep_style
+from ccwsim.ui.sweep.state import SweepState
 
 
 def sweep_page(state: State) -> None:
@@ -18,7 +19,7 @@ def sweep_page(state: State) -> None:
     draw_sweep_style()
     with st.sidebar:
         draw_controls(state)
-    run = state.sweep.run
+    run = state.page(SweepState).run
     with st.container(key="news"):  # always there, so that what is below never moves
         if run is not None and run.going:
             follow_sweep(state, time.monotonic())

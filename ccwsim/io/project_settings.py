@@ -50,7 +50,7 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
     >>> checked({"format": "A", "version": 2}, "a.ccwsim", "A", 1)
     Traceback (most recent call last):
         ...
-    ccwsim.model.errors.CCWSIMError: a.ccwsim was saved by a newer version of CCWSIM; update this one
+    ccwsim.model.errors.CCWSIMError: a.ccwsim was saved by a newer version of CCWSIM; ...
     """
     if not isinstance(given, dict) or given.get("format") != format:
         raise CCWSIMError(f"{name} is no project of CCWSIM")

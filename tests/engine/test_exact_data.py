@@ -14,6 +14,7 @@ from ccwsim.model.ensemble import WRONG, Ensemble
 from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.hard_data.canvas import said_help
 from ccwsim.ui.hard_data.page import said_answer
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import simulation_of
 from ccwsim.ui.validate.data import mending_map, said_match, ways_of, wrong_points
@@ -153,5 +154,5 @@ def test_the_editor_says_why_nothing_answers():
     state = State()
     state.ensemble = wrongly_met()
     assert "as exact data is off" in said_answer(state, state.ensemble)
-    state.editor.answered = state.ensemble = revise(state.ensemble, scattered(20, seed=2))
+    state.page(Editor).answered = state.ensemble = revise(state.ensemble, scattered(20, seed=2))
     assert "Edits change nothing" in said_answer(state, state.ensemble)

@@ -11,15 +11,20 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import CCWSIMError, Grid, datasets
 from ccwsim.experiments.timing_case import TimingCase
 from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.choices import DataChoice
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.jobs.admission import RESERVE
 from ccwsim.ui.jobs.job import Job, admission
 from ccwsim.ui.jobs.queue import Place, Queue, server_queue
 from ccwsim.ui.jobs.statistics import Shelf, Statistic, Workbench
+from ccwsim.ui.paper.run import PaperState
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
+from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.validate.large_ensemble import start as start_long_run
+from ccwsim.ui.validate.state import Validation
 from tests.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
@@ -85,7 +90,12 @@ def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page
     assert not app.exception
     assert "that this server allows for one run" in texts(app) + str(pressed.help)
     state = app.session_state[KEY]
-    runs = state.sweep.run, state.comparing.job, state.benchmark.grids, state.paper.run
+    runs = (
+        state.page(SweepState).run,
+        state.page(Comparing).job,
+        state.page(Benchmark).grids,
+        state.page(PaperState).run,
+    )
     assert runs == (None,) * 4
 
 
@@ -93,8 +103,8 @@ def test_a_long_run_beyond_the_limit_is_refused(monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
     state = launched(path="pages/simulate.py").session_state[KEY]
     start_long_run(state)
-    assert state.validation.long_run is None
-    assert "that this server allows for one run" in state.validation.long_message
+    assert state.page(Validation).long_run is None
+    assert "that this server allows for one run" in state.page(Validation).long_message
 
 
 def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):
@@ -209,7 +219,7 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     assert run.job.wait(SLOW)
     assert run.disturbed is not alone
     state = State(choices=SMALL)
-    state.benchmark.grids = run
+    state.page(Benchmark).grids = run
     app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
     app.session_state[KEY] = state
     assert ("Others were computing" in html(app.run())) is not alone

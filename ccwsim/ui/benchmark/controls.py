@@ -23,6 +23,7 @@ from ccwsim.ui.benchmark.settings import (
     number_options,
     side_options,
 )
+from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.words import said_plan
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
@@ -42,7 +43,7 @@ LARGE = 50e6
 
 def draw_grid_controls(state: State) -> None:
     """Draw what is timed against the size of the grid."""
-    own = state.benchmark
+    own = state.page(Benchmark)
     sides = side_options(this_machine().free_bytes)
     own.largest = min(own.largest, sides[-1])
     with _row("grids"):
@@ -61,7 +62,7 @@ def draw_grid_controls(state: State) -> None:
 
 def draw_data_controls(state: State) -> None:
     """Draw what is timed against the number of data."""
-    own = state.benchmark
+    own = state.page(Benchmark)
     with _row("data"):
         field(
             st.selectbox, "Grid", key="data_side", options=list(DATA_SIDES), value=own.side,
@@ -85,7 +86,7 @@ def draw_data_controls(state: State) -> None:
 
 def start(state: State, kind: Kind) -> None:
     """Start timing; what was measured before stays where nothing can be timed."""
-    own = state.benchmark
+    own = state.page(Benchmark)
     own.message = ""
     try:
         run = TimingRun(
@@ -105,7 +106,7 @@ def _row(kind: Kind):
 
 
 def _choices(state: State, which: Literal["grid", "data"]) -> None:
-    own, methods = state.benchmark, method_options()
+    own, methods = state.page(Benchmark), method_options()
     chosen = [m for m in getattr(own, f"{which}_methods") if m in methods]
     if len(methods) > 1:
         field(
@@ -124,10 +125,11 @@ def _choices(state: State, which: Literal["grid", "data"]) -> None:
 
 
 def _realizations(state: State, kind: Kind) -> None:
+    page_state = state.page(Benchmark)
     field(
         st.number_input, "Realizations each", key=f"{kind}_realizations", width=140,
-        value=state.benchmark.n_realizations, min_value=1, max_value=MOST_REALIZATIONS,
-        write=lambda n: setattr(state.benchmark, "n_realizations", int(n)),
+        value=page_state.n_realizations, min_value=1, max_value=MOST_REALIZATIONS,
+        write=lambda n: setattr(page_state, "n_realizations", int(n)),
         help="The median of them is shown. More make it steadier and take proportionally longer.",
     )  # fmt: skip
 
@@ -136,20 +138,21 @@ def _button(state: State, kind: Kind) -> None:
     st.button(
         "Measure", key=f"measure_{kind}", type="primary", on_click=safely(start),
         args=(state, kind),
-        disabled=state.benchmark.running is not None,
+        disabled=state.page(Benchmark).running is not None,
     )  # fmt: skip
 
 
 def _plan(state: State, kind: Kind) -> None:
+    page_state = state.page(Benchmark)
     try:
         cases = CASES[kind](state)
     except CCWSIMError as error:
         step_note(str(error))
         return
-    text = said_plan(len(cases), state.benchmark.n_realizations, expected(state, cases))
+    text = said_plan(len(cases), page_state.n_realizations, expected(state, cases))
     most = max(case.n_cells for case in cases) * BYTES_A_CELL
     if most > LARGE:
         text += f" Up to {most / 1e6:.0f} MB of memory."
-    if state.benchmark.running not in (None, getattr(state.benchmark, kind)):
+    if page_state.running not in (None, getattr(page_state, kind)):
         text += " Another measurement is running; two at once would slow each other down."
     step_note(text)

@@ -12,6 +12,7 @@ from ccwsim.ui.benchmark.controls import Kind, draw_data_controls, draw_grid_con
 from ccwsim.ui.benchmark.csv import timings_csv
 from ccwsim.ui.benchmark.results import draw_data, draw_grids
 from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
 from ccwsim.ui.jobs.job import held_up
 from ccwsim.ui.page import guarded
@@ -28,13 +29,14 @@ DRAW: dict[Kind, Callable[[State], None]] = {"grids": draw_grids, "data": draw_d
 
 def draw_benchmark(state: State) -> None:
     """Draw both measurements, each with its controls above its results."""
+    page_state = state.page(Benchmark)
     st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
         _download(state)
     step_note(WHAT_CAN_BE_COMPARED)
-    if state.benchmark.message:
-        st.error(plain(state.benchmark.message))
+    if page_state.message:
+        st.error(plain(page_state.message))
     st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
     draw_grid_controls(state)
     draw_part(state, "grids")
@@ -45,7 +47,7 @@ def draw_benchmark(state: State) -> None:
 
 def draw_part(state: State, kind: Kind) -> None:
     """Draw one measurement, followed while it runs."""
-    run = getattr(state.benchmark, kind)
+    run = getattr(state.page(Benchmark), kind)
     with st.container(key=f"part_{kind}"):
         if run and run.going:
             _follow(state, kind)
@@ -60,7 +62,7 @@ def draw_part(state: State, kind: Kind) -> None:
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State, kind: Kind) -> None:
     with guarded():
-        run = getattr(state.benchmark, kind)
+        run = getattr(state.page(Benchmark), kind)
         if run is None or not run.going:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key=f"progress_{kind}"):
@@ -89,8 +91,9 @@ def progress_text(run: TimingRun) -> str:
 
 
 def _download(state: State) -> None:
-    runs = [run for run in (state.benchmark.grids, state.benchmark.data) if run and run.timings]
-    if runs and not state.benchmark.running:
+    page_state = state.page(Benchmark)
+    runs = [run for run in (page_state.grids, page_state.data) if run and run.timings]
+    if runs and not page_state.running:
         st.download_button(
             "Download CSV", lambda: timings_csv(runs, str(this_machine())),
             file_name="times.csv", mime="text/csv", on_click="ignore", key="download_times",

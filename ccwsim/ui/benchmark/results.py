@@ -12,6 +12,7 @@ from ccwsim.figures import TimeSeries, timings_chart
 from ccwsim.paper import published_times as published
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.settings import NUMBERS, SIDES, settings
+from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table
 from ccwsim.ui.benchmark.words import (
     Setting,
@@ -37,7 +38,7 @@ TEACHING = (
 
 def draw_grids(state: State) -> None:
     """Draw times against the size of the grid, or where they will be."""
-    run = state.benchmark.grids
+    run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     sides = sorted({t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]})
     left, right = st.columns(2, gap="medium")
@@ -68,7 +69,8 @@ def draw_grids(state: State) -> None:
 
 def draw_data(state: State) -> None:
     """Draw times against the number of data in the layout of Table 2."""
-    own, run = state.benchmark, state.benchmark.data
+    page_state = state.page(Benchmark)
+    own, run = page_state, page_state.data
     if run:
         chosen = list(dict.fromkeys(setting_of(case.parameters) for case in run.cases))
         numbers, side = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape[0]
@@ -94,7 +96,7 @@ def draw_data(state: State) -> None:
 
 def asked(state: State) -> list[Setting]:
     """Return the methods and levels that are chosen now, none where they do not fit."""
-    own = state.benchmark
+    own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []
     return [setting_of(p) for p in settings(state, own.data_methods, own.data_levels)]

@@ -68,7 +68,7 @@ def cases_of_grids(state: State) -> list[TimingCase]:
     CCWSIMError
         Where nothing is chosen, or a level does not go with the study.
     """
-    own = state.benchmark
+    own = state.page(Benchmark)
     sides = [side for side in SIDES if side <= own.largest]
     return grid_cases(sides, settings(state, own.grid_methods, own.grid_levels))
 
@@ -81,7 +81,7 @@ def cases_of_data(state: State) -> list[TimingCase]:
     CCWSIMError
         As `cases_of_grids`.
     """
-    own = state.benchmark
+    own = state.page(Benchmark)
     numbers = [n for n in number_options(own.side) if n in own.numbers]
     if not numbers:
         raise CCWSIMError("Choose at least one number of data.")
@@ -106,9 +106,10 @@ def settings(
 
 def expected(state: State, cases: Sequence[TimingCase]) -> float:
     """Return about how many seconds a run will take, from what this session has measured."""
+    page_state = state.page(Benchmark)
     image = image_of(state.choices.image)
-    known = known_timings(state.benchmark, image.digest)
-    return expected_seconds(image, cases, state.benchmark.n_realizations, known)
+    known = known_timings(page_state, image.digest)
+    return expected_seconds(image, cases, page_state.n_realizations, known)
 
 
 def known_timings(own: Benchmark, digest: str) -> list[Timing]:

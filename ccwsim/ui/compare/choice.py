@@ -6,7 +6,7 @@ from dataclasses import fields
 
 from ccwsim.experiments.comparison import FEWEST, MOST
 from ccwsim.model.parameters import METHODS, Parameters
-from ccwsim.ui.compare.state import LETTERS
+from ccwsim.ui.compare.state import LETTERS, Comparing
 from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
@@ -24,7 +24,7 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
     shape = image_of(state.choices.image).shape
     own = fitted(state.choices.parameters, shape)
     usual = usual_others(own, shape)
-    others = [usual[k] if p is None else p for k, p in enumerate(state.comparing.others)]
+    others = [usual[k] if p is None else p for k, p in enumerate(state.page(Comparing).others)]
     return own, *(fitted(p, shape) for p in others)
 
 
@@ -83,7 +83,7 @@ def change_setting(state: State, k: int, **changes: object) -> None:
         set_parameters(state, **changes)
         return
     shape = image_of(state.choices.image).shape
-    state.comparing.others[k - 1] = fitted(settings_of(state)[k], shape, **changes)
+    state.page(Comparing).others[k - 1] = fitted(settings_of(state)[k], shape, **changes)
 
 
 def copy_setting(state: State, k: int, source: int) -> None:
@@ -98,7 +98,7 @@ def add_setting(state: State) -> None:
     if len(there) < MOST:
         usual = usual_others(there[0], image_of(state.choices.image).shape)
         new = next((p for p in usual if p not in there), there[0])
-        state.comparing.others.append(new)
+        state.page(Comparing).others.append(new)
 
 
 def remove_setting(state: State, k: int) -> None:
@@ -106,7 +106,7 @@ def remove_setting(state: State, k: int) -> None:
     there = list(settings_of(state))
     if 0 < k < len(there) and len(there) > FEWEST:
         del there[k]
-        state.comparing.others[:] = there[1:]
+        state.page(Comparing).others[:] = there[1:]
 
 
 def use_setting(state: State, k: int) -> None:
@@ -115,7 +115,7 @@ def use_setting(state: State, k: int) -> None:
     there[0], there[k] = there[k], there[0]
     state.change(parameters=there[0])
     if k:
-        state.comparing.others[:] = there[1:]
+        state.page(Comparing).others[:] = there[1:]
 
 
 def called(n: int) -> tuple[str, ...]:

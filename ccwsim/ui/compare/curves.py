@@ -9,6 +9,7 @@ from ccwsim.experiments.comparison import DIRECTIONS, STATISTICS, Comparison
 from ccwsim.figures import compared_curves_chart
 from ccwsim.ui.compare.name import draw_curve_key
 from ccwsim.ui.compare.run import has_curves, want_curves
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import nearest
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
@@ -27,7 +28,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     facies = state.facies
     image = found.ensembles[0].training_image
     if not has_curves(found, facies):
-        if state.comparing.job is None:
+        if state.page(Comparing).job is None:
             st.button(
                 f"Work out the curves of {plain(image.facies_names[facies])}", key="want_curves",
                 on_click=safely(want_curves), args=(state,),

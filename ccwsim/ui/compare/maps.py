@@ -11,7 +11,7 @@ from ccwsim.figures import compared_proportions_chart, compared_times_chart
 from ccwsim.ui.compare.choice import called, said_setting, said_whole
 from ccwsim.ui.compare.name import draw_name
 from ccwsim.ui.compare.run import want_curves
-from ccwsim.ui.compare.state import Asked
+from ccwsim.ui.compare.state import Asked, Comparing
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.e_type import choose, e_type_field, uncertainty_map
 from ccwsim.ui.results.titled_chart import titled_chart
@@ -60,7 +60,7 @@ def note_of(asked: Asked, k: int) -> str:
 def _controls(state: State, found: Comparison) -> None:
     n, names = found.ensembles[0].n, found.ensembles[0].training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
-        panel_title(f"Realization {state.comparing.shown + 1} of {n}")
+        panel_title(f"Realization {state.page(Comparing).shown + 1} of {n}")
         for step, label, name in ((-1, "‹", "previous"), (1, "›", "next")):
             st.button(
                 label, key=f"shown_{name}", on_click=safely(_step), args=(state, n, step),
@@ -76,11 +76,12 @@ def _controls(state: State, found: Comparison) -> None:
 
 
 def _step(state: State, n: int, step: int) -> None:
-    state.comparing.shown = (state.comparing.shown + step) % n
+    page_state = state.page(Comparing)
+    page_state.shown = (page_state.shown + step) % n
 
 
 def _maps_of(state: State, found: Comparison, k: int, colours: Sequence[str]) -> None:
-    ensemble, name, r = found.ensembles[k], found.names[k], state.comparing.shown
+    ensemble, name, r = found.ensembles[k], found.names[k], state.page(Comparing).shown
     image = ensemble.training_image
     shown = facies_map(ensemble.indices[r], image, colours, f"{name}, realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))

@@ -18,7 +18,7 @@ from ccwsim.ui.compare.maps import draw_maps
 from ccwsim.ui.compare.patterns import draw_patterns
 from ccwsim.ui.compare.run import asked_of, start_comparison
 from ccwsim.ui.compare.settings import draw_settings
-from ccwsim.ui.compare.state import Asked
+from ccwsim.ui.compare.state import Asked, Comparing
 from ccwsim.ui.compare.tables import draw_figures, ratios_csv, realizations_csv, settings_csv
 from ccwsim.ui.compare.words import sentences
 from ccwsim.ui.jobs.admission import Demand, check_limits
@@ -49,7 +49,7 @@ def draw_top(state: State, problem: str) -> None:
         Why they cannot be compared, or an empty text.
     """
     draw_settings(state)
-    here = state.comparing
+    here = state.page(Comparing)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         field(
             st.number_input, "Realizations of each", key="n_compared", value=here.n, width=140,
@@ -75,7 +75,7 @@ def problem_of(state: State) -> str:
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
         cells = choices.grid.ny * choices.grid.nx * len(settings_of(state))
-        check_limits(Demand(cells * state.comparing.n, data.n))
+        check_limits(Demand(cells * state.page(Comparing).n, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -95,13 +95,13 @@ def said_study(state: State) -> str:
 
 def is_old(state: State) -> bool:
     """Return whether what is shown is of before, while something new is on its way."""
-    here = state.comparing
+    here = state.page(Comparing)
     return here.found is not None and here.job is not None and here.job.about.so_far is None
 
 
 def shown_of(state: State) -> tuple[Comparison | None, Asked | None]:
     """Return the comparison to show, and what was asked for it."""
-    here = state.comparing
+    here = state.page(Comparing)
     if here.job is not None and here.job.about.so_far is not None:
         return here.job.about.so_far, here.job.about.asked
     return here.found, here.asked
@@ -118,7 +118,7 @@ def draw_results(state: State, busy: bool) -> None:
         Whether something was worked out when the page was drawn.
     """
     with guarded():
-        if (state.comparing.job is not None) != busy:  # a part of it asked for more work
+        if (state.page(Comparing).job is not None) != busy:  # a part of it asked for more work
             st.rerun()
         found, asked = shown_of(state)
         if found is None or asked is None:
@@ -129,7 +129,7 @@ def draw_results(state: State, busy: bool) -> None:
 
 def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
     image = found.ensembles[0].training_image
-    here = state.comparing
+    here = state.page(Comparing)
     here.shown = min(here.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
     with st.container(key="said"):  # always there, so that what is below never moves
@@ -149,7 +149,7 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
 def _draw_summary(state: State, found: Comparison, asked: Asked) -> None:
     lines = "".join(f"<p>{escape(text)}</p>" for text in sentences(found))
     st.html(f'<div class="summary">{lines}</div>')
-    if state.comparing.job is None and asked.key != asked_of(state).key:
+    if state.page(Comparing).job is None and asked.key != asked_of(state).key:
         step_note("The settings or the study were changed since this comparison: compare again.")
 
 

@@ -11,6 +11,7 @@ import streamlit as st
 from ccwsim.experiments.comparison import Comparison
 from ccwsim.figures import compared_scaling_chart
 from ccwsim.ui.compare.name import draw_point_key
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import said_ratio
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
@@ -26,7 +27,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
     if found.anodi is None:
         if found.problem:
             step_note(f"Patterns are not compared: {found.problem}.")
-        elif state.comparing.job is not None:
+        elif state.page(Comparing).job is not None:
             st.html('<div class="unseen patterns"></div>')
         else:
             step_note("Patterns were not compared: it was stopped before.")
@@ -41,7 +42,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
 def _plot(state: State, found: Comparison) -> None:
     assert found.anodi is not None
     assert found.scaling is not None
-    here = state.comparing
+    here = state.page(Comparing)
     chart = compared_scaling_chart(
         found.scaling, found.anodi.owner, found.names, here.shown, chart_theme()
     )

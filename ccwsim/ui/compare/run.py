@@ -8,7 +8,7 @@ from ccwsim.experiments.comparison import FEWEST, Comparison, add_curves, compar
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.compare.choice import called, settings_of
-from ccwsim.ui.compare.state import Asked, Run
+from ccwsim.ui.compare.state import Asked, Comparing, Run
 from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
 from ccwsim.ui.page import guarded
@@ -21,12 +21,12 @@ from ccwsim.ui.widgets.errors import safely
 def asked_of(state: State) -> Asked:
     """Return what a comparison would be asked for now."""
     c = state.choices
-    return Asked(c.image, c.data, c.grid, c.seed, state.comparing.n, settings_of(state))
+    return Asked(c.image, c.data, c.grid, c.seed, state.page(Comparing).n, settings_of(state))
 
 
 def start_comparison(state: State) -> None:
     """Compare the settings as they are; a comparison that is still going is stopped."""
-    here = state.comparing
+    here = state.page(Comparing)
     try:
         run = Run(asked_of(state))
         image, data = image_of(state.choices.image), data_of(state.choices)
@@ -63,7 +63,7 @@ def _demand(state: State, asked: Asked) -> Demand:
 
 def want_curves(state: State) -> None:
     """Work out the curves of the chosen facies where the comparison does not have them yet."""
-    here = state.comparing
+    here = state.page(Comparing)
     found = here.found
     if here.job is not None or found is None or has_curves(found, state.facies):
         return
@@ -82,7 +82,7 @@ def has_curves(found: Comparison, facies: int) -> bool:
 
 def collect_comparison(state: State) -> None:
     """Take what a finished job gives; earlier results stay where it gave none."""
-    here = state.comparing
+    here = state.page(Comparing)
     job = here.job
     if job is None or not job.finished:
         return
@@ -120,7 +120,7 @@ def follow_comparison(state: State, n_parts: int) -> None:
         How often there was more when the page was drawn.
     """
     with guarded():
-        job = state.comparing.job
+        job = state.page(Comparing).job
         if job is None or job.finished:
             collect_comparison(state)
             st.rerun()

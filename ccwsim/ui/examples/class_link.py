@@ -10,6 +10,7 @@ import streamlit as st
 
 from ccwsim.sharing import left_out, link_of
 from ccwsim.ui.choices import Choices
+from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run_step import LARGEST_SEED
 from ccwsim.ui.widgets.steps import step_note
@@ -29,7 +30,7 @@ def own_seed(state: State, choices: Choices) -> Choices:
         return choices
     del st.query_params[CLASS]
     seed = FEWEST_DIGITS + randbelow(LARGEST_SEED - FEWEST_DIGITS)
-    state.examples.own_seed = seed
+    state.page(Examples).own_seed = seed
     return replace(choices, seed=seed)
 
 

@@ -17,6 +17,7 @@ from ccwsim.ui.examples.open import (
     next_example,
     open_example,
 )
+from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 
@@ -30,7 +31,7 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
     compared : bool
         Whether this is the page that compares settings.
     """
-    here = state.examples
+    here = state.page(Examples)
     example = example_named(here.opened)
     with st.container(key="opened"):  # always there, so that what is below is never made anew
         if example is not None:
@@ -40,7 +41,7 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
 
 
 def _draw_example(state: State, example: Example, compared: bool) -> None:
-    own = state.examples.own_seed
+    own = state.page(Examples).own_seed
     seed = "" if own is None else f" Your own seed is {own}."
     st.html(
         f'<p class="opened"><b>Example {EXAMPLES.index(example) + 1}: {escape(example.title)}.</b> '

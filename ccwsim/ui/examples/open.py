@@ -8,8 +8,9 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.ui.compare.run import start_comparison
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example
-from ccwsim.ui.examples.state import Kept
+from ccwsim.ui.examples.state import Examples, Kept
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
 
@@ -30,9 +31,10 @@ def open_example(state: State, example: Example) -> None:
 
 def compare_example(state: State, example: Example) -> None:
     """Make an example the study, and compare its settings."""
+    page_state = state.page(Comparing)
     _take(state, example)
-    state.comparing.others = list(example.others)
-    state.comparing.n = N_COMPARED
+    page_state.others = list(example.others)
+    page_state.n = N_COMPARED
     start_comparison(state)
 
 
@@ -45,7 +47,8 @@ def next_example(name: str) -> Example | None:
 
 def back_to_own(state: State) -> None:
     """Bring the reader's own study back as it was, with its results."""
-    here = state.examples
+    page_state = state.page(Comparing)
+    here = state.page(Examples)
     kept, here.kept, here.opened = here.kept, None, ""
     if kept is None:
         return
@@ -55,20 +58,27 @@ def back_to_own(state: State) -> None:
     state.choices, state.ensemble, state.ran = kept.choices, kept.ensemble, kept.ran
     state.reference, state.message = kept.reference, ""
     state.image_draft = state.data_draft = None
-    state.comparing.others, state.comparing.n = list(kept.others), kept.n_compared
+    page_state.others, page_state.n = list(kept.others), kept.n_compared
 
 
 def keep_example(state: State) -> None:
     """Go on with the example as the reader's own study."""
-    state.examples.kept, state.examples.opened = None, ""
+    page_state = state.page(Examples)
+    page_state.kept, page_state.opened = None, ""
 
 
 def _take(state: State, example: Example) -> None:
-    here = state.examples
+    page_state = state.page(Comparing)
+    here = state.page(Examples)
     if here.kept is None:
-        others = tuple(state.comparing.others)
+        others = tuple(page_state.others)
         here.kept = Kept(
-            state.choices, state.ensemble, state.ran, state.reference, others, state.comparing.n
+            state.choices,
+            state.ensemble,
+            state.ran,
+            state.reference,
+            others,
+            page_state.n,
         )
     here.opened = example.name
     state.choices = (

@@ -21,6 +21,7 @@ from ccwsim.ui.examples.open import (
 )
 from ccwsim.ui.examples.pictures import Picture, expected, picture_bench, pictures_of
 from ccwsim.ui.examples.quiz_page import draw_quiz
+from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.jobs.statistics import Failure
 from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.session.state import State
@@ -39,7 +40,7 @@ VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training ima
 def draw_examples(state: State) -> None:
     """Draw the studies of the lecture plan, or the quiz."""
     st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
-    here = state.examples
+    here = state.page(Examples)
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
         field(
             st.segmented_control, "Examples", key="examples_view", options=list(VIEWS),

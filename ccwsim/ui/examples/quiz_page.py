@@ -13,7 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.ui.choices import ImageChoice
 from ccwsim.ui.examples.quiz_reveal import draw_reveal
 from ccwsim.ui.examples.quiz_rounds import N_PICTURES, Round, draw_round
-from ccwsim.ui.examples.state import Quiz
+from ccwsim.ui.examples.state import Examples, Quiz
 from ccwsim.ui.jobs.job import Job, held_up
 from ccwsim.ui.page import guarded
 from ccwsim.ui.session.fitting import fitted, levels
@@ -34,7 +34,7 @@ HIGHEST = 4
 
 def draw_quiz(state: State) -> None:
     """Draw the settings, the pictures of the round, and what a pick said."""
-    quiz = state.examples.quiz
+    quiz = state.page(Examples).quiz
     _controls(state)
     if quiz.asked != _asked(state):
         begin_round(state)
@@ -50,7 +50,7 @@ def draw_quiz(state: State) -> None:
 
 def begin_round(state: State) -> None:
     """Draw new pictures; what was picked before counts already."""
-    quiz = state.examples.quiz
+    quiz = state.page(Examples).quiz
     quiz.asked, quiz.picked, quiz.message = _asked(state), None, ""
     quiz.n_rounds += 1
     image, parameters = _image(state), _parameters(quiz)
@@ -93,7 +93,7 @@ def said_setting(quiz: Quiz) -> str:
 
 
 def _controls(state: State) -> None:
-    quiz = state.examples.quiz
+    quiz = state.page(Examples).quiz
     upload = state.choices.image.upload
     names = ["", *datasets.names()] if upload else list(datasets.names())
     if quiz.image not in names:
@@ -127,7 +127,7 @@ def _controls(state: State) -> None:
 
 
 def _draw_round(state: State, shown: Round) -> None:
-    quiz = state.examples.quiz
+    quiz = state.page(Examples).quiz
     n = len(shown.pictures)
     if quiz.picked is None:
         step_note(
@@ -171,7 +171,7 @@ def _draw_score(quiz: Quiz) -> None:
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State) -> None:
     with guarded():
-        quiz = state.examples.quiz
+        quiz = state.page(Examples).quiz
         if quiz.job is None or quiz.job.finished:
             collect_round(quiz)
             st.rerun()
@@ -180,13 +180,13 @@ def _follow(state: State) -> None:
 
 
 def _asked(state: State) -> tuple:
-    quiz = state.examples.quiz
+    quiz = state.page(Examples).quiz
     digest = state.choices.image.digest if not quiz.image else ""
     return quiz.image, digest, quiz.level, quiz.n_candidates, quiz.refine
 
 
 def _image(state: State):
-    quiz = state.examples.quiz
+    quiz = state.page(Examples).quiz
     choice = ImageChoice(quiz.image) if quiz.image else state.choices.image
     try:
         return image_of(choice)
@@ -200,5 +200,5 @@ def _parameters(quiz: Quiz) -> Parameters:
 
 
 def _colours(state: State, shown: Round) -> list[str]:
-    own = dict(state.choices.image.colours) if not state.examples.quiz.image else {}
+    own = dict(state.choices.image.colours) if not state.page(Examples).quiz.image else {}
     return facies_colours(shown.training_image, own)

@@ -12,6 +12,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.hard_data.history import Moment
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run_step import problem_of
@@ -38,7 +39,7 @@ def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData
 
 def take(state: State, choice: DataChoice, reference: TrainingImage | None = None) -> None:
     """Make other hard data the study's; the ones before can be got back."""
-    state.editor.history.remember(moment_of(state))
+    state.page(Editor).history.remember(moment_of(state))
     state.change(data=choice)
     state.data_draft, state.reference = None, reference
 
@@ -56,17 +57,17 @@ def moment_of(state: State) -> Moment:
 
 def is_revised(state: State) -> bool:
     """Return whether the realizations were mended around edits since they were simulated."""
-    return state.ensemble is not None and state.ensemble is state.editor.answered
+    return state.ensemble is not None and state.ensemble is state.page(Editor).answered
 
 
 def undo(state: State) -> None:
     """Go back to the data before the last edit, and to the realizations that answered them."""
-    _restore(state, state.editor.history.undo(moment_of(state)))
+    _restore(state, state.page(Editor).history.undo(moment_of(state)))
 
 
 def redo(state: State) -> None:
     """Take an edit again that was undone."""
-    _restore(state, state.editor.history.redo(moment_of(state)))
+    _restore(state, state.page(Editor).history.redo(moment_of(state)))
 
 
 def _restore(state: State, moment: Moment | None) -> None:
@@ -76,7 +77,7 @@ def _restore(state: State, moment: Moment | None) -> None:
     state.data_draft, state.reference = None, moment.reference
     if moment.ensemble is not None and fits(moment.ensemble, state.choices):
         state.ensemble = moment.ensemble
-        state.editor.answered = moment.ensemble if moment.revised else None
+        state.page(Editor).answered = moment.ensemble if moment.revised else None
 
 
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
@@ -89,15 +90,16 @@ def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
         Each has `seq`, a growing number, and either `set`, a list of [row, column, place of the
         facies or −1 to erase], or `do`, "undo" or "redo".
     """
-    state.editor.message = ""
+    page_state = state.page(Editor)
+    page_state.message = ""
     for edit in sorted(edits, key=lambda edit: edit["seq"]):
-        if edit["seq"] <= state.editor.taken:
+        if edit["seq"] <= page_state.taken:
             continue
-        state.editor.taken = int(edit["seq"])
+        page_state.taken = int(edit["seq"])
         try:
             _take_edit(state, edit)
         except CCWSIMError as error:
-            state.editor.message = str(error)
+            page_state.message = str(error)
 
 
 def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
@@ -138,4 +140,4 @@ def answer(state: State) -> None:
         return
     data = data_of(state.choices)
     if ensemble.hard_data.digest != data.digest:
-        state.ensemble = state.editor.answered = revise(ensemble, data)
+        state.ensemble = state.page(Editor).answered = revise(ensemble, data)

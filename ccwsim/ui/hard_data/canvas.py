@@ -16,6 +16,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.actions import take_edits
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.e_type import uncertainty_map
 from ccwsim.ui.session.state import State
@@ -32,8 +33,9 @@ def draw_canvas(
     ensemble: Ensemble | None,
 ) -> None:  # fmt: skip
     """Draw the map with the data on it; its edits are taken into the state."""
+    page_state = state.page(Editor)
     grid = state.choices.grid
-    ground = state.editor.ground if ensemble is not None else "empty"
+    ground = page_state.ground if ensemble is not None else "empty"
     if ensemble is None or ground == "empty":
         shown = empty_map(grid)
     elif ground == "realization":
@@ -50,7 +52,7 @@ def draw_canvas(
         ],
     )  # fmt: skip
     content = map_content(shown, grid, "grid", "maps", True, "hard_data", MAX_HEIGHT)
-    history = state.editor.history
+    history = page_state.history
     content |= {
         "brushes": [
             {"label": name, "colour": colour}
@@ -58,7 +60,7 @@ def draw_canvas(
         ],
         "reads": ground == "realization",
         "empty": ground == "empty",
-        "ack": state.editor.taken,
+        "ack": page_state.taken,
         "can_undo": bool(history.past),
         "can_redo": bool(history.future),
     }

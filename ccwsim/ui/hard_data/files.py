@@ -11,6 +11,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.ui.choices import DataChoice, Upload
 from ccwsim.ui.hard_data.actions import moment_of
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.resolve import imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_questions import ask_data
@@ -64,7 +65,7 @@ def use_file(state: State, choice: DataChoice) -> None:
     before = moment_of(state)
     use_data(state, choice)
     if state.choices.data is choice:
-        state.editor.history.remember(before)
+        state.page(Editor).history.remember(before)
         state.reference = None
 
 

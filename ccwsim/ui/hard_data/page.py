@@ -14,6 +14,7 @@ from ccwsim.ui.hard_data.actions import answer, fits, is_revised, needs_run, tak
 from ccwsim.ui.hard_data.canvas import draw_canvas, said_help
 from ccwsim.ui.hard_data.files import draw_export, draw_import, draw_problem
 from ccwsim.ui.hard_data.sampling import draw_sampling
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.hard_data.table import draw_table
 from ccwsim.ui.page import guarded
 from ccwsim.ui.results.e_type import draw_e_type
@@ -80,6 +81,7 @@ def _editor(state: State) -> None:
 
 
 def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
+    page_state = state.page(Editor)
     if ensemble is not None:
         with st.container(key="facts_row"):
             draw_facts(ensemble)
@@ -100,8 +102,8 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
         ):  # fmt: skip
             start_run(state)
             st.rerun()
-    if state.editor.message:
-        st.warning(plain(state.editor.message))
+    if page_state.message:
+        st.warning(plain(page_state.message))
 
 
 def said_answer(state: State, ensemble: Ensemble) -> str:
@@ -118,18 +120,19 @@ def said_answer(state: State, ensemble: Ensemble) -> str:
 
 
 def _ground(state: State) -> None:
+    page_state = state.page(Editor)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
         panel_title("Hard data on")
         field(
             st.segmented_control, "What lies under the data", key="ground",
-            value=state.editor.ground, options=list(GROUNDS), format_func=GROUNDS.get,
-            write=lambda ground: setattr(state.editor, "ground", ground),
+            value=page_state.ground, options=list(GROUNDS), format_func=GROUNDS.get,
+            write=lambda ground: setattr(page_state, "ground", ground),
             label_visibility="collapsed",
         )  # fmt: skip
 
 
 def _beside(state: State, ensemble: Ensemble, colours: list[str]) -> None:
-    if state.editor.ground != "e_type":
+    if state.page(Editor).ground != "e_type":
         draw_e_type(state, ensemble, colours)
         return
     image: TrainingImage = ensemble.training_image

@@ -13,7 +13,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.choices import ImageChoice, Upload
 from ccwsim.ui.hard_data.actions import fits, take_data
-from ccwsim.ui.hard_data.state import Sampling
+from ccwsim.ui.hard_data.state import Editor, Sampling
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
@@ -37,7 +37,7 @@ def draw_sampling(state: State) -> None:
             "Reads data off a known field, which is kept hidden as the reference to score "
             "realizations against."
         )
-        own = state.editor.reference_choice is not None
+        own = state.page(Editor).reference_choice is not None
         field(
             st.selectbox, "Read from", key="sample_from", value=own, options=[False, True],
             format_func=lambda own: "an image of yours" if own else "the shown realization",
@@ -51,15 +51,16 @@ def draw_sampling(state: State) -> None:
 
 def sample(state: State) -> None:
     """Take data sampled as the menu says, and keep the field that they came from."""
-    state.editor.message = ""
+    page_state = state.page(Editor)
+    page_state.message = ""
     try:
         truth = truth_of(state)
-        data = sampled(truth, state.editor.sampling)
+        data = sampled(truth, page_state.sampling)
         data.check(state.choices.grid, image_of(state.choices.image))
         take_data(state, data, truth)
         state.reference = truth
     except CCWSIMError as error:
-        state.editor.message = str(error)
+        page_state.message = str(error)
 
 
 def sampled(truth: TrainingImage, how: Sampling) -> HardData:
@@ -79,7 +80,7 @@ def truth_of(state: State) -> TrainingImage:
     CCWSIMError
         Where there is none, or it has another shape than the grid.
     """
-    grid, choice, ensemble = state.choices.grid, state.editor.reference_choice, state.ensemble
+    grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):
             raise CCWSIMError("there is no realization to sample yet; run the study first")
@@ -97,11 +98,11 @@ def truth_of(state: State) -> TrainingImage:
 
 
 def _read_from(state: State, own: bool) -> None:
-    state.editor.reference_choice = ImageChoice() if own else None
+    state.page(Editor).reference_choice = ImageChoice() if own else None
 
 
 def _ask_reference(state: State) -> None:
-    choice = state.editor.reference_choice
+    choice = state.page(Editor).reference_choice
     st.file_uploader(
         "Reference image", type=TYPES, key="reference_file", on_change=safely(_uploaded),
         args=(state,),
@@ -117,19 +118,21 @@ def _ask_reference(state: State) -> None:
 def _uploaded(state: State) -> None:
     file = st.session_state["reference_file"]
     upload = Upload(file.name, file.getvalue()) if file is not None else None
-    state.editor.reference_choice = ImageChoice(upload=upload)
+    state.page(Editor).reference_choice = ImageChoice(upload=upload)
 
 
 def _answer(state: State, answers: tuple) -> None:
-    choice = state.editor.reference_choice or ImageChoice()
-    state.editor.reference_choice = replace(choice, answers=answers)
+    page_state = state.page(Editor)
+    choice = page_state.reference_choice or ImageChoice()
+    page_state.reference_choice = replace(choice, answers=answers)
 
 
 def _ask_way(state: State) -> None:
-    how = state.editor.sampling
+    page_state = state.page(Editor)
+    how = page_state.sampling
 
     def change(**changes: Any) -> None:
-        state.editor.sampling = replace(state.editor.sampling, **changes)
+        page_state.sampling = replace(page_state.sampling, **changes)
 
     field(
         st.selectbox, "Where", key="sample_way", value=how.way, options=list(WAYS),

@@ -15,6 +15,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.actions import take_data
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
@@ -29,7 +30,7 @@ MOST_NOTES = 4
 
 def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
     """Draw the table; what the user changes there becomes the study's hard data."""
-    table, grid = state.editor.table, state.choices.grid
+    table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
         field(
@@ -58,17 +59,18 @@ def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
 
 
 def _stands_for(state: State, digest: str, image: TrainingImage) -> tuple:
-    return digest, state.choices.grid, state.editor.table.world, image.digest
+    return digest, state.choices.grid, state.page(Editor).table.world, image.digest
 
 
 def _edited(state: State, key: str, image: TrainingImage) -> None:
-    table = state.editor.table
+    page_state = state.page(Editor)
+    table = page_state.table
     frame = edited_rows(table.base, st.session_state[key])
     data, table.notes = data_of_rows(frame, state.choices.grid, image, table.world)
     try:
         take_data(state, data, state.reference)
     except CCWSIMError as error:
-        state.editor.message = str(error)
+        page_state.message = str(error)
         return
     table.of = _stands_for(state, data.digest, image)
 

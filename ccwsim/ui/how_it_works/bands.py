@@ -12,6 +12,7 @@ from ccwsim.figures import Theme
 from ccwsim.figures.lag_maps import DIFFERENCE
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.how_it_works.maps import value_map
+from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.words import inverse_words, say
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import field
@@ -28,16 +29,17 @@ NAMES = {
 
 def draw_bands(state: State, trace: Trace, step: TracedPatch, theme: Theme) -> None:
     """Draw the sub-bands of the image at the level of the search, with the drawn place marked."""
+    page_state = state.page(How)
     image, level = trace.study.training_image, trace.study.parameters.level
     with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}" if level else "level 0")
         if image.n_facies > 2:
             names = image.facies_names
             field(
-                st.selectbox, "Facies", key="how_facies", value=state.how.facies, width=140,
+                st.selectbox, "Facies", key="how_facies", value=page_state.facies, width=140,
                 options=list(range(image.n_facies)), format_func=lambda k: names[k],
                 label_visibility="collapsed",
-                write=lambda k: setattr(state.how, "facies", k),
+                write=lambda k: setattr(page_state, "facies", k),
             )  # fmt: skip
     if not level:
         say(
@@ -45,7 +47,7 @@ def draw_bands(state: State, trace: Trace, step: TracedPatch, theme: Theme) -> N
             "more to see them.", "section 3",
         )  # fmt: skip
         return
-    bands = _bands(image.digest, state.how.facies, level, image)
+    bands = _bands(image.digest, page_state.facies, level, image)
     unit = step.unit
     box = trace.image_frame.box_to_world(*step.drawn_place, *step.cells.shape)
     mark = {
@@ -87,7 +89,8 @@ def _bands(
 
 def _largest(state: State, trace: Trace, step: TracedPatch) -> float:
     """Return how far the inverse transform is from the slice of the image."""
-    patch = trace.reconstructed(step, state.how.facies)
+    page_state = state.page(How)
+    patch = trace.reconstructed(step, page_state.facies)
     (ty, tx), n = step.drawn_place, len(patch)
-    own = trace.turned.pyramid.image[ty : ty + n, tx : tx + n] == state.how.facies
+    own = trace.turned.pyramid.image[ty : ty + n, tx : tx + n] == page_state.facies
     return float(abs(patch - own).max(initial=0.0))

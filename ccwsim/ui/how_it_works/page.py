@@ -12,6 +12,7 @@ from ccwsim.ui.how_it_works.bands import draw_bands
 from ccwsim.ui.how_it_works.fates import candidate_words, draw_fates
 from ccwsim.ui.how_it_works.player import EVERY, draw_player, draw_setting, tick
 from ccwsim.ui.how_it_works.resimulation import draw_mending
+from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.steps import draw_steps
 from ccwsim.ui.how_it_works.trace import parameters_of, set_own, trace_of
 from ccwsim.ui.page import chart_theme, guarded
@@ -36,8 +37,9 @@ def draw_style() -> None:
 
 def draw_how(state: State) -> None:
     """Draw the page; while it plays, it draws itself again and again."""
+    page_state = state.page(How)
     draw_style()
-    how, playing = state.how, state.how.playing
+    how, playing = page_state, page_state.playing
     how.mended = DRAWING
     st.fragment(_draw, run_every=EVERY if playing else None)(state, playing)
     with st.container(key="how_after"):
@@ -45,7 +47,7 @@ def draw_how(state: State) -> None:
 
 
 def _draw(state: State, timed: bool) -> None:
-    how = state.how
+    how = state.page(How)
     with guarded():
         _page(state)
     # a fragment's clock is wound up, and what lies below it drawn anew, only from outside of it
@@ -56,7 +58,7 @@ def _draw(state: State, timed: bool) -> None:
 @st.fragment
 def _after(state: State) -> None:
     """Draw what mending did: it is the same for all patches, so stepping leaves it alone."""
-    how = state.how
+    how = state.page(How)
     how.mended = how.traced
     with guarded():
         if how.trace is not None:
@@ -64,13 +66,14 @@ def _after(state: State) -> None:
 
 
 def _page(state: State) -> None:
+    page_state = state.page(How)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="large", key="how_top"):
         player = st.container(key="how_player", gap="small")
         draw_setting(state)
     try:
         check_traceable(parameters_of(state))
     except CCWSIMError as error:
-        state.how.leave()
+        page_state.leave()
         st.warning(plain(str(error)))
         st.button(
             "Follow ccwsim here", key="how_ccwsim", type="primary",
@@ -78,7 +81,7 @@ def _page(state: State) -> None:
         )  # fmt: skip
         return
     trace = trace_of(state)
-    tick(state.how, len(trace.patches))
+    tick(page_state, len(trace.patches))
     with player:
         draw_player(state, trace)
     with st.container(key="results"):
@@ -86,7 +89,7 @@ def _page(state: State) -> None:
 
 
 def _patch(state: State, trace: Trace) -> None:
-    step = trace.at(state.how.patch)
+    step = trace.at(state.page(How).patch)
     told, colours, theme = fates(step), colours_of(state), chart_theme()
     draw_steps(state, trace, step, told, colours, theme)
     with st.container(key="how_more"):

@@ -36,7 +36,7 @@ def tick(how: How, n: int) -> None:
 
 def draw_player(state: State, trace: Trace) -> None:
     """Draw the row that steps through the patches."""
-    how, n = state.how, len(trace.patches)
+    how, n = state.page(How), len(trace.patches)
     st.html(f'<p class="facts where">{where(trace, trace.patches[how.patch])}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
         st.button(
@@ -94,7 +94,7 @@ def _keys(how: How, n: int) -> None:
 
 def draw_setting(state: State) -> None:
     """Draw the controls of this page's own setting, and a way to take it to the study."""
-    how, p = state.how, parameters_of(state)
+    how, p = state.page(How), parameters_of(state)
     shape = image_of(state.choices.image).shape
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
         field(

@@ -11,6 +11,7 @@ from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.hard_data.canvas import said_help
 from ccwsim.ui.how_it_works.maps import patch_map
+from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.words import counted, say
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import field
@@ -24,6 +25,7 @@ SMALL = 204
 
 def draw_mending(state: State, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the realization as mending left it, and the windows of one datum."""
+    page_state = state.page(How)
     panel_title("After the last patch: mending", "what the raster left wrong is simulated anew")
     if not trace.study.hard_data.n:
         say("There are no hard data in this study, so there is nothing to mend.", "section 4.4")
@@ -41,18 +43,18 @@ def draw_mending(state: State, trace: Trace, colours: list[str], theme: Theme) -
     if not by_datum:
         return
     data = list(by_datum)
-    state.how.datum = min(state.how.datum, len(data) - 1)
+    page_state.datum = min(page_state.datum, len(data) - 1)
     with st.container(key="how_mending"):
         left, right = st.columns([1, 2], gap="medium")
     with left:
         field(
-            st.selectbox, "Mended datum", key="how_datum", value=state.how.datum,
-            options=list(range(len(data))), write=state.how.look_at,
+            st.selectbox, "Mended datum", key="how_datum", value=page_state.datum,
+            options=list(range(len(data))), write=page_state.look_at,
             format_func=lambda k: _name(trace, data[k]),
         )  # fmt: skip
-        _where(trace, by_datum[data[state.how.datum]], colours, theme)
+        _where(trace, by_datum[data[page_state.datum]], colours, theme)
     with right:
-        _windows(trace, by_datum[data[state.how.datum]], colours, theme)
+        _windows(trace, by_datum[data[page_state.datum]], colours, theme)
 
 
 def windows_by_datum(windows: Sequence[MendedWindow]) -> dict[int, list[MendedWindow]]:

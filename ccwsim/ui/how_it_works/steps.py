@@ -18,6 +18,7 @@ from ccwsim.ui.how_it_works.maps import (
     score_map,
     value_map,
 )
+from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.words import (
     cut_words,
     draw_words,
@@ -64,7 +65,7 @@ def _grid(state: State, trace: Trace, step: TracedPatch, colours: list[str], the
     draw_map(
         grid_map(trace, step, colours, theme), "how_map_grid", grid=trace.study.grid,
         max_height=LARGE, name="grid_so_far",
-        on_cell=lambda row, column: state.how.go(trace.patch_of_cell(row, column)),
+        on_cell=lambda row, column: state.page(How).go(trace.patch_of_cell(row, column)),
     )  # fmt: skip
     say(path_words(trace), "section 4.1 · Algorithm 1, line 3")
 
@@ -78,7 +79,7 @@ def _overlap(
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
     shown = patch_map(frame.patch_to_world(old), image, colours, theme, "The overlap")
     draw_map(shown, "how_map_overlap", max_height=SMALL, tools=False)
-    plane = 0 if len(step.blocks) == 1 else state.how.facies
+    plane = 0 if len(step.blocks) == 1 else state.page(How).facies
     named = image.facies_names[1 if len(step.blocks) == 1 and image.n_facies > 1 else plane]
     values = frame.patch_to_world(step.approximation[plane])
     if level:
@@ -94,7 +95,7 @@ def _score(
     state: State, trace: Trace, step: TracedPatch, told: list[PlaceFate], colours: list[str],
     theme: Theme,
 ) -> None:  # fmt: skip
-    how = state.how
+    how = state.page(How)
     share = trace.study.parameters.search_fraction
     offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
     ground = how.ground if how.ground in offered else "score"

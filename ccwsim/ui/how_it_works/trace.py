@@ -21,7 +21,7 @@ SHOWN_FIRST = 0.4
 
 def parameters_of(state: State) -> Parameters:
     """Return the page's own setting, or the study's."""
-    own = state.how.parameters
+    own = state.page(How).parameters
     return state.choices.parameters if own is None else own
 
 
@@ -33,7 +33,7 @@ def trace_of(state: State) -> Trace:
     CCWSIMError
         Where the study cannot be simulated, or not followed.
     """
-    how, choices, parameters = state.how, state.choices, parameters_of(state)
+    how, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
     key = image.digest, data.digest, repr(choices.grid), parameters.digest, choices.seed, how.number
     if how.trace is None or how.traced != key:
@@ -59,10 +59,11 @@ def usual_patch(trace: Trace) -> int:
 
 def set_own(state: State, **changes: Any) -> None:
     """Change the page's own setting; sizes that do not fit any more go to the nearest that do."""
+    page_state = state.page(How)
     shape = image_of(state.choices.image).shape
     own = fitted(parameters_of(state), shape, **changes)
-    state.how.parameters = None if own == state.choices.parameters else own
-    state.how.playing = False
+    page_state.parameters = None if own == state.choices.parameters else own
+    page_state.playing = False
 
 
 def use_own(state: State) -> None:
@@ -73,8 +74,9 @@ def use_own(state: State) -> None:
 
 def forget_own(state: State) -> None:
     """Go back to the study's setting."""
-    state.how.parameters = None
-    state.how.playing = False
+    page_state = state.page(How)
+    page_state.parameters = None
+    page_state.playing = False
 
 
 def follow(how: How, number: int) -> None:

@@ -10,7 +10,7 @@ import streamlit as st
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import EXPERIMENTS
 from ccwsim.ui.page import guarded
-from ccwsim.ui.paper.run import PaperRun, server_inputs
+from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
 from ccwsim.ui.paper.words import (
     DURATIONS,
     INTRODUCTION,
@@ -32,6 +32,7 @@ EXTENTS = {False: "Full", True: "Quick"}
 
 def draw_paper(state: State) -> None:
     """Draw what will be done, the controls, and the experiments with their verdicts."""
+    page_state = state.page(PaperState)
     st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
     step_note(INTRODUCTION)
@@ -39,11 +40,11 @@ def draw_paper(state: State) -> None:
     step_note(said_inputs(inputs))
     if problem:
         st.warning(plain(problem))
-    run = state.paper.run
+    run = page_state.run
     if run is None or not run.going:
         _controls(state)
-    if state.paper.message:
-        st.warning(plain(state.paper.message))
+    if page_state.message:
+        st.warning(plain(page_state.message))
     with st.container(key="results"):
         if run is not None and run.going:
             _follow(state)
@@ -53,18 +54,19 @@ def draw_paper(state: State) -> None:
 
 def start(state: State) -> None:
     """Start a run; there is never more than one of a session."""
-    if state.paper.run is not None and state.paper.run.going:
+    page_state = state.page(PaperState)
+    if page_state.run is not None and page_state.run.going:
         return
     inputs, _ = server_inputs()
-    state.paper.message = ""
+    page_state.message = ""
     try:
-        state.paper.run = PaperRun(inputs, state.paper.quick, state.paper.seed).start()
+        page_state.run = PaperRun(inputs, page_state.quick, page_state.seed).start()
     except CCWSIMError as error:
-        state.paper.message = str(error)
+        page_state.message = str(error)
 
 
 def _controls(state: State) -> None:
-    paper = state.paper
+    paper = state.page(PaperState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="paper_row"):
         field(
             st.segmented_control, "Extent", key="paper_extent", options=[False, True],
@@ -90,7 +92,7 @@ def _controls(state: State) -> None:
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State) -> None:
     with guarded():
-        run = state.paper.run
+        run = state.page(PaperState).run
         if run is None or run.job is None or not run.going:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key="progress"):

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import streamlit as st
 
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.choices import Choices, DataChoice, EMap, ImageChoice
-from ccwsim.ui.compare.state import Comparing
-from ccwsim.ui.examples.state import Examples
-from ccwsim.ui.hard_data.state import Editor
-from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.paper.run import PaperState
 from ccwsim.ui.session.past_runs import PastRuns
-from ccwsim.ui.sweep.state import SweepState
-from ccwsim.ui.validate.state import Validation
 
 KEY = "ccwsim"
+PageState = TypeVar("PageState")
 
 
 @dataclass
@@ -56,22 +49,8 @@ class State:
         The hidden truth that the hard data were sampled from, to score realizations against.
     runs : PastRuns
         The runs of this session, to go back to.
-    editor : Editor
-        What the page of hard data remembers.
-    validation : Validation
-        What the page of validation remembers.
-    sweep : SweepState
-        What the page of sweeps remembers.
-    benchmark : Benchmark
-        What the page of times remembers.
-    comparing : Comparing
-        What the page that compares settings remembers.
-    how : How
-        What the page that follows a realization remembers.
-    paper : PaperState
-        What the page of the paper remembers.
-    examples : Examples
-        What the page of examples remembers.
+    pages : dict
+        What single pages remember, by type; see `page`.
     address : str
         What was last written behind the address of the page.
     told : tuple of str
@@ -95,17 +74,14 @@ class State:
     chart_format: str = "svg"
     reference: TrainingImage | None = None
     runs: PastRuns = field(default_factory=PastRuns)
-    editor: Editor = field(default_factory=Editor)
-    validation: Validation = field(default_factory=Validation)
-    sweep: SweepState = field(default_factory=SweepState)
-    benchmark: Benchmark = field(default_factory=Benchmark)
-    comparing: Comparing = field(default_factory=Comparing)
-    how: How = field(default_factory=How)
-    paper: PaperState = field(default_factory=PaperState)
-    examples: Examples = field(default_factory=Examples)
+    pages: dict[type, Any] = field(default_factory=dict)
     address: str = ""
     told: tuple[str, ...] = ()
     opened: tuple[str, str] = ("", "")
+
+    def page(self, kind: type[PageState]) -> PageState:
+        """Return what a page remembers; `kind` is the type of it, made without arguments."""
+        return self.pages.setdefault(kind, kind())
 
     def change(self, **changes: Any) -> None:
         """Replace some of the choices."""

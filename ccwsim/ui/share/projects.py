@@ -14,6 +14,7 @@ from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.history import History
+from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.address import show
 from ccwsim.ui.session.following import shown_of
 from ccwsim.ui.session.resolve import data_of, image_of, opened
@@ -68,7 +69,7 @@ def open_project(state: State, upload: Upload) -> None:
     _check(choices)
     study_of(choices)
     state.choices, state.image_draft, state.data_draft = choices, None, None
-    state.reference, state.editor.history = None, History()
+    state.reference, state.page(Editor).history = None, History()
     state.told = _notes(project, upload.name)
     show(state, project.shown)
     start_run(state)

@@ -16,6 +16,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import colours_of, pretty
 from ccwsim.ui.sweep.ranges import MOST, plan_of, ranges_of, seconds_of, values_on_offer
 from ccwsim.ui.sweep.run import SweepRun
+from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.fields import PARAMETERS, field
@@ -35,6 +36,7 @@ LABELS = {
 
 def draw_controls(state: State) -> None:
     """Draw the three steps of a sweep."""
+    page_state = state.page(SweepState)
     step_title(1, "Study")
     step_note(said_study(state))
     with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
@@ -44,16 +46,16 @@ def draw_controls(state: State) -> None:
     for name, values in values_on_offer(state.choices).items():
         with st.container(key=f"range_{name}"):
             _range(state, name, values, ranges[name])
-    if state.sweep.ranges:
+    if page_state.ranges:
         st.button(
             "Back to what suits the study", key="ranges_back", on_click=safely(_back), args=(state,)
         )
     step_title(3, "Realizations")
     field(
-        st.number_input, "Of each setting", key="n_swept", value=state.sweep.n_realizations,
+        st.number_input, "Of each setting", key="n_swept", value=page_state.n_realizations,
         min_value=1, max_value=MOST_REALIZATIONS,
         help="More tell closer settings apart, and take proportionally longer.",
-        write=lambda n: setattr(state.sweep, "n_realizations", int(n)),
+        write=lambda n: setattr(page_state, "n_realizations", int(n)),
     )  # fmt: skip
     draw_plan(state)
     sweep_button(state, "sweep")
@@ -61,7 +63,7 @@ def draw_controls(state: State) -> None:
 
 def sweep_button(state: State, key: str) -> None:
     """Draw a button that starts the sweep; it is off, and says why, where it cannot start."""
-    problem, run = problem_of(state), state.sweep.run
+    problem, run = problem_of(state), state.page(SweepState).run
     going = run is not None and run.going
     n = 0 if problem else len(plan_of(state))
     label = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
@@ -73,7 +75,7 @@ def sweep_button(state: State, key: str) -> None:
 
 def draw_plan(state: State) -> None:
     """Say what the ranges come to, or what is wrong with them."""
-    problem = problem_of(state) or state.sweep.message
+    problem = problem_of(state) or state.page(SweepState).message
     if problem:
         st.warning(plain(problem))
     else:
@@ -101,7 +103,8 @@ def said_plan(state: State, plan: Settings) -> str:
     time = seconds_of(state, plan)
     about = f"about {seconds(max(round(time), 1))}" if time < 90 else f"about {time / 60:.0f} min"
     many = "setting" if len(plan) == 1 else "settings"
-    said = f"{len(plan)} {many} × {state.sweep.n_realizations} realizations: {about} on one core."
+    n = state.page(SweepState).n_realizations
+    said = f"{len(plan)} {many} × {n} realizations: {about} on one core."
     if plan.left_out:
         n = len(plan.left_out)
         said += f"\n{n} left out: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
@@ -126,7 +129,7 @@ def problem_of(state: State) -> str:
         return f"{len(plan)} settings; a sweep tries at most {MOST}: take fewer values."
     cells = state.choices.grid.ny * state.choices.grid.nx
     try:
-        n_cells = len(plan) * state.sweep.n_realizations * cells
+        n_cells = len(plan) * state.page(SweepState).n_realizations * cells
         check_limits(Demand(n_cells, data_of(state.choices).n))
     except CCWSIMError as error:
         return str(error)
@@ -135,25 +138,28 @@ def problem_of(state: State) -> str:
 
 def start(state: State) -> None:
     """Start the sweep as it is set up; what an earlier one found is let go."""
+    page_state = state.page(SweepState)
     if problem_of(state):
         return
     choices, image = state.choices, image_of(state.choices.image)
     run = SweepRun(
         image, choices.grid, data_of(choices), choices.seed, plan_of(state).fitting,
-        state.sweep.n_realizations, min(state.facies, image.n_facies - 1), colours_of(state),
+        page_state.n_realizations, min(state.facies, image.n_facies - 1), colours_of(state),
     )  # fmt: skip
-    state.sweep.message = ""
+    page_state.message = ""
     try:
-        state.sweep.run = run.start()
+        page_state.run = run.start()
     except CCWSIMError as error:
-        state.sweep.message = str(error)
+        page_state.message = str(error)
         return
-    state.sweep.chosen, state.sweep.shown = None, 0
+    page_state.chosen, page_state.shown = None, 0
 
 
 def _range(state: State, name: str, values: list[Any], chosen: list[Any]) -> None:
+    page_state = state.page(SweepState)
+
     def write(new: list[Any]) -> None:
-        state.sweep.ranges = {**state.sweep.ranges, name: list(new)}
+        page_state.ranges = {**page_state.ranges, name: list(new)}
 
     # the key has the values in it: others make another widget, which keeps no place of the old
     field(
@@ -168,4 +174,4 @@ def pills(label: str, choices: list[Any], **options: Any) -> Any:
 
 
 def _back(state: State) -> None:
-    state.sweep.ranges = {}
+    state.page(SweepState).ranges = {}

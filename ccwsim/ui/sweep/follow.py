@@ -10,6 +10,7 @@ from ccwsim.ui.jobs.job import held_up
 from ccwsim.ui.page import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.run import SweepRun
+from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.widgets.errors import reason, safely
 from ccwsim.ui.widgets.facts import seconds
 
@@ -22,7 +23,7 @@ LOOK_EVERY = 1.5
 def follow_sweep(state: State, drawn_at: float) -> None:
     """Show how far the sweep is; draw the page again for new settings and at the end."""
     with guarded():
-        run = state.sweep.run
+        run = state.page(SweepState).run
         if run is None or not run.going:
             st.rerun()
         if len(run.rows) > run.n_drawn and time.monotonic() - drawn_at > LOOK_EVERY:

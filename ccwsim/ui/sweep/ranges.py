@@ -14,6 +14,7 @@ from ccwsim.ui.choices import Choices
 from ccwsim.ui.session.fitting import SMALLEST_TEMPLATE, fitted, levels
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.sweep.state import SweepState
 
 MOST = 64
 """Settings in one sweep."""
@@ -47,7 +48,7 @@ def ranges_of(state: State) -> dict[str, list[Any]]:
     suited = suited_ranges(state.choices)
     ranges = {}
     for name, values in offered.items():
-        chosen = state.sweep.ranges.get(name)
+        chosen = state.page(SweepState).ranges.get(name)
         still = None if chosen is None else [value for value in chosen if value in values]
         ranges[name] = suited[name] if still is None or (chosen and not still) else still
     return ranges
@@ -93,7 +94,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
     each = sum(expected_seconds(p, *sizes) for p in plan)
-    return each * state.sweep.n_realizations * pace(state.ensemble)
+    return each * state.page(SweepState).n_realizations * pace(state.ensemble)
 
 
 def pace(ensemble: Ensemble | None) -> float:

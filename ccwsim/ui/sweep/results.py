@@ -21,6 +21,7 @@ from ccwsim.ui.sweep.follow import said_end
 from ccwsim.ui.sweep.ranges import plan_of
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.setting import draw_numbers, draw_realization, use_button
+from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.sweep.table import csv_button, draw_table
 from ccwsim.ui.sweep.tiles import draw_planned_tiles, draw_tiles
 from ccwsim.ui.widgets.errors import safely
@@ -46,7 +47,7 @@ def draw_sweep_style() -> None:
 def draw_found(state: State) -> None:
     """Draw all that is known so far; choosing a setting redraws only this."""
     with guarded():
-        run = state.sweep.run
+        run = state.page(SweepState).run
         assert run is not None
         found = run.found
         run.n_drawn = len(found.rows)
@@ -119,15 +120,16 @@ def names_of(settings: tuple[Parameters, ...]) -> list[str]:
 
 def shown_of(state: State, found: Sweep, choice: Recommendation) -> int:
     """Return which setting is large: the chosen one, else the recommended."""
-    chosen = state.sweep.chosen
+    chosen = state.page(SweepState).chosen
     return choice.index if chosen is None else min(chosen, len(found.rows) - 1)
 
 
 def choose(state: State, number: int) -> None:
     """Make a setting the large one."""
-    run = state.sweep.run
+    page_state = state.page(SweepState)
+    run = page_state.run
     if run is not None and 0 <= number < len(run.found.rows):
-        state.sweep.chosen, state.sweep.shown = number, 0
+        page_state.chosen, page_state.shown = number, 0
 
 
 def is_current(run: SweepRun, state: State) -> bool:
@@ -159,14 +161,15 @@ def _recommendation(
 def _chart(
     state: State, found: Sweep, names: list[str], shown: int, recommended_one: int
 ) -> None:  # fmt: skip
+    page_state = state.page(SweepState)
     kinds = [kind for kind in TITLES if kind != "mended" or _has_data(state)]
-    kind = state.sweep.error if state.sweep.error in kinds else "patterns"
+    kind = page_state.error if page_state.error in kinds else "patterns"
     with st.container(key="panel_sweep"):
         with st.container(horizontal=True, gap="small", key="title_sweep"):
             field(
                 st.segmented_control, "Error", key="sweep_error", options=kinds, value=kind,
                 format_func=lambda one: TITLES[one][0], label_visibility="collapsed",
-                write=lambda one: setattr(state.sweep, "error", one),
+                write=lambda one: setattr(page_state, "error", one),
             )  # fmt: skip
             chart_menu("Time against error", "sweep")
         errors = found.errors(kind)
@@ -193,5 +196,5 @@ def _selectable(state: State, chart: Any) -> None:
 
 
 def _has_data(state: State) -> bool:
-    run = state.sweep.run
+    run = state.page(SweepState).run
     return run is not None and run.hard_data.n > 0

@@ -13,6 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.ranges import use_setting
 from ccwsim.ui.sweep.run import SweepRun
+from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
@@ -23,8 +24,9 @@ MAP_HEIGHT = 392
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
     """Draw one realization of a setting large, with a way to its others."""
+    page_state = state.page(SweepState)
     row, image = run.found.rows[k], run.training_image
-    r = state.sweep.shown = min(state.sweep.shown, len(row.realizations) - 1)
+    r = page_state.shown = min(page_state.shown, len(row.realizations) - 1)
     n = len(row.realizations)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
@@ -91,7 +93,8 @@ def use_button(state: State, parameters: Parameters, text: str, key: str) -> Non
 
 
 def _step(state: State, step: int, n: int) -> None:
-    state.sweep.shown = (state.sweep.shown + step) % n
+    page_state = state.page(SweepState)
+    page_state.shown = (page_state.shown + step) % n
 
 
 def _said(value: float) -> str:

@@ -13,6 +13,7 @@ from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.overview import draw_bundle
 from ccwsim.ui.validate.panel import panel
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.statistics import LagMaps, lag_maps, transitions
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import field
@@ -28,7 +29,7 @@ def draw_directions(state: State, colours: Sequence[str]) -> None:
     ensemble = state.ensemble
     assert ensemble is not None
     _ask_azimuth(state)
-    azimuth = float(state.validation.azimuth)
+    azimuth = float(state.page(Validation).azimuth)
     left, right = st.columns(2, gap="medium")
     with left:
         draw_bundle(state, ensemble, "variogram", azimuth, height=220)
@@ -42,11 +43,12 @@ def draw_directions(state: State, colours: Sequence[str]) -> None:
 
 
 def _ask_azimuth(state: State) -> None:
+    page_state = state.page(Validation)
     field(
         st.slider, "Direction, degrees from north to east", key="azimuth", min_value=0,
-        max_value=175, step=5, value=state.validation.azimuth, width=420,
+        max_value=175, step=5, value=page_state.azimuth, width=420,
         help="0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. The dotted line on the maps.",
-        write=lambda azimuth: setattr(state.validation, "azimuth", int(azimuth)),
+        write=lambda azimuth: setattr(page_state, "azimuth", int(azimuth)),
     )  # fmt: skip
 
 
@@ -75,6 +77,7 @@ def _draw_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 def draw_transitions(state: State, colours: Sequence[str]) -> None:
     """Draw the transiograms E–W; with many facies, those that start in one of them."""
+    page_state = state.page(Validation)
     ensemble = state.ensemble
     assert ensemble is not None
     names = ensemble.training_image.facies_names
@@ -83,17 +86,17 @@ def draw_transitions(state: State, colours: Sequence[str]) -> None:
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
         field(
             st.segmented_control, "Along", key="transitions_along", options=["E-W", "N-S"],
-            value=state.validation.along, format_func=lambda way: way.replace("-", "–"),
-            write=lambda way: setattr(state.validation, "along", way),
+            value=page_state.along, format_func=lambda way: way.replace("-", "–"),
+            write=lambda way: setattr(page_state, "along", way),
         )  # fmt: skip
         if n > FEW_FACIES:
-            state.validation.tail = min(state.validation.tail, n - 1)
+            page_state.tail = min(page_state.tail, n - 1)
             field(
                 st.selectbox, "From", key="transitions_tail", options=tails, width=220,
-                value=state.validation.tail, format_func=lambda k: names[k],
-                write=lambda k: setattr(state.validation, "tail", k),
+                value=page_state.tail, format_func=lambda k: names[k],
+                write=lambda k: setattr(page_state, "tail", k),
             )  # fmt: skip
-            tails = [state.validation.tail]
+            tails = [page_state.tail]
     heads = list(range(n))[:MOST_HEADS]
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
@@ -103,6 +106,6 @@ def draw_transitions(state: State, colours: Sequence[str]) -> None:
             "transiograms", "Transition probabilities between facies over the lag",
         )  # fmt: skip
 
-    panel(state, "transitions", transitions(ensemble, state.validation.along), draw)
+    panel(state, "transitions", transitions(ensemble, page_state.along), draw)
     if n > MOST_HEADS:
         step_note(f"The first {MOST_HEADS} of {n} facies.")

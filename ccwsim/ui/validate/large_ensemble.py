@@ -18,6 +18,7 @@ from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.large_ensemble_job import LongRun
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.uncertainty import draw_three
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds, three_digits
@@ -31,7 +32,8 @@ MOST = 100_000
 
 def draw_long_run(state: State, colours: Sequence[str]) -> None:
     """Draw the controls and what the latest long run gave."""
-    ensemble, run = state.ensemble, state.validation.long_run
+    page_state = state.page(Validation)
+    ensemble, run = state.ensemble, page_state.long_run
     assert ensemble is not None
     step_note(
         "Simulates many realizations of the study of this page and keeps only what they say "
@@ -40,17 +42,17 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
     going = run is not None and run.going
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         field(
-            st.number_input, "Realizations", key="n_long", value=state.validation.n_long,
+            st.number_input, "Realizations", key="n_long", value=page_state.n_long,
             min_value=10, max_value=MOST, step=100, width=180,
             help="More make the probabilities more exact: the error halves with four times as "
-            "many.", write=lambda n: setattr(state.validation, "n_long", int(n)),
+            "many.", write=lambda n: setattr(page_state, "n_long", int(n)),
         )  # fmt: skip
         if not going:
             st.button(
                 "Start", key="long_start", type="primary", on_click=safely(start), args=(state,)
             )
-    if state.validation.long_message:
-        st.warning(plain(state.validation.long_message))
+    if page_state.long_message:
+        st.warning(plain(page_state.long_message))
     if run is not None and not belongs(run, ensemble):
         step_note("The latest long run was of another study.")
     elif going:
@@ -61,23 +63,24 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
 
 def start(state: State) -> None:
     """Start a long run of the study that the realizations came from."""
+    page_state = state.page(Validation)
     ensemble = state.ensemble
     assert ensemble is not None
     run = LongRun(
         ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data,
-        ensemble.seed, state.validation.n_long, state.facies,
+        ensemble.seed, page_state.n_long, state.facies,
     )  # fmt: skip
-    state.validation.long_message = ""
+    page_state.long_message = ""
     try:
-        state.validation.long_run = run.start()
+        page_state.long_run = run.start()
     except CCWSIMError as error:
-        state.validation.long_message = str(error)
+        page_state.long_message = str(error)
 
 
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State, colours: Sequence[str]) -> None:
     with guarded():
-        run = state.validation.long_run
+        run = state.page(Validation).long_run
         if run is None or not run.going:
             st.rerun()
         job = run.job

@@ -19,6 +19,7 @@ from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import begin, panel
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.statistics import MOST_COMPARED, curves, patterns
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
@@ -65,7 +66,7 @@ def draw_look(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
 
 def shown_elsewhere(state: State) -> tuple:
     """Return the choices made in the maps that the rest of the page depends on."""
-    follows = "reuse" in state.validation.seen
+    follows = "reuse" in state.page(Validation).seen
     return state.facies, state.shown if follows else None
 
 

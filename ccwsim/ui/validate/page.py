@@ -16,6 +16,7 @@ from ccwsim.ui.study.run_step import MOST_REALIZATIONS, problem_of
 from ccwsim.ui.validate.overview import draw_curves_row, draw_look, shown_elsewhere
 from ccwsim.ui.validate.panel import begin
 from ccwsim.ui.validate.sections import draw_links, draw_sections
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.summary import draw_summary
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
@@ -32,9 +33,10 @@ def draw_style() -> None:
 
 def draw_validation(state: State, ensemble: Ensemble) -> None:
     """Draw the first screen and all sections of the latest realizations."""
+    page_state = state.page(Validation)
     begin(state)
-    state.validation.bench.forget()
-    state.validation.waiting.clear()
+    page_state.bench.forget()
+    page_state.waiting.clear()
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
     colours = colours_of_ran(state)

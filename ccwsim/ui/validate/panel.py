@@ -12,6 +12,7 @@ from ccwsim.ui.jobs.statistics import Failure, Statistic
 from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.steps import step_note
 
@@ -25,7 +26,7 @@ LONG = 3.0
 
 def begin(state: State) -> None:
     """Let this run of the page, or of a part of it, wait for quick statistics."""
-    state.validation.deadline = time.monotonic() + PATIENCE
+    state.page(Validation).deadline = time.monotonic() + PATIENCE
 
 
 def panel(
@@ -47,7 +48,7 @@ def panel(
     object
         The value where it is known.
     """
-    v = state.validation
+    v = state.page(Validation)
     v.bench.ask(statistic)
     value = v.bench.wait_for(statistic, max(0.0, v.deadline - time.monotonic()))
     if isinstance(value, Failure):
@@ -73,14 +74,15 @@ def panel(
 
 def known(state: State, statistic: Statistic[Value]) -> Value | None:
     """Return a value only where it was worked out already."""
-    value = state.validation.bench.shelf.get(statistic.key)
+    value = state.page(Validation).bench.shelf.get(statistic.key)
     return None if isinstance(value, Failure) else value
 
 
 def draw_work(state: State) -> None:
     """Follow what is still worked out; called last on the page, where its place never changes."""
-    waiting = dict(state.validation.waiting)
-    if waiting and not state.validation.bench.stopped:
+    page_state = state.page(Validation)
+    waiting = dict(page_state.waiting)
+    if waiting and not page_state.bench.stopped:
         _follow(state, waiting, time.monotonic())
 
 
@@ -96,7 +98,7 @@ def _follow(state: State, waiting: dict[str, Statistic], begun: float) -> None:
 
 
 def _fill(state: State, waiting: dict[str, Statistic], begun: float) -> None:
-    bench = state.validation.bench
+    bench = state.page(Validation).bench
     there = [bench.shelf.get(statistic.key) is not None for statistic in waiting.values()]
     if all(there) or (any(there) and time.monotonic() - begun > TOGETHER):
         st.rerun()
@@ -117,4 +119,4 @@ def _fill(state: State, waiting: dict[str, Statistic], begun: float) -> None:
 
 
 def _stop(state: State) -> None:
-    state.validation.bench.stop()
+    state.page(Validation).bench.stop()

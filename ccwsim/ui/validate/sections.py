@@ -18,6 +18,7 @@ from ccwsim.ui.validate.image import draw_image
 from ccwsim.ui.validate.large_ensemble import draw_long_run
 from ccwsim.ui.validate.patterns import draw_patterns
 from ccwsim.ui.validate.reference import draw_truth
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.uncertainty import draw_uncertainty
 from ccwsim.ui.widgets.maps import canvas_component
 
@@ -67,7 +68,7 @@ def _section(state: State, section: Section, colours: Sequence[str]) -> None:
         f'<h2 class="section" id="{section.name}">{escape(section.title)}'
         f"<span>{escape(section.text)}</span></h2>"
     )
-    if section.name not in state.validation.seen:
+    if section.name not in state.page(Validation).seen:
         st.html('<div class="unseen"></div>')
         return
     with guarded():
@@ -75,10 +76,11 @@ def _section(state: State, section: Section, colours: Sequence[str]) -> None:
 
 
 def _watch(state: State) -> None:
-    unseen = [section.name for section in SECTIONS if section.name not in state.validation.seen]
+    page_state = state.page(Validation)
+    unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
 
     def seen() -> None:
-        state.validation.seen |= set(st.session_state["seen"].seen or ()) & set(unseen)
+        page_state.seen |= set(st.session_state["seen"].seen or ()) & set(unseen)
 
     if unseen:
         canvas_component("seen")(key="seen", data={"unseen": unseen}, on_seen_change=seen)

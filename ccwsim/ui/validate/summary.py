@@ -16,6 +16,7 @@ from ccwsim.ui.jobs.statistics import Failure
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import known
 from ccwsim.ui.validate.patterns import mean_ratio
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.statistics import curves, patterns, proportions
 from ccwsim.ui.widgets.facts import three_digits
 
@@ -49,7 +50,7 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
         for way in ("E-W", "N-S")
     }
     found = [of_data(ensemble)]
-    bench = state.validation.bench
+    bench = state.page(Validation).bench
     bench.ask(proportions(ensemble))
     shares = bench.wait_for(proportions(ensemble), MOMENT)
     if shares is not None and not isinstance(shares, Failure):

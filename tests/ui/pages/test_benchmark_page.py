@@ -50,7 +50,7 @@ def launched(**changes) -> AppTest:
 def settled(app: AppTest) -> AppTest:
     end = time.monotonic() + 120
     while time.monotonic() < end:
-        run = app.session_state[KEY].benchmark.running
+        run = app.session_state[KEY].page(Benchmark).running
         if run is None:
             break
         run.job.wait(60)
@@ -85,7 +85,7 @@ def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
     monkeypatch.setattr(benchmark_settings, "SIDES", (48, 64, 96, 128, 160, 192))
     app = launched(largest=512, grid_levels=[1, 3])
     settled(app.button(key="measure_grids").click().run())
-    run = app.session_state[KEY].benchmark.grids
+    run = app.session_state[KEY].page(Benchmark).grids
     assert [t.case for t in run.timings] == run.cases
     said = html(app)
     assert "Level 1:" in said
@@ -98,7 +98,7 @@ def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
 def test_data_are_measured_and_shown_in_the_layout_of_table_2():
     app = launched(side=256, numbers=[0, 100, 400], data_levels=[3], data_methods=["ccwsim"])
     settled(app.button(key="measure_data").click().run())
-    run = app.session_state[KEY].benchmark.data
+    run = app.session_state[KEY].page(Benchmark).data
     assert [t.n_data for t in run.timings] == [0, 100, 400]
     said = html(app)
     assert "400 / 100" in said
@@ -109,7 +109,7 @@ def test_all_methods_there_are_can_be_measured():
     app = launched(side=256, numbers=[100], data_levels=[2], data_methods=["ccwsim", "ms-ccsim"])
     settled(app.button(key="measure_data").click().run())
     assert not app.warning
-    timings = app.session_state[KEY].benchmark.data.timings
+    timings = app.session_state[KEY].page(Benchmark).data.timings
     there = [m for m in METHODS if m != "ccsim"]
     assert [t.parameters.method for t in timings] == there
 
@@ -118,7 +118,7 @@ def test_choices_are_kept_when_the_page_is_left():
     app = launched()
     named(app.selectbox, "largest").set_value(512).run()
     named(app.button_group, "grid_levels").set_value([2]).run()
-    assert app.session_state[KEY].benchmark.grid_levels == [2]
+    assert app.session_state[KEY].page(Benchmark).grid_levels == [2]
     again = AppTest.from_file(PAGE, default_timeout=120)
     again.session_state[KEY] = app.session_state[KEY]
     again.run()
@@ -131,7 +131,7 @@ def test_nothing_chosen_says_what_to_choose():
     assert html(app).count("Choose at least one") == 2
     app.button(key="measure_grids").click().run()
     assert "Choose at least one method and one level" in app.error[0].value
-    assert app.session_state[KEY].benchmark.grids is None
+    assert app.session_state[KEY].page(Benchmark).grids is None
     assert not app.exception
 
 
@@ -140,7 +140,7 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     state = app.session_state[KEY]
     case = TimingCase(Parameters(), (48, 48))
     run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
-    state.benchmark.grids = run
+    state.page(Benchmark).grids = run
     end = time.monotonic() + 60
     while not run.timings and time.monotonic() < end:
         time.sleep(0.01)
@@ -160,7 +160,7 @@ def test_a_failed_run_says_why():
     large = Parameters(template_size=512)
     run = TimingRun(datasets.load("channels"), [TimingCase(large, (48, 48))], 1, 0).start()
     assert run.job.wait(60)
-    app.session_state[KEY].benchmark.grids = run
+    app.session_state[KEY].page(Benchmark).grids = run
     app.run()
     assert "Template 512 is larger" in app.warning[0].value
     assert not app.exception

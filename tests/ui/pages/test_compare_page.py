@@ -16,6 +16,7 @@ from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import Comparison, PairRatio, compare
 from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.choice import said_setting, settings_of, usual_others
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.tables import ratios_csv, realizations_csv, settings_csv
 from ccwsim.ui.compare.words import against_first, said_ratio, sentences
 from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
@@ -35,16 +36,16 @@ def launched(choices: Choices = SMALL, n: int = 3, others: list | None = None) -
     """The page after its first comparison."""
     app = AppTest.from_file(PAGE, default_timeout=120)
     state = State(choices=choices)
-    state.comparing.n = n
+    state.page(Comparing).n = n
     if others is not None:
-        state.comparing.others = others
+        state.page(Comparing).others = others
     app.session_state[KEY] = state
     return settled(app.run())
 
 
 def settled(app: AppTest) -> AppTest:
     end = time.monotonic() + 120
-    while app.session_state[KEY].comparing.job is not None and time.monotonic() < end:
+    while app.session_state[KEY].page(Comparing).job is not None and time.monotonic() < end:
         time.sleep(0.1)
         app.run()
     assert not app.exception
@@ -83,7 +84,7 @@ def test_it_opens_cold_and_compares_what_is_usual():
     assert own == OWN
     assert second.method == "ccsim"
     assert third.wavelet_level == 3
-    result = state.comparing.found
+    result = state.page(Comparing).found
     assert [e.parameters for e in result.ensembles] == [own, second, third]
     for sentence in sentences(result):
         assert sentence in html(app)
@@ -99,7 +100,7 @@ def test_a_change_is_fitted_and_said_after_the_run():
     assert "changed since" in html(app)
     app.button(key="compare").click()
     settled(app.run())
-    assert state_of(app).comparing.found.ensembles[1].parameters == changed
+    assert state_of(app).page(Comparing).found.ensembles[1].parameters == changed
     assert "changed since" not in html(app)
 
 
@@ -146,7 +147,7 @@ def test_use_these_takes_a_setting_to_the_study_and_loses_none():
 def test_the_arrows_show_the_same_realization_of_all():
     app = launched()
     app.button(key="shown_previous").click().run()
-    assert state_of(app).comparing.shown == 2
+    assert state_of(app).page(Comparing).shown == 2
     assert "Realization 3 of 3" in html(app)
     app.button(key="shown_next").click().run()
     assert "Realization 1 of 3" in html(app)
@@ -154,10 +155,10 @@ def test_the_arrows_show_the_same_realization_of_all():
 
 def test_curves_of_another_facies_are_worked_out():
     app = launched()
-    before = state_of(app).comparing.found
+    before = state_of(app).page(Comparing).found
     named(app.selectbox, "e_type").set_value(0)
     settled(app.run())
-    after = state_of(app).comparing.found
+    after = state_of(app).page(Comparing).found
     assert {key[0] for key in after.curves} == {0, 1}
     assert after.anodi is before.anodi
     assert charts(app) == FIGURES

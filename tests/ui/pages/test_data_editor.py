@@ -29,7 +29,7 @@ from ccwsim.ui.hard_data.actions import (
 from ccwsim.ui.hard_data.canvas import SHARED, helped_by, said_help
 from ccwsim.ui.hard_data.history import History, Moment
 from ccwsim.ui.hard_data.sampling import sample, truth_of
-from ccwsim.ui.hard_data.state import Sampling
+from ccwsim.ui.hard_data.state import Editor, Sampling
 from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, rows_of
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
@@ -55,7 +55,7 @@ def studied(choices: Choices = SMALL) -> State:
 
 def edit(state: State, *changes, seq: int | None = None, **more) -> None:
     """An edit as the canvas sends it, answered as the page does."""
-    seq = state.editor.taken + 1 if seq is None else seq
+    seq = state.page(Editor).taken + 1 if seq is None else seq
     take_edits(state, [{"seq": seq, "set": [list(change) for change in changes], **more}])
     answer(state)
 
@@ -108,14 +108,14 @@ def test_an_edit_that_comes_twice_or_late_is_taken_once():
     take_edits(state, [first, second])
     take_edits(state, [first])
     assert data_as_dict(state) == {}
-    assert len(state.editor.history.past) == 2
+    assert len(state.page(Editor).history.past) == 2
 
 
 def test_an_edit_outside_the_grid_or_of_no_facies_changes_nothing():
     state = studied()
     edit(state, (48, 0, 1), (0, 64, 1), (-1, 0, 1), (0, 0, 2))
     assert data_as_dict(state) == {}
-    assert not state.editor.history.past
+    assert not state.page(Editor).history.past
 
 
 def test_undo_brings_back_data_and_realizations_and_redo_the_edit():
@@ -259,10 +259,10 @@ def test_samples_are_of_the_shown_realization_which_becomes_the_reference():
         (Sampling("E-W", n=3), sample_wells(truth, 3, 1, direction="E-W", every=8)),
         (Sampling("grid", every=7), sample_grid(truth, 7)),
     ):
-        state.editor.sampling = how
+        state.page(Editor).sampling = how
         state.reference = None
         sample(state)
-        assert not state.editor.message
+        assert not state.page(Editor).message
         assert data_of(state.choices).digest == expected.digest
         assert state.reference is not None
         assert np.array_equal(state.reference.array, truth)
@@ -276,15 +276,15 @@ def test_a_reference_image_must_have_the_grid_and_its_facies():
     state = studied()
     field = np.random.default_rng(0).integers(0, 2, SMALL.grid.shape)
     upload = Upload("truth.npy", _npy(field))
-    state.editor.reference_choice = ImageChoice(upload=upload)
+    state.page(Editor).reference_choice = ImageChoice(upload=upload)
     sample(state)
     assert np.array_equal(truth_of(state).array, field)
     assert data_of(state.choices).n_mismatched(field) == 0
     n = data_of(state.choices).n
     for bad, words in ((field[:-1], "64 × 47"), (field + 5, "does not have")):
-        state.editor.reference_choice = ImageChoice(upload=Upload("bad.npy", _npy(bad)))
+        state.page(Editor).reference_choice = ImageChoice(upload=Upload("bad.npy", _npy(bad)))
         sample(state)
-        assert words in state.editor.message
+        assert words in state.page(Editor).message
         assert data_of(state.choices).n == n
 
 
@@ -374,7 +374,7 @@ def test_training_image_bytes_can_be_sampled_as_a_reference():
     state = studied(replace(SMALL, grid=Grid(40, 50)))
     image = TrainingImage(np.tile([[0, 1], [1, 0]], (20, 25)))
     upload = Upload("truth.sgems", training_image_as_bytes(image, "sgems"))
-    state.editor.reference_choice = ImageChoice(upload=upload)
+    state.page(Editor).reference_choice = ImageChoice(upload=upload)
     sample(state)
-    assert not state.editor.message
+    assert not state.page(Editor).message
     assert data_of(state.choices).n_mismatched(image.array) == 0

@@ -19,6 +19,7 @@ from ccwsim.metrics import reuse
 from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.choices import Choices, DataChoice
+from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, settings_of
 from ccwsim.ui.examples.class_link import class_link
 from ccwsim.ui.examples.open import (
@@ -34,7 +35,7 @@ from ccwsim.ui.examples.quiz_page import pick
 from ccwsim.ui.examples.quiz_reveal import piece_map, said_seams, said_verdict
 from ccwsim.ui.examples.quiz_rounds import N_PICTURES, Round, draw_round
 from ccwsim.ui.examples.quiz_shapes import SIDE, new_shapes, window_names
-from ccwsim.ui.examples.state import Quiz
+from ccwsim.ui.examples.state import Examples, Quiz
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of
@@ -68,8 +69,8 @@ def followed(query: dict[str, str]) -> AppTest:
 
 def round_of(app: AppTest) -> Round:
     """The round that is shown, once it is there."""
-    run_until(app, lambda a: state_of(a).examples.quiz.round is not None)
-    drawn = state_of(app).examples.quiz.round
+    run_until(app, lambda a: state_of(a).page(Examples).quiz.round is not None)
+    drawn = state_of(app).page(Examples).quiz.round
     assert drawn is not None
     return drawn
 
@@ -209,16 +210,16 @@ def test_pictures_are_of_the_study_and_keep_their_room():
 def test_an_example_takes_the_place_of_a_study_that_comes_back():
     app = launched()
     state = state_of(app)
-    state.comparing.n = 5
+    state.page(Comparing).n = 5
     open_example(state, example("delta"))
     assert state.choices == example("delta").choices
     assert state.job is not None
     compare_example(state, example("candidates"))
-    assert state.comparing.others == list(example("candidates").others)
+    assert state.page(Comparing).others == list(example("candidates").others)
     back_to_own(state)
     assert (state.choices, state.ensemble, state.job) == (OWN, None, None)
-    assert state.comparing.others == [None, None]
-    assert state.comparing.n == 5
+    assert state.page(Comparing).others == [None, None]
+    assert state.page(Comparing).n == 5
     back_to_own(state)  # nothing is left to bring back
     assert state.choices == OWN
 
@@ -238,7 +239,7 @@ def test_a_click_opens_an_example_and_another_goes_back():
     quiet(app.button(key="open_delta").click().run())
     state = state_of(app)
     assert state.choices == example("delta").choices
-    assert state.examples.opened == "delta"
+    assert state.page(Examples).opened == "delta"
     quiet(app.button(key="back_to_own").click().run())
     assert state_of(app).choices == OWN
 
@@ -250,10 +251,10 @@ def test_simulate_says_which_example_is_open():
     quiet(app.run())
     assert "Example 11: A delta" in html(app)
     app.button(key="compare_opened").click().run()
-    assert state.comparing.others == list(example("delta").others)
+    assert state.page(Comparing).others == list(example("delta").others)
     quiet(app.button(key="keep_example").click().run())
     assert "Example 11" not in html(app)
-    assert state_of(app).examples.kept is None
+    assert state_of(app).page(Examples).kept is None
 
 
 def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
@@ -317,7 +318,7 @@ def test_the_quiz_counts_by_setting_and_goes_on():
     app = launched()
     named(app.button_group, "examples_view").set_value("quiz").run()
     first = round_of(app)
-    quiz = state_of(app).examples.quiz
+    quiz = state_of(app).page(Examples).quiz
     pick(quiz, first.answer)
     quiet(app.run())
     assert "1 of 1 found" in html(app)
@@ -349,7 +350,7 @@ def test_everyone_of_a_class_has_a_seed_of_their_own_and_the_same_study():
     assert len({*seeds, OWN.seed}) == 3
     for state, seed in zip(readers, seeds, strict=True):
         assert replace(state.choices, seed=OWN.seed) == OWN
-        assert state.examples.own_seed == seed
+        assert state.page(Examples).own_seed == seed
 
 
 def test_a_seed_stays_for_the_session_and_examples_take_it():
@@ -366,7 +367,7 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
 def test_simulate_shows_the_seed_of_the_class():
     app = AppTest.from_file(str(PAGES / "simulate.py"), default_timeout=120)
     state = State(choices=replace(OWN, seed=4321))
-    state.examples.own_seed = 4321
+    state.page(Examples).own_seed = 4321
     app.session_state[KEY] = state
     quiet(app.run())
     assert "Your own seed in this class is 4321" in html(app)

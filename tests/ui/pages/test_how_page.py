@@ -17,6 +17,7 @@ from ccwsim.model.study import Study
 from ccwsim.ui.how_it_works.fates import xy_of
 from ccwsim.ui.how_it_works.maps import N_STEPS, fate_marks, grid_map, score_map
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
+from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.words import said_shape
 from ccwsim.ui.page import theme_named
 from ccwsim.ui.session.state import KEY, State
@@ -36,7 +37,7 @@ def launched(choices: Choices = SMALL, **how) -> AppTest:
     app = AppTest.from_file(PAGE, default_timeout=180)
     state = State(choices=choices)
     for name, value in how.items():
-        setattr(state.how, name, value)
+        setattr(state.page(How), name, value)
     app.session_state[KEY] = state
     return seen(app.run())
 
@@ -62,7 +63,7 @@ def trace_of(choices: Choices, number: int = 0) -> Trace:
 
 
 def how(app: AppTest):
-    return app.session_state[KEY].how
+    return app.session_state[KEY].page(How)
 
 
 def press(app: AppTest, key: str) -> AppTest:
@@ -71,7 +72,7 @@ def press(app: AppTest, key: str) -> AppTest:
 
 def test_it_opens_cold_on_a_patch_that_shows_much():
     app = seen(AppTest.from_file(PAGE, default_timeout=180).run())
-    trace = app.session_state[KEY].how.trace
+    trace = app.session_state[KEY].page(How).trace
     assert trace.patches[how(app).patch].shape == 3
     assert f"Patch {how(app).patch + 1} of {len(trace.patches)}" in text(app)
     assert "cH₂" in text(app)
@@ -144,17 +145,20 @@ def test_the_setting_is_the_pages_own_until_it_is_used():
     seen(app)
     state = app.session_state[KEY]
     assert state.choices.parameters == OWN
-    assert (state.how.parameters.wavelet_level, state.how.parameters.n_candidates) == (2, 5)
-    assert state.how.trace is not first
+    assert (state.page(How).parameters.wavelet_level, state.page(How).parameters.n_candidates) == (
+        2,
+        5,
+    )
+    assert state.page(How).trace is not first
     assert "K = 5 places" in text(app)
     assert "cA₂" in text(app)
     press(app, "how_use")
     state = app.session_state[KEY]
-    assert (state.choices.parameters.wavelet_level, state.how.parameters) == (2, None)
+    assert (state.choices.parameters.wavelet_level, state.page(How).parameters) == (2, None)
 
     named(app.selectbox, "how_overlap").select(8).run()
     press(app, "how_back")
-    assert app.session_state[KEY].how.parameters is None
+    assert app.session_state[KEY].page(How).parameters is None
 
 
 def test_level_0_has_no_sub_bands_and_another_realization_another_path():

@@ -73,16 +73,16 @@ def test_the_cold_page_says_what_it_will_do_and_runs_nothing(monkeypatch):
     assert "bundled training images" in said
     for experiment in reproduction.EXPERIMENTS:
         assert experiment.title in said
-    assert app.session_state[KEY].paper.run is None
+    assert app.session_state[KEY].page(PaperState).run is None
     named(app.get("button_group"), "paper_extent").set_value(True).run()
-    assert app.session_state[KEY].paper.quick
+    assert app.session_state[KEY].page(PaperState).quick
     assert "under a minute" in html(app)
 
 
 def test_a_run_shows_verdicts_and_gives_the_report(few):
     app = launched()
     named(app.button, "paper_start").click().run()
-    run = app.session_state[KEY].paper.run
+    run = app.session_state[KEY].page(PaperState).run
     assert run.job.wait(60)
     app.run()
     assert not app.exception
@@ -110,7 +110,7 @@ def test_a_run_is_followed_by_name_and_can_be_cancelled(monkeypatch):
     named(app.button, "paper_start").click().run()
     assert inside.wait(60)
     app.run()
-    run = app.session_state[KEY].paper.run
+    run = app.session_state[KEY].page(PaperState).run
     assert progress_text(run).startswith(f"1 of 3 experiments · now second {ODD}")
     assert html(app).count('<span class="good">agrees</span>') == 1
     named(app.button, "paper_cancel").click().run()

@@ -32,6 +32,7 @@ from ccwsim.ui.sweep.ranges import (
 )
 from ccwsim.ui.sweep.results import choose, is_current
 from ccwsim.ui.sweep.setting import numbers_of
+from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.sweep.table import sweep_csv
 from tests.ui.widgets import named
 
@@ -46,17 +47,17 @@ FEW = {"template_size": [16, 24], "wavelet_level": [1, 2]}
 
 def state_of(choices: Choices = SMALL, ranges=FEW) -> State:
     state = State(choices=choices)
-    state.sweep.ranges, state.sweep.n_realizations = dict(ranges), 2
+    state.page(SweepState).ranges, state.page(SweepState).n_realizations = dict(ranges), 2
     return state
 
 
 def swept(**changes) -> State:
     state = state_of(**changes)
     start(state)
-    assert state.sweep.run is not None
-    assert state.sweep.run.job is not None
-    assert state.sweep.run.job.wait(300)
-    assert state.sweep.run.job.error is None
+    assert state.page(SweepState).run is not None
+    assert state.page(SweepState).run.job is not None
+    assert state.page(SweepState).run.job.wait(300)
+    assert state.page(SweepState).run.job.error is None
     return state
 
 
@@ -108,7 +109,7 @@ def test_ranges_are_those_that_suit_the_study_until_they_are_changed():
     state.change(parameters=Parameters(template_size=64, overlap_size=8, n_candidates=7))
     assert 64 in ranges_of(state)["template_size"]
     assert ranges_of(state)["n_candidates"] == [7]
-    state.sweep.ranges = {"template_size": [24, 32]}
+    state.page(SweepState).ranges = {"template_size": [24, 32]}
     assert ranges_of(state)["template_size"] == [24, 32]
 
 
@@ -129,13 +130,13 @@ def test_a_pill_changes_the_plan():
     group: Any = next(b for b in pills(app) if b.key.startswith("range_n_candidates"))
     group.set_value([1, 20]).run()
     state = app.session_state[KEY]
-    assert sorted(state.sweep.ranges["n_candidates"]) == [1, 20]
+    assert sorted(state.page(SweepState).ranges["n_candidates"]) == [1, 20]
     assert len(plan_of(state)) == 8
-    state.sweep.ranges["n_candidates"] = [20, 1]
+    state.page(SweepState).ranges["n_candidates"] = [20, 1]
     assert [p.n_candidates for p in plan_of(state)][:2] == [1, 20]
     assert "Try 8 settings" in named(app.button, "sweep").label
     named(app.button, "ranges_back").click().run()
-    assert not app.session_state[KEY].sweep.ranges
+    assert not app.session_state[KEY].page(SweepState).ranges
 
 
 def test_what_does_not_fit_is_left_out_and_said():
@@ -161,7 +162,7 @@ def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
     assert named(app.button, "sweep").disabled
     state = app.session_state[KEY]
     start(state)
-    assert state.sweep.run is None
+    assert state.page(SweepState).run is None
 
 
 def test_data_that_do_not_fit_are_said():
@@ -174,7 +175,7 @@ def test_data_that_do_not_fit_are_said():
 def test_a_sweep_from_the_button_to_its_results():
     app = launched(state_of())
     named(app.button, "sweep_first").click().run()
-    run = app.session_state[KEY].sweep.run
+    run = app.session_state[KEY].page(SweepState).run
     assert run.job.wait(300)
     app.run()
     assert not app.exception
@@ -187,7 +188,7 @@ def test_a_sweep_from_the_button_to_its_results():
 
 
 def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     choice = recommended(run.found)
     app = launched(done)
@@ -198,14 +199,14 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
     level = run.rows[other].parameters.wavelet_level
     assert f'class="setting">ccwsim · T {size} · OR 4 · level {level} ·' in html(launched(done))
     choose(done, 99)
-    assert done.sweep.chosen == other
+    assert done.page(SweepState).chosen == other
 
 
 @pytest.mark.parametrize("name", ["stone_wall", "delta", "fractures"])
 def test_it_is_drawn_for_any_training_image_without_data(name):
     choices = replace(SMALL, image=ImageChoice(bundled=name), data=DataChoice())
     state = swept(choices=choices, ranges={**FEW, "method": list(METHODS), "wavelet_level": [1]})
-    state.sweep.error = "mended"  # of a sweep with data; there are none to mend now
+    state.page(SweepState).error = "mended"  # of a sweep with data; there are none to mend now
     app = launched(state)
     said = html(app)
     assert "Recommended: " in said
@@ -214,7 +215,7 @@ def test_it_is_drawn_for_any_training_image_without_data(name):
 
 
 def test_using_a_setting_puts_it_into_the_study(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     other = (recommended(run.found).index + 1) % 4
     choose(done, other)
@@ -243,7 +244,7 @@ def test_realizations_of_a_setting_can_be_gone_through(done):
 
 
 def test_numbers_are_said_beside_the_best_of_all(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     rows = run.found.rows
     lines = {name: (own, best) for name, own, best in numbers_of(rows[1], rows, run)}
@@ -254,7 +255,7 @@ def test_numbers_are_said_beside_the_best_of_all(done):
 
 
 def test_the_table_has_every_row_and_number(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     found = run.found
     lines = list(csv.DictReader(StringIO(sweep_csv(found, 2).decode())))
@@ -271,9 +272,9 @@ def test_the_table_has_every_row_and_number(done):
 
 def test_a_stopped_sweep_keeps_what_is_finished():
     state = state_of(ranges={**FEW, "n_candidates": [1, 20, 100]})
-    state.sweep.n_realizations = 1
+    state.page(SweepState).n_realizations = 1
     start(state)
-    run = state.sweep.run
+    run = state.page(SweepState).run
     assert run is not None
     assert run.job is not None
     end = time.monotonic() + 300
@@ -290,7 +291,7 @@ def test_a_stopped_sweep_keeps_what_is_finished():
 
 
 def test_results_of_another_study_are_said_to_be(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     assert is_current(run, done)
     done.change(grid=Grid(50, 64))
@@ -299,7 +300,7 @@ def test_results_of_another_study_are_said_to_be(done):
 
 
 def test_an_error_of_the_sweep_is_said(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     assert run.job is not None
     run.job.result, run.job.error = None, RuntimeError("the disk is full")
@@ -308,7 +309,7 @@ def test_an_error_of_the_sweep_is_said(done):
 
 
 def test_progress_says_settings_and_time(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     assert run.job is not None
     run.job.fraction, run.job.n_done = 0.5, 2
@@ -318,17 +319,17 @@ def test_progress_says_settings_and_time(done):
 
 
 def test_the_estimate_follows_the_pace_of_the_latest_run(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     plan = settings(SMALL.parameters, FEW)
     one = seconds_of(done, plan)
-    done.sweep.n_realizations *= 3
+    done.page(SweepState).n_realizations *= 3
     assert seconds_of(done, plan) == pytest.approx(3 * one)
     assert pace(None) == 1
 
 
 def test_kept_realizations_are_read_only_and_few(done):
-    run = done.sweep.run
+    run = done.page(SweepState).run
     assert run is not None
     for row in run.found.rows:
         assert row.realizations.shape == (2, 48, 64)

@@ -24,6 +24,7 @@ from ccwsim.ui.validate.large_ensemble_job import LongRun
 from ccwsim.ui.validate.patterns import mean_ratio
 from ccwsim.ui.validate.reference import problem_of, wrong_map
 from ccwsim.ui.validate.sections import SECTIONS
+from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.statistics import (
     bodies,
     curves,
@@ -53,7 +54,7 @@ def launched(choices: Choices = SMALL, seen=ALL, **changes) -> AppTest:
     """The page after all that it shows was worked out."""
     app = AppTest.from_file(PAGE, default_timeout=120)
     state = State(choices=choices, **changes)
-    state.validation.seen |= seen
+    state.page(Validation).seen |= seen
     app.session_state[KEY] = state
     return settled(app.run())
 
@@ -64,7 +65,7 @@ def settled(app: AppTest) -> AppTest:
         state = app.session_state[KEY]
         if state.job is not None:
             assert state.job.wait(120)
-        elif not state.validation.waiting:
+        elif not state.page(Validation).waiting:
             break
         time.sleep(0.1)
         app.run()
@@ -107,7 +108,7 @@ def test_it_opens_cold_and_shows_every_figure():
 def test_only_what_came_into_view_is_worked_out():
     app = launched(seen=frozenset())
     assert charts(app) == {"mds", "variogram_E", "variogram_N", "connection_E", "connection_N"}
-    kept = app.session_state[KEY].validation.drawn
+    kept = app.session_state[KEY].page(Validation).drawn
     assert not {"bodies", "lag_maps", "transitions", "diagnosis"} & set(kept)
 
 
@@ -341,9 +342,9 @@ def test_findings_tell_good_from_odd(ensemble):
 
 def test_findings_come_as_they_are_known(ensemble):
     state = State(facies=1)
-    state.validation.bench = Workbench(Shelf())
+    state.page(Validation).bench = Workbench(Shelf())
     few = len(findings(state, ensemble))
-    shelf = state.validation.bench.shelf
+    shelf = state.page(Validation).bench.shelf
     for way in ("E-W", "N-S"):
         asked = curves(ensemble, "connection", 1, way)
         shelf.put(asked.key, asked.work(nothing))
@@ -408,7 +409,7 @@ def test_a_long_run_is_shown_on_the_page():
     app = launched()
     app.number_input(key="n_long").set_value(12).run()
     app.button(key="long_start").click().run()
-    run = app.session_state[KEY].validation.long_run
+    run = app.session_state[KEY].page(Validation).long_run
     assert run.job.wait(120)
     settled(app.run())
     assert {"convergence", "long_variogram_E", "long_variogram_N"} <= charts(app)
