@@ -5,8 +5,8 @@ from __future__ import annotations
 import streamlit as st
 
 from ccwsim.ui.page import show_page
+from ccwsim.ui.results.ghost import draw_ghost
 from ccwsim.ui.session.state import State
-from ccwsim.ui.simulate.results import draw_ghost
 from ccwsim.ui.study.run import PATIENCE, collect, follow_run, start_run
 from ccwsim.ui.study.run_step import run_button
 from ccwsim.ui.validate.page import draw_style, draw_validation

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.figures import DARK, LIGHT, Theme, theme_named
 from ccwsim.ui.jobs.sessions import settle_memory
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.guarding import guarded
@@ -18,6 +16,7 @@ from ccwsim.ui.share.menu import draw_share
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component
+from ccwsim.ui.widgets.theme import own_colours, theme_name
 
 ROOT = Path(__file__).parents[2]
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -71,25 +70,6 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
         _top(title, state)
     with guarded(whole=True):
         body(state)
-
-
-def theme_name() -> str:
-    """Return "dark" or "light", whichever the reader's browser shows."""
-    return "dark" if st.context.theme.type == "dark" else "light"
-
-
-def own_colours() -> str:
-    """Return the style sheet's names of our own colours, each in the light and the dark theme."""
-    pairs = " ".join(
-        f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
-        for part in fields(Theme)
-    )
-    return f":root {{ color-scheme: {theme_name()}; {pairs} }}"
-
-
-def chart_theme() -> Theme:
-    """Return the colours of charts in the theme that the browser shows."""
-    return theme_named(theme_name())
 
 
 def _top(title: str, state: State) -> None:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, read_hard_data, revise, simulate
+from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.ensemble import WRONG, Ensemble
-from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.hard_data.canvas import said_help
 from ccwsim.ui.hard_data.page import said_answer
 from ccwsim.ui.hard_data.state import Editor

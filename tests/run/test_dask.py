@@ -11,8 +11,8 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
 from ccwsim.cli.program import main
+from ccwsim.model.choices import Choices
 from ccwsim.run.executors import connect
-from ccwsim.ui.choices import Choices
 from ccwsim.ui.jobs.scheduler import VARIABLE, executor_of_environment
 from ccwsim.ui.study.run import simulation_of
 from tests.small_images import blobs

@@ -10,8 +10,8 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
+from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.session.guarding import DREW
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run

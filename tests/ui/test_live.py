@@ -11,7 +11,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Cancelled, Grid, Parameters, simulate
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.session.past_runs import PastRun, PastRuns
 from ccwsim.ui.session.resolve import image_of

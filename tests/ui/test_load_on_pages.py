@@ -10,9 +10,9 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import CCWSIMError, Grid, datasets
 from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.model.choices import DataChoice
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.state import Benchmark
-from ccwsim.ui.choices import DataChoice
 from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.jobs.admission import RESERVE
 from ccwsim.ui.jobs.job import Job, admission

@@ -15,8 +15,8 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import diagnose, variogram
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.parameters import parameter_table
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.page import PAGES
 from ccwsim.ui.results.bundles import alike_up_to, bundle_of

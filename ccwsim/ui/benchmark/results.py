@@ -22,11 +22,11 @@ from ccwsim.ui.benchmark.words import (
     said_levels,
     setting_of,
 )
-from ccwsim.ui.page import chart_theme
+from ccwsim.ui.results.facies import pretty
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.image_step import pretty
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 MICRO = 1e6
 TEACHING = (

@@ -11,11 +11,11 @@ from ccwsim.ui.compare.name import draw_curve_key
 from ccwsim.ui.compare.run import has_curves, want_curves
 from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import nearest
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.theme import chart_theme
 
 SIGNS = {"variogram": ("Variogram", "γ"), "connection": ("Connection", "τ")}
 SAME_TAU = 0.01

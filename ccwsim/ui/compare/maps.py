@@ -12,7 +12,6 @@ from ccwsim.ui.compare.choice import called, said_setting, said_whole
 from ccwsim.ui.compare.name import draw_name
 from ccwsim.ui.compare.run import want_curves
 from ccwsim.ui.compare.state import Asked, Comparing
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.e_type import choose, e_type_field, uncertainty_map
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
@@ -20,6 +19,7 @@ from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.theme import chart_theme
 
 NARROWEST = 0.8
 """The training image's column is never narrower than this share of a setting's."""

@@ -22,10 +22,10 @@ from ccwsim.ui.compare.state import Asked, Comparing
 from ccwsim.ui.compare.tables import draw_figures, ratios_csv, realizations_csv, settings_csv
 from ccwsim.ui.compare.words import sentences
 from ccwsim.ui.jobs.admission import Demand, check_limits
-from ccwsim.ui.page import guarded
+from ccwsim.ui.results.facies import pretty
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.image_step import pretty
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import step_note

@@ -13,13 +13,13 @@ from ccwsim.figures import compared_scaling_chart
 from ccwsim.ui.compare.name import draw_point_key
 from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import said_ratio
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.scrolled import scrolled
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 
 def draw_patterns(state: State, found: Comparison) -> None:

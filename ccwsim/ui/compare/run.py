@@ -11,7 +11,7 @@ from ccwsim.ui.compare.choice import called, settings_of
 from ccwsim.ui.compare.state import Asked, Comparing, Run
 from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
-from ccwsim.ui.page import guarded
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import POLL_EVERY, failed

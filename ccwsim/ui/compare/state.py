@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ccwsim.experiments.comparison import Comparison
+from ccwsim.model.choices import DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.choices import DataChoice, ImageChoice
 from ccwsim.ui.jobs.job import Job
 
 LETTERS = ("A", "B", "C", "D")

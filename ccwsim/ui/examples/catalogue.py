@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
 
 Shows = Literal["realization", "second", "data", "probability", "variogram"]
 

@@ -3,35 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from secrets import randbelow
 from urllib.parse import urlencode
 
 import streamlit as st
 
+from ccwsim.model.choices import Choices
 from ccwsim.sharing import left_out, link_of
-from ccwsim.ui.choices import Choices
-from ccwsim.ui.examples.state import Examples
+from ccwsim.ui.session.own_seed import CLASS
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run_step import LARGEST_SEED
 from ccwsim.ui.widgets.steps import step_note
-
-CLASS = "class"
-FEWEST_DIGITS = 1000
-"""Seeds below this are what people type: none of them is given out."""
-
-
-def own_seed(state: State, choices: Choices) -> Choices:
-    """Return a study with a seed of this reader's own where the address is a class's.
-
-    It is drawn once: the word for the class leaves the address, the seed stays in it, so that the
-    page can be loaded again.
-    """
-    if st.query_params.get(CLASS) != "1":
-        return choices
-    del st.query_params[CLASS]
-    seed = FEWEST_DIGITS + randbelow(LARGEST_SEED - FEWEST_DIGITS)
-    state.page(Examples).own_seed = seed
-    return replace(choices, seed=seed)
 
 
 def class_link(choices: Choices, page: str) -> str:

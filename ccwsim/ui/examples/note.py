@@ -36,12 +36,12 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
     with st.container(key="opened"):  # always there, so that what is below is never made anew
         if example is not None:
             _draw_example(state, example, compared)
-        elif here.own_seed is not None and not compared:
-            _draw_seed(here.own_seed, state.choices.seed)
+        elif state.own_seed is not None and not compared:
+            _draw_seed(state.own_seed, state.choices.seed)
 
 
 def _draw_example(state: State, example: Example, compared: bool) -> None:
-    own = state.page(Examples).own_seed
+    own = state.own_seed
     seed = "" if own is None else f" Your own seed is {own}."
     st.html(
         f'<p class="opened"><b>Example {EXAMPLES.index(example) + 1}: {escape(example.title)}.</b> '

@@ -82,7 +82,7 @@ def _take(state: State, example: Example) -> None:
         )
     here.opened = example.name
     state.choices = (
-        example.choices if here.own_seed is None else replace(example.choices, seed=here.own_seed)
+        example.choices if state.own_seed is None else replace(example.choices, seed=state.own_seed)
     )
     state.image_draft = state.data_draft = state.reference = None
     state.shown, state.facies, state.message = 0, 1, ""

@@ -23,12 +23,13 @@ from ccwsim.ui.examples.pictures import Picture, expected, picture_bench, pictur
 from ccwsim.ui.examples.quiz_page import draw_quiz
 from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.jobs.statistics import Failure
-from ccwsim.ui.page import chart_theme, guarded
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("examples.css")
 POLL_EVERY = 0.5

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, share_png, sparkline
 from ccwsim.metrics import variogram
+from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.choices import Choices
 from ccwsim.ui.compare.choice import said_setting
 from ccwsim.ui.compare.state import LETTERS
 from ccwsim.ui.examples.catalogue import Example, settings_of

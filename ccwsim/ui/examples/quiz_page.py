@@ -8,18 +8,18 @@ import streamlit as st
 
 from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
+from ccwsim.model.choices import ImageChoice
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.choices import ImageChoice
 from ccwsim.ui.examples.quiz_reveal import draw_reveal
 from ccwsim.ui.examples.quiz_rounds import N_PICTURES, Round, draw_round
 from ccwsim.ui.examples.state import Examples, Quiz
 from ccwsim.ui.jobs.job import Job, held_up
-from ccwsim.ui.page import guarded
+from ccwsim.ui.results.facies import pretty
 from ccwsim.ui.session.fitting import fitted, levels
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.image_step import pretty
 from ccwsim.ui.study.run import PATIENCE, POLL_EVERY, failed
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field, help_of

@@ -11,9 +11,9 @@ import streamlit as st
 from ccwsim.ui.examples.quiz_rounds import Round
 from ccwsim.ui.examples.quiz_shapes import SIDE
 from ccwsim.ui.examples.state import Quiz
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.widgets.maps import CellMap, draw_map
 from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 340
 MOST_FACIES = 120

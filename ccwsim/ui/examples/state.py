@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from secrets import randbelow
 from typing import Literal
 
+from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import Choices
 from ccwsim.ui.examples.quiz_rounds import Round
 from ccwsim.ui.jobs.job import Job
 
@@ -80,13 +80,10 @@ class Examples:
         Name of the example that was opened last, empty where none is.
     kept : Kept or None
         What was there before the first one.
-    own_seed : int or None
-        The seed of this reader where a class shares a study; None outside of one.
     quiz : Quiz
     """
 
     view: View = "studies"
     opened: str = ""
     kept: Kept | None = None
-    own_seed: int | None = None
     quiz: Quiz = field(default_factory=Quiz)

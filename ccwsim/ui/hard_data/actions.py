@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ccwsim.engine.revision import revise
+from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.hard_data.history import Moment
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.resolve import data_of, image_of

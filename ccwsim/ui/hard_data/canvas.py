@@ -17,11 +17,11 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.actions import take_edits
 from ccwsim.ui.hard_data.state import Editor
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.e_type import uncertainty_map
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of
+from ccwsim.ui.widgets.theme import chart_theme
 
 KEY = "editor"
 MAX_HEIGHT = 620

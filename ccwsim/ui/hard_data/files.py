@@ -7,9 +7,9 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim.io.hard_data.writing import hard_data_as_bytes
+from ccwsim.model.choices import DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
-from ccwsim.ui.choices import DataChoice, Upload
 from ccwsim.ui.hard_data.actions import moment_of
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.resolve import imported_data

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from ccwsim.model.choices import DataChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import DataChoice
 
 MOST_MOMENTS = 200
 MOST_BYTES = 200_000_000

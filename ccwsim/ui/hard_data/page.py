@@ -6,23 +6,23 @@ from pathlib import Path
 
 import streamlit as st
 
+from ccwsim.model.choices import DataChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import DataChoice
 from ccwsim.ui.hard_data.actions import answer, fits, is_revised, needs_run, take
 from ccwsim.ui.hard_data.canvas import draw_canvas, said_help
 from ccwsim.ui.hard_data.files import draw_export, draw_import, draw_problem
 from ccwsim.ui.hard_data.sampling import draw_sampling
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.hard_data.table import draw_table
-from ccwsim.ui.page import guarded
 from ccwsim.ui.results.e_type import draw_e_type
+from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.results.gallery import draw_gallery
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
-from ccwsim.ui.study.image_step import colours_of
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.study.run_step import problem_of
 from ccwsim.ui.widgets.errors import safely

@@ -8,10 +8,10 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
+from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import ImageChoice, Upload
 from ccwsim.ui.hard_data.actions import fits, take_data
 from ccwsim.ui.hard_data.state import Editor, Sampling
 from ccwsim.ui.session.resolve import image_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from ccwsim.model.choices import ImageChoice
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.choices import ImageChoice
 from ccwsim.ui.hard_data.history import History
 
 Ground = Literal["realization", "e_type", "empty"]

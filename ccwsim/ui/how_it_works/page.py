@@ -15,12 +15,13 @@ from ccwsim.ui.how_it_works.resimulation import draw_mending
 from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.steps import draw_steps
 from ccwsim.ui.how_it_works.trace import parameters_of, set_own, trace_of
-from ccwsim.ui.page import chart_theme, guarded
+from ccwsim.ui.results.facies import colours_of
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.image_step import colours_of
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("how.css")
 

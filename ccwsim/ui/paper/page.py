@@ -9,7 +9,6 @@ import streamlit as st
 
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import EXPERIMENTS
-from ccwsim.ui.page import guarded
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
 from ccwsim.ui.paper.words import (
     DURATIONS,
@@ -19,6 +18,7 @@ from ccwsim.ui.paper.words import (
     said_inputs,
     verdict_list,
 )
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field

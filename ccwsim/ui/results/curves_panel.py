@@ -9,11 +9,11 @@ import streamlit as st
 
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.bundles import MOST_CURVES, alike_up_to, connection_bundle, variogram_bundle
 from ccwsim.ui.results.charts import draw_chart
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.theme import chart_theme
 
 FEW = 4
 """Up to so many cells two curves are not yet called alike."""

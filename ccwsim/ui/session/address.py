@@ -7,11 +7,11 @@ from urllib.parse import urlencode
 
 import streamlit as st
 
+from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing import link_of, read_link
-from ccwsim.ui.choices import Choices, DataChoice, Shown
-from ccwsim.ui.examples.class_link import own_seed
 from ccwsim.ui.session.fitting import fitted_to_image
+from ccwsim.ui.session.own_seed import own_seed
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from ccwsim.model.choices import Choices
 from ccwsim.model.parameters import MAX_LEVEL, MAX_TEMPLATE, Parameters, legal_sizes
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import Choices
 
 SMALLEST_TEMPLATE = 4
 

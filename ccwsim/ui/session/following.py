@@ -6,8 +6,8 @@ from urllib.parse import urlencode
 
 import streamlit as st
 
+from ccwsim.model.choices import Shown
 from ccwsim.sharing import link_of, meant
-from ccwsim.ui.choices import Shown
 from ccwsim.ui.session.state import State
 
 

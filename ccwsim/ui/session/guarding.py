@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import streamlit as st
 
-from ccwsim.ui.choices import Choices
+from ccwsim.model.choices import Choices
 from ccwsim.ui.session.following import follow_study
 from ccwsim.ui.session.state import KEY, session_state
 from ccwsim.ui.widgets.errors import TROUBLE, is_control_flow, logged, safely, worded

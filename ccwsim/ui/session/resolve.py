@@ -21,13 +21,13 @@ from ccwsim.io import (
 )
 from ccwsim.io.limits import limited
 from ccwsim.io.upload_limits import upload_limits
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.jobs.admission import demand_of
 from ccwsim.ui.jobs.background import done_in_turn
 

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 import streamlit as st
 
+from ccwsim.model.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.session.past_runs import PastRuns
 
@@ -51,6 +51,8 @@ class State:
         The runs of this session, to go back to.
     pages : dict
         What single pages remember, by type; see `page`.
+    own_seed : int or None
+        The seed of this reader where a class shares a study; None outside of one.
     address : str
         What was last written behind the address of the page.
     told : tuple of str
@@ -75,6 +77,7 @@ class State:
     reference: TrainingImage | None = None
     runs: PastRuns = field(default_factory=PastRuns)
     pages: dict[type, Any] = field(default_factory=dict)
+    own_seed: int | None = None
     address: str = ""
     told: tuple[str, ...] = ()
     opened: tuple[str, str] = ("", "")

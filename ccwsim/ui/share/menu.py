@@ -8,10 +8,10 @@ import streamlit as st
 
 from ccwsim.figures import facies_colours
 from ccwsim.io import project_as_bytes
+from ccwsim.model.choices import Choices, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report import report_html
 from ccwsim.sharing import REVISED, Again, again, left_out, study_report
-from ccwsim.ui.choices import Choices, Upload
 from ccwsim.ui.session.address import link_here
 from ccwsim.ui.session.following import shown_of
 from ccwsim.ui.session.guarding import guarded

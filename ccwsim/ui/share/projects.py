@@ -8,11 +8,12 @@ from dataclasses import replace
 import ccwsim
 from ccwsim.io import Project, read_project, training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
+from ccwsim.model.bounds import MAX_SEED
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.history import History
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.address import show
@@ -21,7 +22,7 @@ from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.grid_step import LARGEST
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import LARGEST_SEED, MOST_REALIZATIONS
+from ccwsim.ui.study.run_step import MOST_REALIZATIONS
 
 
 def study_of(choices: Choices) -> Study:
@@ -108,7 +109,7 @@ def _check(choices: Choices) -> None:
     for name, value, most in (
         ("realizations", choices.n_realizations, MOST_REALIZATIONS),
         ("cells along a side of the grid", max(choices.grid.shape), LARGEST),
-        ("as seed", choices.seed, LARGEST_SEED),
+        ("as seed", choices.seed, MAX_SEED),
     ):
         if value > most:
             raise CCWSIMError(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.study.image_step import pretty
+from ccwsim.ui.results.facies import pretty
 
 SHORT = {
     "template_size": "template",

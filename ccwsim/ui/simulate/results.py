@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.figures import facies_colours
 from ccwsim.figures.proportions import proportions_height
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.page import guarded
 from ccwsim.ui.results.curves_panel import draw_curves, draw_proportions
 from ccwsim.ui.results.e_type import draw_e_type
+from ccwsim.ui.results.facies import colours_of_ran, pretty
 from ccwsim.ui.results.gallery import draw_gallery
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.results.ghost import SMALLEST_IMAGE, draw_ghost
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.downloads import draw_downloads
-from ccwsim.ui.study.image_step import colours_of, pretty
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
 
-SMALLEST_IMAGE = 0.5
-"""The training image is never narrower than this share of a realization on the page."""
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
 """Pixels of a realization on a usual screen, and of the title of the proportions."""
@@ -55,35 +52,6 @@ def _results(state: State, ensemble: Ensemble) -> None:
         _image(ensemble, colours)
     draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
     draw_curves(ensemble, state.facies, None if room_below_image(ensemble) else colours)
-
-
-def draw_ghost(state: State) -> None:
-    """Show where the results will be, and what they will say, before there are any."""
-    image, grid = image_of(state.choices.image), state.choices.grid
-    with st.container(key="maps"):
-        left, middle, right = st.columns([SMALLEST_IMAGE, 1.08, 1.0], gap="medium")
-    with left:
-        panel_title("Training image", pretty(image.name))
-        shown = facies_map(image.indices, image, colours_of(state), f"Training image {image.name}")
-        draw_map(shown, "map_image", name="training_image")
-    for place, kind, title, text in (
-        (middle, "ghost large", "Realization",
-         "A field that looks like the training image and honours the data"),
-        (right, "ghost", "E-type",
-         "How often each cell has a facies in all realizations: its probability"),
-    ):  # fmt: skip
-        with place:
-            panel_title(title)
-            shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
-            st.html(f'<div class="{kind}" style="{shape}">{text}</div>')
-
-
-def colours_of_ran(state: State) -> list[str]:
-    """Return the facies colours for the results, which may be of another image than the study."""
-    assert state.ensemble is not None
-    image = state.ensemble.training_image
-    chosen = dict(state.choices.image.colours) if state.ran else {}
-    return facies_colours(image, chosen)
 
 
 def _image(ensemble: Ensemble, colours: list[str]) -> None:

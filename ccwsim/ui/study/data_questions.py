@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.choices import Answers, DataChoice
+from ccwsim.model.choices import Answers, DataChoice
 from ccwsim.ui.study.questions import (
     Write,
     answered,

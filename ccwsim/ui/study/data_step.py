@@ -12,13 +12,14 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import data_png
+from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.ui.choices import Choices, DataChoice, DataSource, Upload
+from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_questions import ask_data
-from ccwsim.ui.study.image_step import THUMB, colours_of, pretty
+from ccwsim.ui.study.image_step import THUMB
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.literal import plain

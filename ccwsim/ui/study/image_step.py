@@ -7,11 +7,12 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim import datasets
-from ccwsim.figures import facies_colours, map_png
+from ccwsim.figures import map_png
 from ccwsim.metrics import Diagnosis, diagnose
+from ccwsim.model.choices import Choices, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.choices import Choices, ImageChoice, Upload
+from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.fitting import fitted, fitted_to_image
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
@@ -51,18 +52,6 @@ def problem_of_image(choice: ImageChoice) -> str:
     except CCWSIMError as error:
         return str(error)
     return ""
-
-
-def colours_of(state: State) -> list[str]:
-    """Return the colours of the facies, the user's own where there are some."""
-    choice = state.choices.image
-    return facies_colours(image_of(choice), dict(choice.colours))
-
-
-def pretty(name: str) -> str:
-    """Return a bundled data set's name as words, and the name of a file as it is."""
-    bundled = {*datasets.names(), *datasets.hard_data_names()}
-    return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:

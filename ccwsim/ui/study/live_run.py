@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.workers import n_cores
-from ccwsim.ui.choices import Choices
 from ccwsim.ui.jobs.admission import Demand
 from ccwsim.ui.jobs.job import NOTHING, Cancel, Job, Progress
 

@@ -9,8 +9,8 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.io import FileSummary, inspect
+from ccwsim.model.choices import Answers, Upload
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.choices import Answers, Upload
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.widgets.fields import field
 

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import streamlit as st
 
+from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.choices import Choices
 from ccwsim.ui.jobs.admission import Demand, check_limits, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
 from ccwsim.ui.jobs.scheduler import executor_of_environment

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
+from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.jobs.admission import Demand, check_limits
@@ -16,7 +17,6 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
 MOST_REALIZATIONS = 1000
-LARGEST_SEED = 2**31 - 1
 
 
 def run_step(state: State) -> None:
@@ -33,7 +33,7 @@ def run_step(state: State) -> None:
     with right:
         field(
             st.number_input, "Seed", key="seed", value=state.choices.seed, min_value=0,
-            max_value=LARGEST_SEED,
+            max_value=MAX_SEED,
             help="The same seed gives the same realizations, on any machine.",
             write=lambda n: state.change(seed=int(n)),
         )  # fmt: skip

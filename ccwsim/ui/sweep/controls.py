@@ -11,9 +11,9 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim.experiments.sweep import Settings
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.jobs.admission import Demand, check_limits
+from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.image_step import colours_of, pretty
 from ccwsim.ui.sweep.ranges import MOST, plan_of, ranges_of, seconds_of, values_on_offer
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState

@@ -7,7 +7,7 @@ import time
 import streamlit as st
 
 from ccwsim.ui.jobs.job import held_up
-from ccwsim.ui.page import guarded
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState

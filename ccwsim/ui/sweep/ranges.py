@@ -7,10 +7,10 @@ from typing import Any
 
 from ccwsim.experiments.sweep import Settings, expected_seconds, settings
 from ccwsim.experiments.sweep.cost import JUDGING
+from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import MAX_TEMPLATE, METHODS, Parameters
-from ccwsim.ui.choices import Choices
 from ccwsim.ui.session.fitting import SMALLEST_TEMPLATE, fitted, levels
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State

@@ -12,8 +12,8 @@ from ccwsim.experiments.sweep import Recommendation, Sweep, label, pareto_front,
 from ccwsim.figures import sweep_chart
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.results.titled_chart import chart_menu
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.controls import problem_of
@@ -28,6 +28,7 @@ from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392

@@ -14,13 +14,13 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.statistics import Fraction, Statistic
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import panel
 from ccwsim.ui.validate.statistics import study_key
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 420
 MOST_USES = 100

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ccwsim.figures import ENTROPY, met_by_chart, ramp
 from ccwsim.metrics import data_match
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, points_of
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 360
 

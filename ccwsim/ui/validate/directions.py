@@ -8,7 +8,6 @@ import numpy as np
 import streamlit as st
 
 from ccwsim.figures import Bundle, lag_map_chart, transiogram_chart
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.overview import draw_bundle
@@ -18,6 +17,7 @@ from ccwsim.ui.validate.statistics import LagMaps, lag_maps, transitions
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 FEW_FACIES = 3
 """Up to so many facies all pairs are drawn at once."""

@@ -9,12 +9,12 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Strip, proportions_chart, strip_chart
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import panel
 from ccwsim.ui.validate.statistics import BodiesCompared, bodies, proportions
 from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 AREA = 10_000
 """Counts are given for so many cells, since grid and training image differ in size."""

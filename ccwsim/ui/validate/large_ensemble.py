@@ -13,8 +13,8 @@ from ccwsim.metrics import RunningSummary, connectivity, variogram
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.jobs.job import held_up
-from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.large_ensemble_job import LongRun
@@ -25,6 +25,7 @@ from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 POLL_EVERY = 1.0
 MOST = 100_000

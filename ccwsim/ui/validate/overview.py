@@ -12,11 +12,11 @@ import streamlit as st
 from ccwsim.figures import Bundle, curves_chart, scaling_chart
 from ccwsim.metrics import Anodi
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.page import chart_theme, guarded
 from ccwsim.ui.results.bundles import MOST_CURVES
 from ccwsim.ui.results.curves_panel import said
 from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import begin, panel
 from ccwsim.ui.validate.state import Validation
@@ -24,6 +24,7 @@ from ccwsim.ui.validate.statistics import MOST_COMPARED, curves, patterns
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 392
 CHART_HEIGHT = MAP_HEIGHT + 26

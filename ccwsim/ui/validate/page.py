@@ -7,10 +7,9 @@ from pathlib import Path
 import streamlit as st
 
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.e_type import choose
+from ccwsim.ui.results.facies import colours_of_ran
 from ccwsim.ui.session.state import State
-from ccwsim.ui.simulate.results import colours_of_ran
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.study.run_step import MOST_REALIZATIONS, problem_of
 from ccwsim.ui.validate.overview import draw_curves_row, draw_look, shown_elsewhere
@@ -21,6 +20,7 @@ from ccwsim.ui.validate.summary import draw_summary
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("validate.css")
 

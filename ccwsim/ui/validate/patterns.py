@@ -9,13 +9,13 @@ import streamlit as st
 
 from ccwsim.figures import divergence_chart
 from ccwsim.metrics import Anodi
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import panel
 from ccwsim.ui.validate.statistics import patterns
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 
 def draw_patterns(state: State, colours: Sequence[str]) -> None:

@@ -12,7 +12,6 @@ from ccwsim.metrics import Calibration, TruthScores
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.page import chart_theme
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import panel
@@ -20,6 +19,7 @@ from ccwsim.ui.validate.statistics import truth
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 320
 RIGHT, WRONG = "#D9D6CF", "#A63A26"

@@ -8,7 +8,7 @@ from html import escape
 
 import streamlit as st
 
-from ccwsim.ui.page import guarded
+from ccwsim.ui.session.guarding import guarded
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.copying import draw_reuse
 from ccwsim.ui.validate.data import draw_data

@@ -21,7 +21,7 @@ import streamlit as st
 
 from ccwsim import Grid
 from ccwsim.ui import sessions
-from ccwsim.ui.choices import Choices
+from ccwsim.model.choices import Choices
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import server_queue
 from ccwsim.ui.study.run import start_run

@@ -17,6 +17,7 @@ from ccwsim import Grid, Parameters, datasets
 from ccwsim.experiments.timing import Timing
 from ccwsim.experiments.timing_case import TimingCase
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
+from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.benchmark import settings as benchmark_settings
 from ccwsim.ui.benchmark.csv import timings_csv
@@ -26,7 +27,6 @@ from ccwsim.ui.benchmark.settings import cases_of_data, cases_of_grids, side_opt
 from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table
 from ccwsim.ui.benchmark.words import said_growth, said_levels, why_ended
-from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named

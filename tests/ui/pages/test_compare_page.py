@@ -14,7 +14,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import Comparison, PairRatio, compare
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.choice import said_setting, settings_of, usual_others
 from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.tables import ratios_csv, realizations_csv, settings_csv

@@ -15,7 +15,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import training_image_as_bytes
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data import history as editor_history
 from ccwsim.ui.hard_data.actions import (
     answer,

@@ -16,9 +16,9 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
 from ccwsim.metrics import reuse
+from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
-from ccwsim.ui.choices import Choices, DataChoice
 from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, settings_of
 from ccwsim.ui.examples.class_link import class_link
@@ -350,7 +350,7 @@ def test_everyone_of_a_class_has_a_seed_of_their_own_and_the_same_study():
     assert len({*seeds, OWN.seed}) == 3
     for state, seed in zip(readers, seeds, strict=True):
         assert replace(state.choices, seed=OWN.seed) == OWN
-        assert state.page(Examples).own_seed == seed
+        assert state.own_seed == seed
 
 
 def test_a_seed_stays_for_the_session_and_examples_take_it():
@@ -367,7 +367,7 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
 def test_simulate_shows_the_seed_of_the_class():
     app = AppTest.from_file(str(PAGES / "simulate.py"), default_timeout=120)
     state = State(choices=replace(OWN, seed=4321))
-    state.page(Examples).own_seed = 4321
+    state.own_seed = 4321
     app.session_state[KEY] = state
     quiet(app.run())
     assert "Your own seed in this class is 4321" in html(app)

@@ -15,8 +15,8 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters
 from ccwsim.experiments.sweep import recommended, settings
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.controls import problem_of, said_plan, start
 from ccwsim.ui.sweep.follow import progress_text, said_end

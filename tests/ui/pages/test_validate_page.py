@@ -14,7 +14,7 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
 from ccwsim.metrics import RunningStatistics, connectivity, etype, reuse, variogram
 from ccwsim.metrics.directions import lag_offsets
-from ccwsim.ui.choices import Choices, DataChoice, ImageChoice
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.jobs.statistics import Shelf, Workbench
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.copying import copied, seam_map, sources_of, use_map

@@ -1,0 +1,28 @@
+"""The light and the dark theme that the browser shows."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import streamlit as st
+
+from ccwsim.figures import DARK, LIGHT, Theme, theme_named
+
+
+def theme_name() -> str:
+    """Return "dark" or "light", whichever the reader's browser shows."""
+    return "dark" if st.context.theme.type == "dark" else "light"
+
+
+def own_colours() -> str:
+    """Return the style sheet's names of our own colours, each in the light and the dark theme."""
+    pairs = " ".join(
+        f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
+        for part in fields(Theme)
+    )
+    return f":root {{ color-scheme: {theme_name()}; {pairs} }}"
+
+
+def chart_theme() -> Theme:
+    """Return the colours of charts in the theme that the browser shows."""
+    return theme_named(theme_name())
