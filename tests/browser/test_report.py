@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from ccwsim.report import write_report
-from tests.test_report import document
+from tests.report.test_report import document
 
 SLOW = 180_000
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.browser.hands import SLOW, SOON, at_rest
 from tests.browser.served import CHROMIUM, free_port, started
-from tests.test_browser_share import PIXELS, context_of, large, opened, picture
+from tests.browser.test_share import PIXELS, context_of, large, opened, picture
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")

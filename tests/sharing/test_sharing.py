@@ -18,7 +18,7 @@ from ccwsim.report import report_html
 from ccwsim.sharing import link_of, study_report
 from ccwsim.sharing import recipe as again
 from ccwsim.ui.share.projects import choices_of, study_of
-from tests.test_report import OUTSIDE, own_part
+from tests.report.test_report import OUTSIDE, own_part
 
 ROOT = Path(__file__).parents[2]
 SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1, search_fraction=1e-6)

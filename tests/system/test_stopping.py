@@ -10,7 +10,7 @@ from ccwsim.engine import raster as raster_of_tiles
 from ccwsim.engine import realization
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
-from ccwsim.engine.stages import mending
+from ccwsim.engine.stages import resimulation as mending
 from ccwsim.metrics import RunningStatistics, connectivity, patterns, stack, variogram
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study

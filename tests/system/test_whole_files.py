@@ -104,7 +104,7 @@ def test_a_write_that_ends_half_way_leaves_the_good_file(name, tmp_path):
 import resource, signal
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
-from tests.test_whole_files import WRITERS
+from tests.system.test_whole_files import WRITERS
 from ccwsim.model.errors import CCWSIMError
 try:
     WRITERS[{name!r}]({str(path)!r})
@@ -161,7 +161,7 @@ STREAMING = """
 import sys
 from threading import Timer
 from ccwsim import simulate
-from tests.test_whole_files import IMAGE, P
+from tests.system.test_whole_files import IMAGE, P
 said = []
 def progress(fraction, n):
     if n and not said:

@@ -20,7 +20,7 @@ from ccwsim.ui.simulate.changes import changes_between, study_name
 from ccwsim.ui.simulate.history import go_back, place_of
 from ccwsim.ui.study.live_run import LiveRun, first_part, part_size
 from ccwsim.ui.study.run import collect, part_of, start_run
-from tests.test_pages import ROOT, SMALL, html, launched, settled, texts
+from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
 SIX = replace(SMALL, n_realizations=6)

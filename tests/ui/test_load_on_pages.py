@@ -14,8 +14,9 @@ from ccwsim.model.choices import DataChoice
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.compare.state import Comparing
+from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs.admission import RESERVE
-from ccwsim.ui.jobs.job import Job, admission
+from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import Place, Queue, server_queue
 from ccwsim.ui.jobs.statistics import Shelf, Statistic, Workbench
 from ccwsim.ui.paper.run import PaperState
@@ -25,7 +26,7 @@ from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.validate.large_ensemble import start as start_long_run
 from ccwsim.ui.validate.state import Validation
-from tests.test_pages import ROOT, SMALL, html, launched, settled, texts
+from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
 SLOW = 120

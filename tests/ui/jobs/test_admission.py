@@ -13,9 +13,10 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import footprint
 from ccwsim.system.memory import free_memory
+from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs import job as jobs
 from ccwsim.ui.jobs.admission import RESERVE, Demand, admit, demand_of
-from ccwsim.ui.jobs.job import Job, admission
+from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import limits_of_environment
 from ccwsim.ui.jobs.queue import Queue
 

@@ -12,6 +12,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.engine.trace import Frame, Trace, fates
+from ccwsim.figures import theme_named
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.ui.how_it_works.fates import xy_of
@@ -19,7 +20,6 @@ from ccwsim.ui.how_it_works.maps import N_STEPS, fate_marks, grid_map, score_map
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.words import said_shape
-from ccwsim.ui.page import theme_named
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
 

@@ -19,7 +19,7 @@ from ccwsim.ui.share.menu import report_of
 from ccwsim.ui.share.projects import file_name, open_project, project_of
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.literal import plain
-from tests.test_pages import ROOT, SMALL, launched, settled, texts
+from tests.ui.test_pages import ROOT, SMALL, launched, settled, texts
 from tests.ui.widgets import named
 
 QUERY = {"ti": "dunes", "data": "none", "grid": "64x48", "template": "16", "overlap": "4",
