@@ -12,15 +12,15 @@ from collections.abc import Callable
 from ccwsim import Grid, datasets, simulate
 from ccwsim.metrics import (
     anodi,
-    body_statistics,
     connectivity,
+    copying,
     data_match,
     etype,
+    geobody_statistics,
     proportions,
     transiograms,
     variogram,
 )
-from ccwsim.metrics import copying as reuse
 
 N = 100
 
@@ -43,10 +43,10 @@ def main() -> None:
         "transiograms E-W, 30 lags": lambda: transiograms(images, n_facies, "E-W", 30),
         "connection E-W, 100 lags": lambda: connectivity(images, 1, "E-W", 100),
         "connection N-S, 100 lags": lambda: connectivity(images, 1, "N-S", 100),
-        "bodies, Γ, Euler number": lambda: body_statistics(images, 1),
+        "bodies, Γ, Euler number": lambda: geobody_statistics(images, 1),
         "ANODI, 3 resolutions": lambda: anodi(images, ti.indices, n_facies),
         "data honoured": lambda: data_match(e.realizations, data),
-        "re-use and copy meter": lambda: [reuse(s, ti.shape) for s in sources],
+        "re-use and copy meter": lambda: [copying(s, ti.shape) for s in sources],
     }
     print(f"| metric | {N} realizations, s | each, ms |\n|---|---|---|")
     for name, run in cases.items():

@@ -8,7 +8,7 @@ from ccwsim.engine.kernels import kernel
 from ccwsim.engine.stages.bits import make_strips
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import LEFT, TOP
-from ccwsim.engine.tiles import lay_patch
+from ccwsim.engine.tiles import place_patch
 
 REACH = 2
 """Places up to REACH − 1 cells from that of the coarser scale are looked at, along each axis."""
@@ -58,7 +58,7 @@ def refine_tiles(
                 ty, tx = refine_place(
                     image, bits, grid, data, y0, x0, size, overlap, shape, REACH, ty, tx, strips
                 )
-            lay_patch(
+            place_patch(
                 image, ty, tx, y0, x0, size, overlap, shape, data.kept, room, counts, grid, sources
             )
             places[tile, part, 0], places[tile, part, 1] = ty, tx

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.bits import to_bits
-from ccwsim.engine.stages.conditioning import MOST_DATA, legal_splits
+from ccwsim.engine.stages.conditioning import MAX_DATA, legal_splits
 from ccwsim.engine.stages.path import to_path_frame
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid
-from ccwsim.engine.stages.resimulation import rare_counts
+from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
 from ccwsim.engine.stages.upgrid import upgrid
 from ccwsim.model.parameters import Parameters
@@ -20,7 +20,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
 
 
-class TurnedImage(NamedTuple):
+class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search.
 
     Attributes
@@ -37,13 +37,13 @@ class TurnedImage(NamedTuple):
     energies: NDArray[np.signedinteger]
 
 
-def turn_image(
+def orient_image(
     image: NDArray[np.uint8],
     n_facies: int,
     parameters: Parameters,
     template_size: int,
     may_split: bool,
-) -> TurnedImage:
+) -> OrientedImage:
     """Return an image, in the path frame and at the scale of the search, as the search needs it."""
     p, scale = parameters, parameters.scale
     level = p.level - scale
@@ -65,7 +65,7 @@ def turn_image(
         energies[k] = own[:, : places[0], : places[1]]
     if p.similarity == "correlation":
         energies[:] = 0
-    return TurnedImage(pyramid, np.array(splits), energies)
+    return OrientedImage(pyramid, np.array(splits), energies)
 
 
 class PreparedImage:
@@ -76,21 +76,21 @@ class PreparedImage:
 
     def __init__(self, study: Study) -> None:
         self._study = study
-        self._turned: dict[tuple[int, int], TurnedImage] = {}
+        self._turned: dict[tuple[int, int], OrientedImage] = {}
         self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
         self._bits: dict[tuple[int, int], NDArray[np.uint64]] = {}
 
-    def turned(self, orientation: int, template_size: int) -> TurnedImage:
+    def oriented(self, orientation: int, template_size: int) -> OrientedImage:
         """Return the image turned for one orientation, at the scale that is searched."""
         key = orientation, template_size
         if key not in self._turned:
             p, data = self._study.parameters, self._study.hard_data
-            self._turned[key] = turn_image(
+            self._turned[key] = orient_image(
                 self.scaled(orientation, p.scale),
                 self._study.training_image.n_facies,
                 p,
                 template_size,
-                may_split=p.exact_data and data.n > MOST_DATA,
+                may_split=p.exact_data and data.n > MAX_DATA,
             )
         return self._turned[key]
 
@@ -99,8 +99,8 @@ class PreparedImage:
         key = orientation, scale
         if key not in self._scaled:
             if scale == 0:
-                turned = to_path_frame(self._study.training_image.indices, orientation)
-                self._scaled[key] = np.array(turned, order="C")  # writable: kernels know one type
+                oriented = to_path_frame(self._study.training_image.indices, orientation)
+                self._scaled[key] = np.array(oriented, order="C")  # writable: kernels know one type
             else:
                 self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), 2)
         return self._scaled[key]
@@ -113,6 +113,6 @@ class PreparedImage:
         return self._bits[key]
 
     @cached_property
-    def rare_counts(self) -> NDArray[np.float64]:
+    def isolated_datum_thresholds(self) -> NDArray[np.float64]:
         """What `mend` takes for a scar, by facies index."""
-        return rare_counts(self._study.training_image.indices)
+        return isolated_datum_thresholds(self._study.training_image.indices)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.multiscale import refine_tiles
-from ccwsim.engine.prepared_image import PreparedImage, TurnedImage
+from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.conditioning import PlacedData, place_data
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.path import (
@@ -16,7 +16,7 @@ from ccwsim.engine.stages.path import (
     RasterPath,
     cells_to_path_frame,
     from_path_frame,
-    lay_path,
+    make_path,
     to_path_frame,
 )
 from ccwsim.engine.stages.upgrid import upgrid_data
@@ -29,7 +29,7 @@ TERMS_A_CALL = 500_000_000
 """Terms of scores summed between two looks at progress and cancel: some hundredths of a second."""
 CELLS_A_CALL = 100_000_000
 """Cells compared in refinement between two such looks."""
-MOST_TILES_A_CALL = 512
+MAX_TILES_A_CALL = 512
 STRICT = 25
 """How much more data weigh where they only steer: as in the published codes, before the overlap."""
 RASTER_SHARE = 0.7
@@ -42,7 +42,7 @@ class Plan(NamedTuple):
     Attributes
     ----------
     path : RasterPath
-    turned : TurnedImage
+    turned : OrientedImage
         The training image in the path frame, at the scale of the search.
     search : Search
     data : tuple of PlacedData
@@ -52,7 +52,7 @@ class Plan(NamedTuple):
     """
 
     path: RasterPath
-    turned: TurnedImage
+    oriented: OrientedImage
     search: Search
     data: tuple[PlacedData, ...]
     split_of: NDArray[np.int64]
@@ -72,45 +72,45 @@ def simulate_raster(
     finer scale lays the tiles again, near the places that the coarser one chose.
     """
     p, ti = study.parameters, study.training_image
-    path, turned, search, data, split_of = lay_plan(study, template, image, rng)
+    path, oriented, search, data, split_of = make_plan(study, template, image, rng)
     n, n_columns = path.n_rows * path.n_columns, path.n_columns
-    places = np.empty((n, turned.splits[-1] ** 2, 2) if p.scale else (0, 0, 0), np.int32)
+    places = np.empty((n, oriented.splits[-1] ** 2, 2) if p.scale else (0, 0, 0), np.int32)
     for scale in range(p.scale, -1, -1):
         full = path.full[0] >> scale, path.full[1] >> scale
         grid = np.full(full, UNKNOWN, np.uint8)
         sources = np.zeros(full if keep_sources and scale == 0 else (0, 0), np.int32)
         counts = np.zeros(ti.n_facies if p.match_proportions else 0, np.int64)
-        at_once = _tiles_a_call(turned, search) if scale == p.scale else _laid_a_call(template)
+        at_once = _tiles_a_call(oriented, search) if scale == p.scale else _laid_a_call(template)
         for first in range(0, n, at_once):
             share = (p.scale - scale + first / n) / (p.scale + 1)
             watch.report(share * (RASTER_SHARE if study.hard_data.n else 1.0))
             last = min(first + at_once, n)
             if scale == p.scale:
                 simulate_tiles(
-                    first, last, n_columns, split_of, turned, data[scale], ti.proportions, search,
+                    first, last, n_columns, split_of, oriented, data[scale], ti.proportions, search,
                     rng, counts, grid, sources, places,
                 )  # fmt: skip
             else:
                 refine_tiles(
-                    first, last, n_columns, split_of, turned.splits,
+                    first, last, n_columns, split_of, oriented.splits,
                     image.scaled(path.orientation, scale), image.bits(path.orientation, scale),
                     data[scale], template >> scale, p.overlap_size >> scale, p.refine, counts,
                     grid, sources, places,
                 )  # fmt: skip
-    return in_world(grid, sources, path, ti.shape)
+    return to_grid(grid, sources, path, ti.shape)
 
 
-def lay_plan(study: Study, template: int, image: PreparedImage, rng: np.random.Generator) -> Plan:
+def make_plan(study: Study, template: int, image: PreparedImage, rng: np.random.Generator) -> Plan:
     """Draw where the path starts, and turn and place everything along it."""
     p = study.parameters
     orientation = int(rng.integers(N_ORIENTATIONS)) if p.random_path else 0
-    turned = image.turned(orientation, template)
-    path = lay_path(study.grid.shape, orientation, template, p.overlap_size)
+    oriented = image.oriented(orientation, template)
+    path = make_path(study.grid.shape, orientation, template, p.overlap_size)
     data = tuple(_data_at(scale, study, path) for scale in range(p.scale + 1))
     split_of = split_tiles(
-        path.n_rows, path.n_columns, turned.splits, data[0], template, p.overlap_size
+        path.n_rows, path.n_columns, oriented.splits, data[0], template, p.overlap_size
     )
-    return Plan(path, turned, _search(p, template, turned), data, split_of)
+    return Plan(path, oriented, _search(p, template, oriented), data, split_of)
 
 
 def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
@@ -128,7 +128,7 @@ def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
     return place_data(blocks * block, facies, shape, keep=p.exact_data)
 
 
-def in_world(
+def to_grid(
     grid: NDArray[np.uint8],
     sources: NDArray[np.int32],
     path: RasterPath,
@@ -138,34 +138,34 @@ def in_world(
     rows, columns = path.shape
     if sources.size:
         numbers = np.arange(image_shape[0] * image_shape[1], dtype=np.int32).reshape(image_shape)
-        turned = np.ascontiguousarray(to_path_frame(numbers, path.orientation))
-        sources = turned.ravel()[sources]
+        oriented = np.ascontiguousarray(to_path_frame(numbers, path.orientation))
+        sources = oriented.ravel()[sources]
     return (
         np.ascontiguousarray(from_path_frame(grid[:rows, :columns], path.orientation)),
         np.ascontiguousarray(from_path_frame(sources[:rows, :columns], path.orientation)),
     )
 
 
-def _tiles_a_call(turned: TurnedImage, search: Search) -> int:
-    cells = 2 * search.template * search.overlap * len(turned.pyramid.sums)
-    terms = cells // search.unit**2 * turned.energies[0, 0].size
-    return min(max(TERMS_A_CALL // terms, 1), MOST_TILES_A_CALL)
+def _tiles_a_call(oriented: OrientedImage, search: Search) -> int:
+    cells = 2 * search.template * search.overlap * len(oriented.pyramid.sums)
+    terms = cells // search.unit**2 * oriented.energies[0, 0].size
+    return min(max(TERMS_A_CALL // terms, 1), MAX_TILES_A_CALL)
 
 
 def _laid_a_call(template: int) -> int:
-    return min(max(CELLS_A_CALL // template**2, 1), MOST_TILES_A_CALL)
+    return min(max(CELLS_A_CALL // template**2, 1), MAX_TILES_A_CALL)
 
 
-def _search(p: Parameters, template: int, turned: TurnedImage) -> Search:
+def _search(p: Parameters, template: int, oriented: OrientedImage) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
     unit = 2 ** (p.level - p.scale)
-    planes = 1 if len(turned.pyramid.sums) == 1 else 2  # in which a wrong cell counts
+    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # in which a wrong cell counts
     # A coarse cell stands for 4^scale cells and for 2^scale along a boundary: counted as one it
     # leaves shapes broken, counted as 4^scale it leaves most data to mending.
     cell_cost = unit * unit * planes / 2**p.scale
     return Search(
         template >> p.scale, p.overlap_size >> p.scale, unit,
-        min(p.n_candidates, turned.energies[0, 0].size), p.co_template, p.search_fraction,
+        min(p.n_candidates, oriented.energies[0, 0].size), p.co_template, p.search_fraction,
         p.refine, p.match_proportions, cell_cost, cell_cost * (1 if p.exact_data else STRICT),
         p.location_weight * cell_cost * 2 * p.template_size * p.overlap_size / 4**p.scale,
         p.exact_data,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import draw_template, simulate_raster
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import mend
+from ccwsim.engine.stages.resimulation import resimulate
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -29,15 +29,15 @@ class Realization:
         Facies indices.
     sources : ndarray of int32, shape (ny, nx) or (0, 0)
         As `Ensemble.sources` has it.
-    met_by : ndarray of int16, shape (n_data,)
-        As `Ensemble.met_by` has it.
+    data_status : ndarray of int16, shape (n_data,)
+        As `Ensemble.data_status` has it.
     cpu_seconds : float
         CPU time of the thread that simulated it.
     """
 
     indices: NDArray[np.uint8]
     sources: NDArray[np.int32]
-    met_by: NDArray[np.int16]
+    data_status: NDArray[np.int16]
     cpu_seconds: float = 0.0
 
 
@@ -55,15 +55,15 @@ def simulate_realization(
     cells = study.hard_data.cells
     if study.parameters.exact_data and study.hard_data.n:
         data = data_grid(cells, study.facies_of_data, indices.shape)
-        met_by = mend(
+        data_status = resimulate(
             image.scaled(), image.bits(), data, cells, template, rng, indices,
-            sources, image.rare_counts, watch.check,
+            sources, image.isolated_datum_thresholds, watch.check,
         )  # fmt: skip
     else:
         missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data
-        met_by = np.where(missed, WRONG, 0).astype(np.int16)
+        data_status = np.where(missed, WRONG, 0).astype(np.int16)
     watch.report(1.0)
-    return Realization(indices, sources, met_by, time.thread_time() - before)
+    return Realization(indices, sources, data_status, time.thread_time() - before)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
@@ -101,6 +101,6 @@ def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
 def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
     """Return what decides which kernels are run, and for which types."""
     p = study.parameters
-    turned = image.turned(0, p.template_size)
-    types = turned.pyramid.sums.dtype, turned.energies.dtype
+    oriented = image.oriented(0, p.template_size)
+    types = oriented.pyramid.sums.dtype, oriented.energies.dtype
     return *types, study.hard_data.n > 0, p.exact_data, p.scale > 0

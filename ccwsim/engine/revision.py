@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import mend, rare_counts
-from ccwsim.model.arrays import frozen_view
+from ccwsim.engine.stages.resimulation import isolated_datum_thresholds, resimulate
+from ccwsim.model.arrays import readonly
 from ccwsim.model.ensemble import WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.study import Study, counted
+from ccwsim.model.study import Study, check_int
 from ccwsim.system.workers import Watch, n_cores, run_all
 
 
@@ -58,14 +58,17 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     study = Study(
         ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
     )
-    workers = n_cores() if n_workers is None else counted("n_workers", n_workers, least=1)
+    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, least=1)
     start = time.perf_counter()
     indices = ensemble.indices.copy()
     kept = ensemble.sources
     sources = np.empty((ensemble.n, 0, 0), np.int32) if kept is None else kept.copy()
-    met_by = _known(ensemble, hard_data)
+    data_status = _known(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
-    rare, bits = rare_counts(study.training_image.indices), to_bits(study.training_image.indices)
+    rare, bits = (
+        isolated_datum_thresholds(study.training_image.indices),
+        to_bits(study.training_image.indices),
+    )
     data = data_grid(hard_data.cells, study.facies_of_data, study.grid.shape)
 
     def task(number: int, watch: Watch) -> None:
@@ -75,9 +78,9 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
         rows, columns = hard_data.cells.T
         wrong = indices[number, rows, columns] != study.facies_of_data
         if not study.parameters.exact_data:
-            met_by[number, wrong] = WRONG
+            data_status[number, wrong] = WRONG
             return
-        met_by[number, wrong] = mend(
+        data_status[number, wrong] = resimulate(
             study.training_image.indices,
             bits,
             data,
@@ -96,11 +99,11 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     return replace(
         ensemble,
         hard_data=hard_data,
-        indices=frozen_view(indices),
-        met_by=frozen_view(met_by),
-        sources=None if kept is None else frozen_view(sources),
+        indices=readonly(indices),
+        data_status=readonly(data_status),
+        sources=None if kept is None else readonly(sources),
         revised=True,
-        cpu_seconds=frozen_view(seconds),
+        cpu_seconds=readonly(seconds),
         wall_seconds=time.perf_counter() - start,
     )
 
@@ -108,11 +111,11 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
 def _known(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
     """Return how the data that were there before were met; 0 for new ones."""
     before = {datum: k for k, datum in enumerate(_triples(ensemble.hard_data))}
-    met_by = np.zeros((ensemble.n, hard_data.n), np.int16)
+    data_status = np.zeros((ensemble.n, hard_data.n), np.int16)
     for k, datum in enumerate(_triples(hard_data)):
         if datum in before:
-            met_by[:, k] = ensemble.met_by[:, before[datum]]
-    return met_by
+            data_status[:, k] = ensemble.data_status[:, before[datum]]
+    return data_status
 
 
 def _triples(data: HardData) -> list[tuple[int, ...]]:

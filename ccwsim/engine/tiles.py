@@ -47,7 +47,7 @@ class Search(NamedTuple):
     exact: bool
 
 
-class Room(NamedTuple):
+class Workspace(NamedTuple):
     """Arrays to work in, made once a call; what a patch leaves in them is how it was chosen.
 
     `choice` says how many terms the overlap had, how many of the `places` were candidates, and
@@ -77,7 +77,7 @@ def split_tiles(n_rows, n_columns, splits, data, template, overlap):
 
 @kernel
 def simulate_tiles(
-    first, last, n_columns, split_of, turned, data, proportions, search, rng, counts, grid,
+    first, last, n_columns, split_of, oriented, data, proportions, search, rng, counts, grid,
     sources, places,
 ):  # fmt: skip
     """Simulate tiles `first` to `last` − 1 of the raster path (Algorithm 1, lines 3 to 11).
@@ -88,7 +88,7 @@ def simulate_tiles(
         Tiles in the order of the path, and how many a row has.
     split_of : ndarray of int64, shape (n_tiles,)
         From `split_tiles`.
-    turned : TurnedImage
+    turned : OrientedImage
     data : PlacedData
     proportions : ndarray, shape (n_facies,)
         Of the training image.
@@ -103,40 +103,40 @@ def simulate_tiles(
     places : ndarray of int32, shape (n_tiles, n_parts, 2) or (0, 0, 0)
         Filled with the place in the turned TI of each patch; not kept where it is empty.
     """
-    room = make_room(turned, search)
+    room = make_workspace(oriented, search)
     for tile in range(first, last):
         split = split_of[tile]
-        parts = turned.splits[split]
+        parts = oriented.splits[split]
         for part in range(parts * parts):
-            y0, x0, size, shape = lie_of_patch(tile, part, parts, n_columns, search)
+            y0, x0, size, shape = patch_geometry(tile, part, parts, n_columns, search)
             ty, tx = simulate_patch(
-                y0, x0, size, shape, turned.energies[split, shape],
-                turned.pyramid, data, proportions, search, rng, room, counts, grid, sources,
+                y0, x0, size, shape, oriented.energies[split, shape],
+                oriented.pyramid, data, proportions, search, rng, room, counts, grid, sources,
             )  # fmt: skip
             if places.size:
                 places[tile, part, 0], places[tile, part, 1] = ty, tx
 
 
 @kernel
-def make_room(turned, search):
+def make_workspace(oriented, search):
     """Return the arrays to work in."""
     template = search.template
-    scores = np.zeros_like(turned.energies[0, 0])
-    n_terms = 2 * len(turned.pyramid.sums) * template * search.overlap // search.unit**2
-    return Room(
+    scores = np.zeros_like(oriented.energies[0, 0])
+    n_terms = 2 * len(oriented.pyramid.sums) * template * search.overlap // search.unit**2
+    return Workspace(
         scores,
         np.empty(scores.shape, np.int64),
         np.empty(len(scores), np.int64),
         np.empty((search.n_candidates, 2), np.int64),
         np.empty((4, n_terms), np.int64),
         np.empty((template, template), np.bool_),
-        make_strips(turned.pyramid.bits, template),
+        make_strips(oriented.pyramid.bits, template),
         np.zeros(3, np.int64),
     )
 
 
 @part_of_kernel
-def lie_of_patch(tile, part, parts, n_columns, search):
+def patch_geometry(tile, part, parts, n_columns, search):
     """Return first row and column, side and shape of the overlap of a part of a tile."""
     row, column = divmod(tile, n_columns)
     down, along = divmod(part, parts)
@@ -196,14 +196,14 @@ def simulate_patch(
         ty, tx = refine_place(
             image, bits, grid, data, y0, x0, size, overlap, shape, unit, ty, tx, room.strips
         )
-    lay_patch(
+    place_patch(
         image, ty, tx, y0, x0, size, overlap, shape, data.kept, room.kept, counts, grid, sources
     )
     return ty, tx
 
 
 @kernel
-def lay_patch(
+def place_patch(
     image, ty, tx, y0, x0, size, overlap, shape, data, room, counts, grid, sources
 ):  # fmt: skip
     """Cut and paste (Algorithm 1, line 10) the patch at (ty, tx) of the TI.

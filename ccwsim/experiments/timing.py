@@ -15,7 +15,7 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import counted
+from ccwsim.model.study import check_int
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import Progress
@@ -92,7 +92,7 @@ def time_study(
     >>> time_study(stripes, (40, 50), p, n_realizations=2).cpu_seconds.shape
     (2,)
     """
-    grid, n = Grid.of(grid_shape), counted("n_realizations", n_realizations, least=1)
+    grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, least=1)
     batch = max(min(CELLS_AT_ONCE // (grid.ny * grid.nx), n), 1)
     seconds, wrong = [], []
     for first in range(0, n, batch):
@@ -177,7 +177,7 @@ def time_cases(
     Cancelled
         Where `cancel` returned True; what was yielded before stays good.
     """
-    seed = counted("seed", seed, least=0)
+    seed = check_int("seed", seed, least=0)
     for case in cases:
         if not 0 <= case.n_data <= case.n_cells:
             raise CCWSIMError(

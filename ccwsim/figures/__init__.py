@@ -8,7 +8,7 @@ from ccwsim.figures.compared_times import compared_times_chart
 from ccwsim.figures.convergence import convergence_chart
 from ccwsim.figures.curves import Bundle, curves_chart
 from ccwsim.figures.data_maps import Dots, data_map_png, share_png
-from ccwsim.figures.data_status import met_by_chart
+from ccwsim.figures.data_status import data_status_chart
 from ccwsim.figures.divergences import divergence_chart
 from ccwsim.figures.grouped_scaling import grouped_scaling_chart
 from ccwsim.figures.lag_maps import lag_map_chart
@@ -51,6 +51,7 @@ __all__ = [
     "curves_chart",
     "data_map_png",
     "data_png",
+    "data_status_chart",
     "divergence_chart",
     "facies_colours",
     "figure_json",
@@ -59,7 +60,6 @@ __all__ = [
     "lag_map_chart",
     "lines_chart",
     "map_png",
-    "met_by_chart",
     "plotly_script",
     "proportions_chart",
     "proportions_height",

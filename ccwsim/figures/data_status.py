@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.figures.style import Theme, blank_chart
 
 
-def met_by_chart(
+def data_status_chart(
     names: Sequence[str], shares: NDArray[np.float64], theme: Theme, *, height: int = 230
 ) -> go.Figure:
     """Return one bar a way of honouring: mean share of the data over the realizations.

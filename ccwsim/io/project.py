@@ -29,7 +29,7 @@ from ccwsim.run.simulation import simulate
 FORMAT, VERSION = "CCWSIM project", 1
 SETTINGS, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 LARGEST_SETTINGS = 2**20
-MOST_MEMBERS = 16
+MAX_MEMBERS = 16
 MADE = (2020, 1, 1, 0, 0, 0)
 """The date of every member, so that the same study gives the same file."""
 
@@ -190,7 +190,7 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
     with opened_archive(content, name) as archive:
         wanted = [SETTINGS, IMAGE, DATA]
         missing = [own for own in wanted if own not in archive.infos]
-        if missing or archive.n_members > MOST_MEMBERS:
+        if missing or archive.n_members > MAX_MEMBERS:
             what = f"{missing[0]} is missing" if missing else "it holds too many files"
             raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
         archive.check(wanted)

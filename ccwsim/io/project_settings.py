@@ -12,10 +12,10 @@ from ccwsim.model.choices import EMap, Shown
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import counted
+from ccwsim.model.study import check_int
 
-MOST_REALIZATIONS = 1_000_000
-MOST_LETTERS = 10_000
+MAX_REALIZATIONS = 1_000_000
+MAX_LETTERS = 10_000
 """Of a value of the address that a project keeps; packed hard data are the longest."""
 
 
@@ -60,18 +60,18 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
     if said > version:
         raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this one")
     image = _take(given, "training_image", dict, name)
-    n = counted(f"{name}: n_realizations", given.get("n_realizations"), least=1)
-    if n > MOST_REALIZATIONS:
+    n = check_int(f"{name}: n_realizations", given.get("n_realizations"), least=1)
+    if n > MAX_REALIZATIONS:
         raise CCWSIMError(f"{name}: {n} realizations are too many")
     return Settings(
         printable(_take(image, "name", str, name)),
         [printable(own) for own in _texts(image, "facies_names", name)],
         _colours(_take(image, "colours", list, name), name),
-        counted(f"{name}: n_hard_data", given.get("n_hard_data"), least=0),
+        check_int(f"{name}: n_hard_data", given.get("n_hard_data"), least=0),
         _known(_take(given, "grid", dict, name), Grid, name),
         _known(_take(given, "parameters", dict, name), Parameters, name),
         n,
-        counted(f"{name}: seed", given.get("seed"), least=0),
+        check_int(f"{name}: seed", given.get("seed"), least=0),
         _shown(_take(given, "shown", dict, name), name),
         _link(_take(given, "link", dict, name), name),
         {
@@ -98,7 +98,7 @@ def _texts(given: Mapping[str, Any], key: str, name: str) -> list[str]:
 
 def _link(given: dict[str, Any], name: str) -> dict[str, list[str]]:
     return {
-        printable(key): [printable(own, MOST_LETTERS) for own in _texts(given, key, name)]
+        printable(key): [printable(own, MAX_LETTERS) for own in _texts(given, key, name)]
         for key in given
     }
 
@@ -128,7 +128,7 @@ def _shown(given: dict[str, Any], name: str) -> Shown:
     if e_type not in get_args(EMap):
         raise CCWSIMError(f"{name}: {shown(e_type)} is no map of uncertainty")
     return Shown(
-        counted(f"{name}: realization", given.get("realization"), least=0),
-        counted(f"{name}: facies", given.get("facies"), least=0),
+        check_int(f"{name}: realization", given.get("realization"), least=0),
+        check_int(f"{name}: facies", given.get("facies"), least=0),
         e_type,
     )

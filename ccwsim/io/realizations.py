@@ -116,7 +116,7 @@ def _npz(ensemble: Ensemble) -> bytes:
         cpu_seconds=ensemble.cpu_seconds,
         hard_cells=ensemble.hard_data.cells,
         hard_facies=ensemble.hard_data.facies,
-        met_by=ensemble.met_by,
+        met_by=ensemble.data_status,
         numbers=ensemble.numbers,
         revised=np.array(ensemble.revised),
         cell_size=np.array(ensemble.grid.cell_size),

@@ -4,19 +4,19 @@ from ccwsim.metrics.advice import Advice, templates_that_fit
 from ccwsim.metrics.anodi import Anodi, anodi
 from ccwsim.metrics.bands import Band, band
 from ccwsim.metrics.coarsening import coarsened
-from ccwsim.metrics.connectivity import Connectivity, connected_bodies, connectivity
-from ccwsim.metrics.copying import Reuse, reuse
+from ccwsim.metrics.connectivity import Connectivity, connected_geobodies, connectivity
+from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_match import DataMatch, data_match
 from ccwsim.metrics.diagnosis import Diagnosis, diagnose
 from ccwsim.metrics.directions import STEPS, Direction
 from ccwsim.metrics.divergence import divergences, js_divergence, pattern_distance
 from ccwsim.metrics.etype import EType, entropy, etype, etype_of_counts, facies_counts
-from ccwsim.metrics.geobodies import Bodies, body_statistics
+from ccwsim.metrics.geobodies import Geobodies, geobody_statistics
 from ccwsim.metrics.granulometry import Granulometry, granulometry
 from ccwsim.metrics.patterns import PatternHistogram, pattern_histogram, pyramid_histograms
 from ccwsim.metrics.proportions import proportion_quantiles, proportions
 from ccwsim.metrics.quality import Quality, judge
-from ccwsim.metrics.reference import Calibration, TruthScores, calibration, score_truth
+from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
 from ccwsim.metrics.running_curves import RunningCurves
 from ccwsim.metrics.scaling import Scaling, classical_scaling
 from ccwsim.metrics.spacing import Spacing, feature_spacing
@@ -24,6 +24,7 @@ from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
 from ccwsim.metrics.transiograms import Transiograms, transiograms, transition_map
 from ccwsim.metrics.variograms import Variogram, VariogramMap, variogram, variogram_map
+from ccwsim.model.deprecation import renamed
 
 __all__ = [
     "QUARTERS",
@@ -31,17 +32,18 @@ __all__ = [
     "Advice",
     "Anodi",
     "Band",
-    "Bodies",
     "Calibration",
     "Connectivity",
+    "Copying",
     "DataMatch",
     "Diagnosis",
     "Direction",
     "EType",
+    "Geobodies",
     "Granulometry",
     "PatternHistogram",
     "Quality",
-    "Reuse",
+    "ReferenceScores",
     "RunningCurves",
     "RunningStatistics",
     "RunningSummary",
@@ -49,17 +51,16 @@ __all__ = [
     "Spacing",
     "Stationarity",
     "Transiograms",
-    "TruthScores",
     "Variogram",
     "VariogramMap",
     "anodi",
     "band",
-    "body_statistics",
     "calibration",
     "classical_scaling",
     "coarsened",
-    "connected_bodies",
+    "connected_geobodies",
     "connectivity",
+    "copying",
     "data_match",
     "diagnose",
     "divergences",
@@ -68,6 +69,7 @@ __all__ = [
     "etype_of_counts",
     "facies_counts",
     "feature_spacing",
+    "geobody_statistics",
     "granulometry",
     "js_divergence",
     "judge",
@@ -76,8 +78,7 @@ __all__ = [
     "proportion_quantiles",
     "proportions",
     "pyramid_histograms",
-    "reuse",
-    "score_truth",
+    "score_reference",
     "stationarity",
     "templates_that_fit",
     "transiograms",
@@ -85,3 +86,16 @@ __all__ = [
     "variogram",
     "variogram_map",
 ]
+
+__getattr__ = renamed(
+    __name__,
+    {
+        "Bodies": "ccwsim.metrics.Geobodies",
+        "Reuse": "ccwsim.metrics.Copying",
+        "TruthScores": "ccwsim.metrics.ReferenceScores",
+        "body_statistics": "ccwsim.metrics.geobody_statistics",
+        "connected_bodies": "ccwsim.metrics.connected_geobodies",
+        "reuse": "ccwsim.metrics.copying",
+        "score_truth": "ccwsim.metrics.score_reference",
+    },
+)

@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
-from ccwsim.metrics.stack import Fraction, as_map, as_stack, in_pieces, map_parallel
+from ccwsim.metrics.stack import Fraction, as_image, as_stack, in_pieces, map_parallel
 from ccwsim.model.arrays import whole_number
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -40,7 +40,7 @@ class Connectivity:
     neighbours: int
 
 
-def connected_bodies(
+def connected_geobodies(
     image: NDArray[np.integer], facies: int, neighbours: int = 8
 ) -> tuple[NDArray[np.int32], int]:
     """Number the connected bodies of a facies.
@@ -67,12 +67,12 @@ def connected_bodies(
 
     Examples
     --------
-    >>> connected_bodies(np.eye(3, dtype=int), 1, neighbours=4)[1]
+    >>> connected_geobodies(np.eye(3, dtype=int), 1, neighbours=4)[1]
     3
     """
     if not isinstance(neighbours, (int, np.integer)) or neighbours not in _TOUCHING:
         raise CCWSIMError(f"neighbours = {shown(neighbours)} must be 4 or 8")
-    inside = as_map(image) == whole_number("facies", facies, -(2**31), 2**31)
+    inside = as_image(image) == whole_number("facies", facies, -(2**31), 2**31)
     labels = np.empty(inside.shape, np.int32)
     ndimage.label(inside, _TOUCHING[neighbours], output=labels)
     return labels, int(labels.max())
@@ -123,7 +123,7 @@ def connectivity(
     check_offsets(offsets, stack.shape[1:])
 
     def one(k: int) -> NDArray[np.integer]:
-        labels = connected_bodies(stack[k], facies, neighbours)[0]
+        labels = connected_geobodies(stack[k], facies, neighbours)[0]
         return in_pieces(lambda some: _count_pairs(labels, some), offsets, labels.size)
 
     counts = np.array(map_parallel(one, len(stack), progress), dtype=float)

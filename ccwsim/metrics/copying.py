@@ -14,7 +14,7 @@ from ccwsim.model.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
-class Reuse:
+class Copying:
     """Where the cells of a realization came from.
 
     Attributes
@@ -47,7 +47,7 @@ class Reuse:
     n_unknown: int
 
 
-def reuse(positions: ArrayLike, ti_shape: tuple[int, int]) -> Reuse:
+def copying(positions: ArrayLike, ti_shape: tuple[int, int]) -> Copying:
     """Return what was copied, from the places in the training image that the cells came from.
 
     Parameters
@@ -90,7 +90,7 @@ def reuse(positions: ArrayLike, ti_shape: tuple[int, int]) -> Reuse:
     uses = np.bincount(known.ravel(), minlength=n_cells).reshape(ti_shape)
     side, row, column = _largest_square(shift)
     n_pairs = east.size + north.size
-    return Reuse(
+    return Copying(
         copied=float((east.sum() + north.sum()) / n_pairs) if n_pairs else 0.0,
         largest_square=int(side),
         square_at=(int(row), int(column)),

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.connectivity import connected_bodies
+from ccwsim.metrics.connectivity import connected_geobodies
 from ccwsim.metrics.stack import Fraction, as_stack, map_parallel
 
 
 @dataclass(frozen=True, eq=False)
-class Bodies:
+class Geobodies:
     """Connected bodies of one facies, one value an image.
 
     Attributes
@@ -49,9 +49,9 @@ class _One(NamedTuple):
     euler: int
 
 
-def body_statistics(
+def geobody_statistics(
     images: ArrayLike, facies: int, neighbours: int = 8, progress: Fraction | None = None
-) -> Bodies:
+) -> Geobodies:
     """Return the connected bodies of a facies in each image (Renard & Allard 2013).
 
     Parameters
@@ -72,7 +72,7 @@ def body_statistics(
 
     Examples
     --------
-    >>> bodies = body_statistics([[1, 1, 0, 1]], 1)
+    >>> bodies = geobody_statistics([[1, 1, 0, 1]], 1)
     >>> bodies.n_bodies, bodies.sizes[0].tolist(), bodies.gamma.round(3)
     (array([2]), [2, 1], array([0.556]))
     """
@@ -82,7 +82,7 @@ def body_statistics(
     squares = np.array([(one.sizes.astype(float) ** 2).sum() for one in found])
     gamma = np.full(len(found), np.nan)
     np.divide(squares, totals**2, out=gamma, where=totals > 0)
-    return Bodies(
+    return Geobodies(
         n_bodies=np.array([len(one.sizes) for one in found]),
         sizes=tuple(one.sizes for one in found),
         gamma=gamma,
@@ -94,7 +94,7 @@ def body_statistics(
 
 
 def _of_one(image: NDArray[np.integer], facies: int, neighbours: int) -> _One:
-    labels, n_bodies = connected_bodies(image, facies, neighbours)
+    labels, n_bodies = connected_geobodies(image, facies, neighbours)
     sizes = np.bincount(labels.ravel(), minlength=n_bodies + 1)[1:]
     return _One(
         sizes=np.sort(sizes)[::-1],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics.stack import as_map
+from ccwsim.metrics.stack import as_image
 from ccwsim.model.arrays import whole_number
 
 THICK_SHARE = 0.95
@@ -65,7 +65,7 @@ def granulometry(
     3
     """
     max_size = whole_number("max_size", max_size, 1, 2**31)
-    inside = as_map(image) == whole_number("facies", facies, 0, 2**31)
+    inside = as_image(image) == whole_number("facies", facies, 0, 2**31)
     total = int(inside.sum())
     kept: list[float] = []
     for size in range(1, min(max_size, *inside.shape) + 1):

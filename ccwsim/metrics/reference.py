@@ -13,7 +13,7 @@ from ccwsim.model.errors import CCWSIMError
 
 
 @dataclass(frozen=True, eq=False)
-class TruthScores:
+class ReferenceScores:
     """How well probabilities foresaw the truth.
 
     Attributes
@@ -63,12 +63,12 @@ class Calibration:
     error: float
 
 
-def score_truth(
+def score_reference(
     probability: ArrayLike,
     truth: ArrayLike,
     n_realizations: int,
     scored: NDArray[np.bool_] | None = None,
-) -> TruthScores:
+) -> ReferenceScores:
     """Score probabilities, as `etype` gives them, against the true facies.
 
     Parameters
@@ -89,7 +89,7 @@ def score_truth(
 
     Examples
     --------
-    >>> scores = score_truth([[[1.0, 0.5]], [[0.0, 0.5]]], [[0, 1]], 4)
+    >>> scores = score_reference([[[1.0, 0.5]], [[0.0, 0.5]]], [[0, 1]], 4)
     >>> scores.accuracy, scores.brier
     (0.5, 0.25)
     """
@@ -99,7 +99,7 @@ def score_truth(
     right = p.argmax(axis=0) == true
     squares = (p**2).sum(axis=0) - 2 * chances + 1
     smoothed = (n_realizations * chances + 0.5) / (n_realizations + len(p) / 2)
-    return TruthScores(
+    return ReferenceScores(
         accuracy=float(right[mask].mean()),
         brier=float(squares[mask].mean()),
         log_score=float(-np.log(smoothed[mask]).mean()),
@@ -120,7 +120,7 @@ def calibration(
     Parameters
     ----------
     probability, truth, scored
-        As in `score_truth`.
+        As in `score_reference`.
     facies : int, optional
         Index of one facies; all facies pooled where left out.
     n_bins : int

@@ -48,7 +48,7 @@ def as_stack(images: ArrayLike) -> NDArray[np.integer]:
     return array if array.ndim == 3 else array[None]
 
 
-def as_map(image: ArrayLike) -> NDArray[np.integer]:
+def as_image(image: ArrayLike) -> NDArray[np.integer]:
     """Return one image as an array (ny, nx) of whole numbers.
 
     Raises
@@ -58,7 +58,7 @@ def as_map(image: ArrayLike) -> NDArray[np.integer]:
 
     Examples
     --------
-    >>> as_map([[0, 1], [1, 1]]).shape
+    >>> as_image([[0, 1], [1, 1]]).shape
     (2, 2)
     """
     stack = as_stack(image)

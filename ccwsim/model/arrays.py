@@ -122,7 +122,7 @@ def frozen(array: NDArray) -> NDArray:
     return own
 
 
-def frozen_view(array: NDArray) -> NDArray:
+def readonly(array: NDArray) -> NDArray:
     """Return a read-only view, without a copy, of an array that its maker gives away."""
     view = array.view()
     view.setflags(write=False)

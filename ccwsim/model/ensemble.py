@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import digest, frozen_view
+from ccwsim.model.arrays import digest, readonly
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -18,9 +18,9 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 FORCED = -1
-"""In `Ensemble.met_by`: no window could mend the datum, so its cell was set."""
+"""In `Ensemble.data_status`: no window could mend the datum, so its cell was set."""
 WRONG = -2
-"""In `Ensemble.met_by`: the datum is not honoured, as `exact_data` is off."""
+"""In `Ensemble.data_status`: the datum is not honoured, as `exact_data` is off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Ensemble:
         CPU time of each realization in seconds.
     wall_seconds : float
         Time from the call to the answer in seconds.
-    met_by : ndarray of int16, shape (n, n_data)
+    data_status : ndarray of int16, shape (n, n_data)
         How each realization came to honour each datum: 0 by the raster, a window's side in cells
         by mending, FORCED by setting the cell; WRONG where it does not, with `exact_data` off.
     numbers : ndarray of int64, shape (n,)
@@ -58,7 +58,7 @@ class Ensemble:
     indices: NDArray[np.uint8]
     cpu_seconds: NDArray[np.float64]
     wall_seconds: float
-    met_by: NDArray[np.int16]
+    data_status: NDArray[np.int16]
     numbers: NDArray[np.int64]
     sources: NDArray[np.int32] | None = None
     revised: bool = False
@@ -88,22 +88,22 @@ class Ensemble:
     @property
     def n_met_by_raster(self) -> NDArray[np.int64]:
         """Hard data that patches of the raster brought, by realization, shape (n,)."""
-        return np.count_nonzero(self.met_by == 0, axis=1)
+        return np.count_nonzero(self.data_status == 0, axis=1)
 
     @property
     def n_mended(self) -> NDArray[np.int64]:
         """Hard data that mending windows brought, by realization, shape (n,)."""
-        return np.count_nonzero(self.met_by > 0, axis=1)
+        return np.count_nonzero(self.data_status > 0, axis=1)
 
     @property
     def n_forced(self) -> NDArray[np.int64]:
         """Cells set by force because no window fitted, by realization, shape (n,)."""
-        return np.count_nonzero(self.met_by == FORCED, axis=1)
+        return np.count_nonzero(self.data_status == FORCED, axis=1)
 
     @property
     def n_wrong(self) -> NDArray[np.int64]:
         """Hard data left wrong because `exact_data` is off, by realization, shape (n,)."""
-        return np.count_nonzero(self.met_by == WRONG, axis=1)
+        return np.count_nonzero(self.data_status == WRONG, axis=1)
 
     @cached_property
     def proportions(self) -> NDArray[np.float64]:
@@ -111,7 +111,7 @@ class Ensemble:
         facies = range(self.training_image.n_facies)
         counts = [np.count_nonzero(r == k) for r in self.indices for k in facies]
         shares = np.array(counts).reshape(-1, len(facies)) / (self.grid.ny * self.grid.nx)
-        return frozen_view(shares)
+        return readonly(shares)
 
     def probability(self, code: int) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations that have it, shape (ny, nx).
@@ -177,8 +177,8 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
         indices=_end_to_end([part.indices for part in parts]),
         cpu_seconds=_end_to_end([part.cpu_seconds for part in parts]),
         wall_seconds=sum(part.wall_seconds for part in parts),
-        met_by=_end_to_end([part.met_by for part in parts]),
-        numbers=frozen_view(numbers),
+        data_status=_end_to_end([part.data_status for part in parts]),
+        numbers=readonly(numbers),
         sources=_end_to_end(sources) if len(sources) == len(parts) else None,
     )
 
@@ -192,4 +192,4 @@ def _study(ensemble: Ensemble) -> tuple[object, ...]:
 
 
 def _end_to_end(arrays: Sequence[NDArray]) -> NDArray:
-    return frozen_view(np.concatenate(arrays))
+    return readonly(np.concatenate(arrays))

@@ -47,7 +47,7 @@ class Study:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "seed", counted("seed", self.seed, least=0))
+        object.__setattr__(self, "seed", check_int("seed", self.seed, least=0))
         for name, kind in (
             ("training_image", TrainingImage),
             ("grid", Grid),
@@ -67,7 +67,7 @@ class Study:
         return found.astype(np.uint8)
 
 
-def counted(name: str, value: object, *, least: int) -> int:
+def check_int(name: str, value: object, *, least: int) -> int:
     """Return `value` as a whole number of at least `least`, or say what is wrong with it.
 
     Raises

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.engine.stages.conditioning import MOST_DATA, legal_splits
+from ccwsim.engine.stages.conditioning import MAX_DATA, legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.model.parameters import legal_sizes
@@ -62,9 +62,9 @@ def _of_image(study: Study) -> int:
     low = max(round(p.template_size * (1 - p.template_variation)), 2 * p.overlap_size, 4)
     high = round(p.template_size * (1 + p.template_variation))
     sizes = legal_sizes(p.level, low, high) if p.template_variation else [p.template_size]
-    turned = sum(_of_turned(study, size) for size in sizes)
+    oriented = sum(_of_turned(study, size) for size in sizes)
     making = 8 * image.indices.size * 3  # the decomposition is worked out in floats
-    return (N_ORIENTATIONS if p.random_path else 1) * turned + making
+    return (N_ORIENTATIONS if p.random_path else 1) * oriented + making
 
 
 def _of_turned(study: Study, template: int) -> int:
@@ -73,7 +73,7 @@ def _of_turned(study: Study, template: int) -> int:
     level, cells = p.level - scale, image.indices.size / 4**scale
     n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
     places = cells / 4**level
-    split = p.exact_data and study.hard_data.n > MOST_DATA
+    split = p.exact_data and study.hard_data.n > MAX_DATA
     size, overlap = template >> scale, p.overlap_size >> scale
     n_splits = len(legal_splits(size, overlap)) if split else 1
     score = np.dtype(score_type(level, size, overlap)).itemsize

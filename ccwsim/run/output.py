@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import frozen_view
+from ccwsim.model.arrays import readonly
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.study import Study
@@ -88,7 +88,7 @@ class Memory:
         if len(finished) < len(indices):
             indices = indices[finished]
             sources = None if sources is None else sources[finished]
-        return Stored(frozen_view(indices), None if sources is None else frozen_view(sources))
+        return Stored(readonly(indices), None if sources is None else readonly(sources))
 
 
 class MapFile:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ccwsim.engine.realization import Realization
-from ccwsim.model.arrays import frozen_view
+from ccwsim.model.arrays import readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import Study, counted
+from ccwsim.model.study import Study, check_int
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.executors import Work, runner_of
 from ccwsim.run.output import store_of
@@ -98,19 +98,19 @@ def simulate(
         HardData() if hard_data is None else hard_data,
         seed,
     )
-    n = counted("n_realizations", n_realizations, least=1)
-    first = counted("first_realization", first_realization, least=0)
+    n = check_int("n_realizations", n_realizations, least=1)
+    first = check_int("first_realization", first_realization, least=0)
     runner = runner_of(executor, n_workers)
     work = Work(study, first, n, keep_sources)
     try:
-        met_by, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
+        data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
         raise CCWSIMError(f"{n} realizations do not fit into memory; ask for fewer") from None
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:
             store.put(k, r.indices, r.sources)
-            met_by[k], seconds[k] = r.met_by, r.cpu_seconds
+            data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
         runner.prepare(work, progress)
         start = time.perf_counter()
@@ -118,8 +118,8 @@ def simulate(
         stored = store.finish(finished)
     ensemble = Ensemble(
         study.training_image, study.grid, study.parameters, study.hard_data, study.seed,
-        stored.indices, frozen_view(seconds[finished]), time.perf_counter() - start,
-        frozen_view(met_by[finished]), frozen_view(first + np.array(finished, int)),
+        stored.indices, readonly(seconds[finished]), time.perf_counter() - start,
+        readonly(data_status[finished]), readonly(first + np.array(finished, int)),
         stored.sources,
     )  # fmt: skip
     if len(finished) < n:

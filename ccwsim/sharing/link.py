@@ -14,7 +14,7 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.link_parts import data_of, grid_of, image_of, parameters_of
 from ccwsim.sharing.link_values import Reading, Words
-from ccwsim.sharing.packed_data import MOST_DATA, packed
+from ccwsim.sharing.packed_data import MAX_DATA, packed
 
 OWN = "own"
 """Stands for an image or data of the sender's own, which no address can carry."""
@@ -112,8 +112,8 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     data = choices.data
     if data.source == "file" and data.upload is not None:
         found.append(f"the hard data {data.upload.name}")
-    if data.source == "placed" and data.placed is not None and data.placed.n > MOST_DATA:
-        found.append(f"the {data.placed.n} data placed by hand (it can carry {MOST_DATA})")
+    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_DATA:
+        found.append(f"the {data.placed.n} data placed by hand (it can carry {MAX_DATA})")
     return tuple(found)
 
 
@@ -182,7 +182,7 @@ def _write_data(words: Words, data: DataChoice, usual: DataChoice) -> None:
         words.put("data", source)
         words.put("data-n", data.n_sampled, data.n_sampled != usual.n_sampled)
         words.put("data-seed", data.seed_sampled, data.seed_sampled != usual.seed_sampled)
-    elif source == "placed" and data.placed is not None and data.placed.n <= MOST_DATA:
+    elif source == "placed" and data.placed is not None and data.placed.n <= MAX_DATA:
         words.put("data", source)
         words.put("points", packed(data.placed), data.placed.n > 0)
     else:

@@ -13,11 +13,11 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.sharing.link_values import MOST_LETTERS, Reading
+from ccwsim.sharing.link_values import MAX_LETTERS, Reading
 from ccwsim.sharing.packed_data import packed, unpacked
 
 LARGEST_GRID = 10_000
-MOST_SAMPLED = 100_000
+MAX_SAMPLED = 100_000
 SIZES = ("method", "wavelet_level", "template_size", "overlap_size")
 """Parameters that are legal or not together."""
 
@@ -36,7 +36,7 @@ def image_of(reading: Reading, usual: ImageChoice) -> ImageChoice:
         reading.refuse("ti", f"is no bundled training image ({there})", f"{usual.bundled} is taken")
         return usual
     turns = _turns(reading)
-    names = tuple(n[:MOST_LETTERS].encode("utf-8", "replace").decode() for n in reading.all("name"))
+    names = tuple(n[:MAX_LETTERS].encode("utf-8", "replace").decode() for n in reading.all("name"))
     n_facies = datasets.load(name or usual.bundled).n_facies
     if names and (len(names) != n_facies or not all(n.strip() for n in names)):
         reading.notes.append(f"{len(names)} names for {n_facies} facies: the usual ones are taken.")
@@ -63,7 +63,7 @@ def _colours(reading: Reading) -> tuple[tuple[int, str], ...]:
             found[int(match[1])] = f"#{match[2]}"
         else:
             reading.notes.append(
-                f"colour = {printable(text, MOST_LETTERS)} is no code and #rrggbb: left out."
+                f"colour = {printable(text, MAX_LETTERS)} is no code and #rrggbb: left out."
             )
     return tuple(sorted(found.items()))
 
@@ -84,7 +84,7 @@ def data_of(reading: Reading, usual: DataChoice, settled: Mapping[str, str]) -> 
     if name in ("own", "none"):
         return DataChoice()
     if name == "sampled":
-        n = reading.whole("data-n", usual.n_sampled, 1, MOST_SAMPLED)
+        n = reading.whole("data-n", usual.n_sampled, 1, MAX_SAMPLED)
         seed = reading.whole("data-seed", usual.seed_sampled, 0, 2**31 - 1)
         return DataChoice("sampled", answers=answers, n_sampled=n, seed_sampled=seed)
     if name == "placed":
@@ -140,7 +140,7 @@ def _parameter(reading: Reading, short: str, own: str) -> object:
     if isinstance(usual, bool):
         return reading.one_of(short, "yes" if usual else "no", {"yes": "yes", "no": "no"}) == "yes"
     if isinstance(usual, str):
-        return printable(text, MOST_LETTERS)
+        return printable(text, MAX_LETTERS)
     kind, figure = (int, r"-?\d{1,9}") if isinstance(usual, int) else (
         float, r"\d{1,9}(?:\.\d{1,400})?")  # fmt: skip
     if re.fullmatch(figure, text, re.ASCII):

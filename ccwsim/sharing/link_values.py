@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ccwsim.io.data_file import printable
 
-MOST_LETTERS = 40
+MAX_LETTERS = 40
 """Of a facies' name, and of a bad value that is said again."""
 
 
@@ -57,7 +57,7 @@ class Reading:
 
     def refuse(self, name: str, reason: str, taken: str) -> None:
         """Note a value that cannot be taken."""
-        value = printable(self.text(name) or "", MOST_LETTERS)
+        value = printable(self.text(name) or "", MAX_LETTERS)
         self.notes.append(f"{name} = {value} {reason}: {taken}.")
 
     def whole(self, name: str, usual: int, low: int, high: int) -> int:

@@ -11,9 +11,9 @@ import numpy as np
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 
-MOST_DATA = 200
+MAX_DATA = 200
 """More data make an address that mail programs cut."""
-MOST_LETTERS = 8000
+MAX_LETTERS = 8000
 
 
 def packed(data: HardData) -> str:
@@ -25,15 +25,15 @@ def packed(data: HardData) -> str:
     Raises
     ------
     CCWSIMError
-        For more than `MOST_DATA`.
+        For more than `MAX_DATA`.
 
     Examples
     --------
     >>> packed(HardData([[3, 4], [3, 9], [60, 2]], [1, 1, 0]))
     'BgACeAQCBAYIAAo'
     """
-    if data.n > MOST_DATA:
-        raise CCWSIMError(f"{data.n} hard data are more than the {MOST_DATA} an address can carry")
+    if data.n > MAX_DATA:
+        raise CCWSIMError(f"{data.n} hard data are more than the {MAX_DATA} an address can carry")
     content = bytearray(_number(data.n))
     for code in np.unique(data.facies).tolist():
         cells = data.cells[data.facies == code].tolist()
@@ -58,7 +58,7 @@ def unpacked(text: str) -> HardData:
     >>> unpacked('BgACeAQCBAYIAAo').cells.tolist()
     [[3, 4], [3, 9], [60, 2]]
     """
-    if len(text) > MOST_LETTERS:
+    if len(text) > MAX_LETTERS:
         raise CCWSIMError(f"{len(text)} letters are more than an address of hard data has")
     try:
         content = urlsafe_b64decode(text + "=" * (-len(text) % 4))
@@ -72,7 +72,7 @@ def unpacked(text: str) -> HardData:
             row, column = row + _next(numbers), column + _next(numbers)
             cells.append((row, column))
             facies.append(code)
-            if len(cells) > MOST_DATA:
+            if len(cells) > MAX_DATA:
                 raise _broken()
     if len(cells) != n:
         raise _broken()

@@ -12,13 +12,13 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.sharing.link import number, short_name
 
-MOST_WRITTEN = 40
+MAX_WRITTEN = 40
 """More data placed by hand are read from the project file instead of being written out."""
 OUTPUT = "realizations.npz"
 
 
 @dataclass(frozen=True)
-class Again:
+class Recipe:
     """How to get the realizations of a study again.
 
     Attributes
@@ -35,7 +35,7 @@ class Again:
     command_needs_project: bool
 
 
-def again(choices: Choices, study: Study, project: str) -> Again:
+def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
     """Return the script and the command of a study.
 
     Parameters
@@ -58,7 +58,7 @@ def again(choices: Choices, study: Study, project: str) -> Again:
     """
     lines, by_project = _python(choices, study, project)
     words, command_by_project = _command(choices, study, project)
-    return Again("\n".join(lines), shlex.join(words), by_project, command_by_project)
+    return Recipe("\n".join(lines), shlex.join(words), by_project, command_by_project)
 
 
 def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:
@@ -116,7 +116,7 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
             f"truth = ccwsim.simulate(ti, grid, p, seed={choice.seed_sampled}).realizations[0]",
             f"hd = sample_random(truth, {choice.n_sampled}, seed={choice.seed_sampled})",
         ]
-    if data.n > MOST_WRITTEN:
+    if data.n > MAX_WRITTEN:
         return None
     return [f"hd = ccwsim.HardData({data.cells.tolist()}, {data.facies.tolist()})"]
 

@@ -23,9 +23,9 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.report import Chart, Picture, Row
 
 LARGEST_LAG = 100
-MOST_CURVES = 100
+MAX_CURVES = 100
 """Curves are worked out for the first so many realizations."""
-MOST_MAPS = 24
+MAX_MAPS = 24
 LEGEND = (
     ("training image", LIGHT.reference),
     ("median", LIGHT.ink),
@@ -67,7 +67,7 @@ def _dots(ensemble: Ensemble, colours: Sequence[str], wrong: NDArray[np.bool_]) 
 
 def small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
     """Return the realizations, small, side by side."""
-    n = min(ensemble.n, MOST_MAPS)
+    n = min(ensemble.n, MAX_MAPS)
     items = tuple(
         Picture(
             map_png(ensemble.indices[r], colours), str(r + 1), f"Realization {r + 1}", 0.6, True
@@ -122,7 +122,7 @@ def _bundle(ensemble: Ensemble, facies: int, statistic: str, way: str) -> Bundle
         return connectivity(images, facies, way, lags).tau
 
     reference = curve(image.indices).reshape(-1)
-    each = curve(ensemble.indices[:MOST_CURVES])
+    each = curve(ensemble.indices[:MAX_CURVES])
     spread = band(each, 0.05, 0.95)
     steps = np.arange(len(reference), dtype=float)
     return Bundle(steps, reference, each, spread.low, spread.median, spread.high)

@@ -11,7 +11,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import Block, Code, Document, Facts, Row, Section, Table, Text, surroundings
 from ccwsim.sharing.link import left_out, said
-from ccwsim.sharing.recipe import Again
+from ccwsim.sharing.recipe import Recipe
 from ccwsim.sharing.study_charts import (
     counted_charts,
     curve_charts,
@@ -21,7 +21,7 @@ from ccwsim.sharing.study_charts import (
     small_maps,
 )
 
-MOST_LISTED = 40
+MAX_LISTED = 40
 """More data or realizations are summed up instead of listed."""
 REVISED = (
     "These realizations were mended around edits of the hard data: link, script and command "
@@ -36,7 +36,7 @@ def study_report(
     colours: Sequence[str],
     facts: Sequence[str],
     link: str,
-    how: Again,
+    how: Recipe,
 ) -> Document:
     """Return the report of a study.
 
@@ -117,7 +117,7 @@ def _facies(ensemble: Ensemble) -> Table:
 
 def _data(ensemble: Ensemble) -> tuple[Block, ...]:
     data = ensemble.hard_data
-    if not 0 < data.n <= MOST_LISTED:
+    if not 0 < data.n <= MAX_LISTED:
         return ()
     centres = ensemble.grid.centers_of(data.cells).tolist()
     rows = tuple(
@@ -130,7 +130,7 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
 
 
 def _each(ensemble: Ensemble) -> tuple[Block, ...]:
-    n = min(ensemble.n, MOST_LISTED)
+    n = min(ensemble.n, MAX_LISTED)
     names = ensemble.training_image.facies_names
     shares, wrong = ensemble.proportions, ensemble.n_mismatched
     rows = tuple(
@@ -153,7 +153,7 @@ def _parameters(ensemble: Ensemble) -> Table:
     return Table(("parameter", "in the paper", "value", ""), rows)
 
 
-def _again(ensemble: Ensemble, choices: Choices, link: str, how: Again) -> tuple[Block, ...]:
+def _again(ensemble: Ensemble, choices: Choices, link: str, how: Recipe) -> tuple[Block, ...]:
     blocks: list[Block] = [Text(REVISED)] if ensemble.revised else []
     blocks.append(Code(link, "The link"))
     missing = left_out(choices)

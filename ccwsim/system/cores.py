@@ -13,7 +13,7 @@ CREDIT = 1.0
 """Seconds that who comes new is ahead of who computes already: quick work is done at once."""
 
 
-class Account:
+class Usage:
     """What somebody has used of the cores, in seconds, against the others that compute."""
 
     def __init__(self) -> None:
@@ -45,105 +45,105 @@ class Cores:
     def __init__(self, n: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.clock = clock
         self._free = n
-        self._waiting: list[Turn] = []
-        self._running: list[Turn] = []
-        self._present: set[Account] = set()
+        self._waiting: list[CoreLease] = []
+        self._running: list[CoreLease] = []
+        self._present: set[Usage] = set()
         self._lock = Lock()
 
-    def lane(self, account: Account | None = None) -> Lane:
+    def slot(self, account: Usage | None = None) -> RunSlot:
         """Return a lane for one run; several of one account count as one."""
-        return Lane(self, account or Account())
+        return RunSlot(self, account or Usage())
 
-    def ask(self, turn: Turn) -> None:
+    def ask(self, lease: CoreLease) -> None:
         """Let a task wait for a core; it may get one at once."""
         with self._lock:
-            if not turn.lane.closed:
-                self._come(turn.lane.account)
-                self._waiting.append(turn)
+            if not lease.slot.closed:
+                self._come(lease.slot.account)
+                self._waiting.append(lease)
                 self._hand_out()
             else:
-                turn.called.set()
+                lease.called.set()
 
-    def give_back(self, turn: Turn) -> None:
+    def give_back(self, lease: CoreLease) -> None:
         """Take a core back and hand it to the next."""
         with self._lock:
-            self._take(turn)
-            self._go(turn.lane.account)
+            self._take(lease)
+            self._go(lease.slot.account)
             self._hand_out()
 
-    def swap(self, turn: Turn) -> bool:
+    def swap(self, lease: CoreLease) -> bool:
         """Give the core of a task to one that has used less, and return whether one waited."""
         with self._lock:
-            if turn.lane.closed:
+            if lease.slot.closed:
                 return False
-            self._take(turn)
-            own = turn.lane.account.used
-            if all(other.lane.account.used >= own for other in self._waiting):
-                self._give(turn)
+            self._take(lease)
+            own = lease.slot.account.used
+            if all(other.slot.account.used >= own for other in self._waiting):
+                self._give(lease)
                 return False
-            self._waiting.append(turn)
+            self._waiting.append(lease)
             self._hand_out()
             return True
 
-    def close(self, lane: Lane) -> None:
+    def close(self, slot: RunSlot) -> None:
         """Let no task of a lane wait any longer."""
         with self._lock:
-            lane.closed = True
-            for turn in [t for t in self._waiting if t.lane is lane]:
-                self._waiting.remove(turn)
-                self._go(lane.account)
-                turn.called.set()
+            slot.closed = True
+            for lease in [t for t in self._waiting if t.slot is slot]:
+                self._waiting.remove(lease)
+                self._go(slot.account)
+                lease.called.set()
 
     @property
     def contended(self) -> bool:
         """Whether a task waits."""
         return bool(self._waiting)
 
-    def _come(self, account: Account) -> None:
+    def _come(self, account: Usage) -> None:
         """Count an account among those present: never further ahead of them than the credit."""
-        for turn in self._running:
-            self._count(turn)
+        for lease in self._running:
+            self._count(lease)
         account.n_present += 1
         self._present.add(account)
         others = [other.used for other in self._present if other is not account]
         account.used = max(account.used, min(others) - CREDIT if others else 0.0)
 
-    def _go(self, account: Account) -> None:
+    def _go(self, account: Usage) -> None:
         account.n_present -= 1
         if not account.n_present:
             self._present.discard(account)
 
-    def _count(self, turn: Turn) -> None:
+    def _count(self, lease: CoreLease) -> None:
         now = self.clock()
-        turn.lane.account.used += now - turn.counted
-        turn.counted = now
+        lease.slot.account.used += now - lease.counted
+        lease.counted = now
 
-    def _take(self, turn: Turn) -> None:
-        self._count(turn)
-        self._running.remove(turn)
-        turn.has_core = False
-        turn.lane.n_busy -= 1
+    def _take(self, lease: CoreLease) -> None:
+        self._count(lease)
+        self._running.remove(lease)
+        lease.has_core = False
+        lease.slot.n_busy -= 1
         self._free += 1
 
-    def _give(self, turn: Turn) -> None:
+    def _give(self, lease: CoreLease) -> None:
         self._free -= 1
-        turn.lane.n_busy += 1
-        self._running.append(turn)
-        turn.has_core = True
-        turn.since = turn.counted = self.clock()
-        turn.called.set()
+        lease.slot.n_busy += 1
+        self._running.append(lease)
+        lease.has_core = True
+        lease.since = lease.counted = self.clock()
+        lease.called.set()
 
     def _hand_out(self) -> None:
-        def rank(turn: Turn) -> float:
-            return turn.lane.account.used + turn.lane.n_busy * SLICE
+        def rank(lease: CoreLease) -> float:
+            return lease.slot.account.used + lease.slot.n_busy * SLICE
 
         while self._free and self._waiting:
-            turn = min(self._waiting, key=rank)  # the first of those alike
-            self._waiting.remove(turn)
-            self._give(turn)
+            lease = min(self._waiting, key=rank)  # the first of those alike
+            self._waiting.remove(lease)
+            self._give(lease)
 
 
-class Lane:
+class RunSlot:
     """The tasks of one run.
 
     Attributes
@@ -156,30 +156,30 @@ class Lane:
         Whether none is to wait any longer, as the run is stopped.
     """
 
-    def __init__(self, cores: Cores, account: Account) -> None:
+    def __init__(self, cores: Cores, account: Usage) -> None:
         self._cores = cores
         self.account = account
         self.n_busy = 0
         self.closed = False
 
     @contextmanager
-    def turn(self) -> Iterator[Turn]:
+    def lease(self) -> Iterator[CoreLease]:
         """Wait for a core, and give it back at the end."""
-        turn = Turn(self, self._cores)
-        self._cores.ask(turn)
-        turn.called.wait()
+        lease = CoreLease(self, self._cores)
+        self._cores.ask(lease)
+        lease.called.wait()
         try:
-            yield turn
+            yield lease
         finally:
-            if turn.has_core:
-                self._cores.give_back(turn)
+            if lease.has_core:
+                self._cores.give_back(lease)
 
     def close(self) -> None:
         """Let no task wait any longer: the run is stopped."""
         self._cores.close(self)
 
 
-class Turn:
+class CoreLease:
     """The leave of one task to compute.
 
     Attributes
@@ -192,8 +192,8 @@ class Turn:
         Set when it need not wait any longer.
     """
 
-    def __init__(self, lane: Lane, cores: Cores) -> None:
-        self.lane = lane
+    def __init__(self, slot: RunSlot, cores: Cores) -> None:
+        self.slot = slot
         self._cores = cores
         self.has_core = False
         self.since = self.counted = 0.0

@@ -11,9 +11,9 @@ from threading import Event
 from typing import Protocol
 
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.system.cores import Account, Cores, Lane, Turn
+from ccwsim.system.cores import CoreLease, Cores, RunSlot, Usage
 
-LOOK_EVERY = 0.05
+POLL_SECONDS = 0.05
 """Seconds between two looks at progress and cancel."""
 
 Progress = Callable[[float, int], None]
@@ -42,7 +42,7 @@ def share_cores() -> None:
 
 
 _asked_to_stop: ContextVar[Callable[[], bool] | None] = ContextVar("asked_to_stop", default=None)
-_account: ContextVar[Account | None] = ContextVar("account", default=None)
+_account: ContextVar[Usage | None] = ContextVar("account", default=None)
 
 
 @contextmanager
@@ -51,7 +51,7 @@ def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
 
     All runs of the work share one account of the cores.
     """
-    token, account = _asked_to_stop.set(asked_to_stop), _account.set(Account())
+    token, account = _asked_to_stop.set(asked_to_stop), _account.set(Usage())
     try:
         yield
     finally:
@@ -96,7 +96,7 @@ class Watch:
 
     def __init__(self, stop: Stop) -> None:
         self.share = 0.0
-        self.turn: Turn | None = None
+        self.lease: CoreLease | None = None
         self._stop = stop
 
     def report(self, share: float) -> None:
@@ -112,8 +112,8 @@ class Watch:
 
     def check(self) -> None:
         """Raise `Cancelled` in a task that was asked to stop; let others compute meanwhile."""
-        if self.turn is not None and not self._stop.is_set():
-            self.turn.look_up()
+        if self.lease is not None and not self._stop.is_set():
+            self.lease.look_up()
         if self._stop.is_set():
             raise Cancelled("the simulation was stopped")
 
@@ -132,15 +132,15 @@ def run_all(
     the others and is raised. `progress` and `cancel` are called in the caller's own thread.
     A `pool` that is given stays open.
     """
-    stop, lane = Event(), _shared.lane(_account.get()) if _shared else None
+    stop, slot = Event(), _shared.slot(_account.get()) if _shared else None
     watches = [Watch(stop) for _ in range(n)]
     with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
         futures: list[Future[None]] = []
         try:
-            futures += [_submit(threads, task, k, watches[k], lane) for k in range(n)]
+            futures += [_submit(threads, task, k, watches[k], slot) for k in range(n)]
             pending = set(futures)
             while pending:
-                finished, pending = wait(pending, LOOK_EVERY)
+                finished, pending = wait(pending, POLL_SECONDS)
                 for future in finished:
                     future.result()
                 if progress:
@@ -149,8 +149,8 @@ def run_all(
                     break
         finally:
             stop.set()
-            if lane:
-                lane.close()
+            if slot:
+                slot.close()
             for future in futures:
                 future.cancel()
             wait(futures)
@@ -162,21 +162,21 @@ def _submit(
     task: Callable[[int, Watch], None],
     number: int,
     watch: Watch,
-    lane: Lane | None,
+    slot: RunSlot | None,
 ) -> Future[None]:
     try:
-        return pool.submit(copy_context().run, _in_turn, task, number, watch, lane)
+        return pool.submit(copy_context().run, _in_turn, task, number, watch, slot)
     except RuntimeError as error:
         raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
 
 def _in_turn(
-    task: Callable[[int, Watch], None], number: int, watch: Watch, lane: Lane | None
+    task: Callable[[int, Watch], None], number: int, watch: Watch, slot: RunSlot | None
 ) -> None:
     """Run a task when it is its turn; one that was stopped before does not begin."""
-    if lane is None:
+    if slot is None:
         task(number, watch)
         return
-    with lane.turn() as watch.turn:
+    with slot.lease() as watch.lease:
         watch.check()
         task(number, watch)

@@ -10,7 +10,7 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim.ui.jobs.sessions import settle_memory
 from ccwsim.ui.session.address import take_address
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_share
 from ccwsim.ui.widgets.errors import safely
@@ -64,11 +64,11 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     first = KEY not in st.session_state
     state = session_state()
     if first:
-        with guarded():
+        with error_boundary():
             take_address(state)
-    with guarded():
+    with error_boundary():
         _top(title, state)
-    with guarded(whole=True):
+    with error_boundary(whole=True):
         body(state)
 
 

@@ -156,7 +156,7 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
 
     step = trace.at(number)
     place = fates(step)[0]
-    ny, nx = trace.turned.pyramid.phases.shape[2:]
+    ny, nx = trace.oriented.pyramid.phases.shape[2:]
     frame = Frame(trace.path.orientation, (ny, nx))
     at = frame.box_to_world(place.row, place.column, 1, 1)
     rows, columns = frame.world_shape
@@ -273,8 +273,10 @@ def test_mending_is_told_window_by_window(page, trace):
     for text, window in zip(told, windows, strict=False):
         assert text.startswith(f"Window of {window.size} cells")
         assert ("no patch" not in text) == window.fits
-    met_by = trace.realization.met_by
-    assert f"{int((met_by == 0).sum())} met by the raster" in text_of(page, ".st-key-how_after")
+    data_status = trace.realization.data_status
+    assert f"{int((data_status == 0).sum())} met by the raster" in text_of(
+        page, ".st-key-how_after"
+    )
 
 
 def test_it_works_on_a_phone(chromium, address, trace):

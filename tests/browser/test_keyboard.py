@@ -12,7 +12,7 @@ from tests.browser.served import CHROMIUM
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
-MOST_STOPS = 120
+MAX_STOPS = 120
 FOCUSED = """() => {
   let here = document.activeElement;
   while (here.shadowRoot && here.shadowRoot.activeElement) here = here.shadowRoot.activeElement;
@@ -30,7 +30,7 @@ RINGED = """(e) => [e, e.closest('label')].some((at) => {
 def tab_to(page, name: str) -> bool:
     """Press Tab until something of that name has the focus; say whether that can be seen."""
     met = []
-    for _ in range(MOST_STOPS):
+    for _ in range(MAX_STOPS):
         page.keyboard.press("Tab")
         here = page.evaluate_handle(FOCUSED)
         met.append(here.evaluate(NAME))

@@ -158,7 +158,7 @@ def free_point(page) -> int:
                                     "n_bodies": "realizations", "euler": "realizations",
                                     "largest": "realizations"}),
         ("Patterns", {"anodi": "between realizations"}),
-        ("Hard data", {"met_by": "mean over realizations"}),
+        ("Hard data", {"data_status": "mean over realizations"}),
         ("Any direction", {"variogram_azimuth": "realizations", "connection_azimuth": "median",
                            "lags_image": "γ", "lags_mean": "γ", "lags_apart": "γ"}),
         ("Transiograms", {"transiograms": "→"}),

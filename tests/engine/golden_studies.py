@@ -69,7 +69,7 @@ def digest(image: str, options: dict[str, object], n_data: int) -> str:
     parameters = Parameters(**options)  # type: ignore[arg-type]
     e = simulate(ti, GRID, parameters, HardData(cells, facies), 2, seed=7, keep_sources=True)
     summary = hashlib.blake2b(digest_size=16)
-    for array, kind in ((e.realizations, "<i8"), (e.met_by, "<i2"), (e.sources, "<i4")):
+    for array, kind in ((e.realizations, "<i8"), (e.data_status, "<i2"), (e.sources, "<i4")):
         summary.update(np.ascontiguousarray(array, kind).tobytes())
     return summary.hexdigest()
 

@@ -17,7 +17,7 @@ from ccwsim.ui.hard_data.page import said_answer
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import simulation_of
-from ccwsim.ui.validate.data import mending_map, said_match, ways_of, wrong_points
+from ccwsim.ui.validate.data import resimulation_map, said_match, ways_of, wrong_points
 from ccwsim.ui.widgets.facts import facts_of
 from tests.small_images import blobs
 
@@ -46,7 +46,7 @@ def test_each_datum_is_told_as_met_or_wrong(method, n, seed, refine, variation):
     ensemble = simulate(IMAGE, SHAPE, p, data, n_realizations=2, seed=seed)
     rows, columns = data.cells.T
     wrong = ensemble.realizations[:, rows, columns] != data.facies
-    np.testing.assert_array_equal(ensemble.met_by, np.where(wrong, WRONG, 0))
+    np.testing.assert_array_equal(ensemble.data_status, np.where(wrong, WRONG, 0))
     np.testing.assert_array_equal(ensemble.n_wrong, ensemble.n_mismatched)
     assert np.isin(ensemble.realizations, IMAGE.codes).all()
 
@@ -80,7 +80,7 @@ def test_the_number_of_workers_does_not_change_the_result(method):
     data = scattered(200)
     one, three = (simulate(IMAGE, SHAPE, steering(method), data, 5, n_workers=n) for n in (1, 3))
     np.testing.assert_array_equal(one.indices, three.indices)
-    np.testing.assert_array_equal(one.met_by, three.met_by)
+    np.testing.assert_array_equal(one.data_status, three.data_status)
 
 
 def test_contradictory_data_in_one_block_are_told_for_what_they_are():
@@ -123,13 +123,15 @@ def test_pages_say_how_many_are_wrong():
     fact = facts_of(ensemble)[0]
     assert fact.startswith("exact data off: ")
     assert fact.endswith(f"of 80 data wrong ({100 * n_wrong.mean() / 80:.1f} %)")
-    assert f"{n_wrong[1]} wrong, as exact data is off" in said_help(ensemble.met_by[1])
+    assert f"{n_wrong[1]} wrong, as exact data is off" in said_help(ensemble.data_status[1])
     names, shares = ways_of(ensemble)
     assert names == ["raster", "wrong"]
     assert shares[:, 1] * 80 == pytest.approx(n_wrong)
     assert "% not honoured" in said_match(ensemble)
-    assert len(wrong_points(ensemble)) == np.count_nonzero((ensemble.met_by == WRONG).any(axis=0))
-    assert mending_map(ensemble, "#dddddd").indices.max() == 1  # none was mended
+    assert len(wrong_points(ensemble)) == np.count_nonzero(
+        (ensemble.data_status == WRONG).any(axis=0)
+    )
+    assert resimulation_map(ensemble, "#dddddd").indices.max() == 1  # none was mended
 
 
 SMALL = Choices(

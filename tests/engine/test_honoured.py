@@ -94,7 +94,7 @@ def test_a_datum_that_is_honoured_already_changes_nothing(channels):
     data = HardData(same, before.realizations[0][same[:, 0], same[:, 1]])
     after = revise(before, data)
     assert np.array_equal(after.indices, before.indices)
-    assert (after.met_by == 0).all()
+    assert (after.data_status == 0).all()
 
 
 @pytest.fixture(scope="module")

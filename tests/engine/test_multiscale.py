@@ -86,7 +86,7 @@ def test_the_number_of_workers_does_not_change_the_result(n_data):
     p = multiscale(template_variation=0.3)
     one, three = (simulate(THREE_FACIES, (70, 53), p, data, 5, seed=9, n_workers=n) for n in (1, 3))
     np.testing.assert_array_equal(one.indices, three.indices)
-    np.testing.assert_array_equal(one.met_by, three.met_by)
+    np.testing.assert_array_equal(one.data_status, three.data_status)
     assert len({r.tobytes() for r in one.realizations}) == 5
 
 

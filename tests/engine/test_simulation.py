@@ -150,7 +150,7 @@ def test_the_number_of_workers_does_not_change_the_result(parameters, n_data):
     )
     assert same(one, two)
     assert same(one, three)
-    np.testing.assert_array_equal(one.met_by, three.met_by)
+    np.testing.assert_array_equal(one.data_status, three.data_status)
 
 
 def test_a_realization_does_not_depend_on_how_many_are_asked_for():
@@ -276,7 +276,7 @@ class TestCancel:
         assert f"{ensemble.n} of 5000" in str(stopped.value)
         assert same(ensemble, simulate(TWO_FACIES, (90, 80), SMALL, data, ensemble.n, seed=6))
         assert ensemble.cpu_seconds.shape == (ensemble.n,)
-        assert ensemble.met_by.shape == (ensemble.n, data.n)
+        assert ensemble.data_status.shape == (ensemble.n, data.n)
 
     def test_no_thread_goes_on_afterwards(self):
         before = threading.active_count()

@@ -40,7 +40,7 @@ def test_each_setting_is_what_simulate_gives_alone(image, found):
     for ensemble, parameters in zip(found.ensembles, SETTINGS.values(), strict=True):
         alone = simulate(image, GRID, parameters, DATA, N, SEED)
         np.testing.assert_array_equal(ensemble.indices, alone.indices)
-        np.testing.assert_array_equal(ensemble.met_by, alone.met_by)
+        np.testing.assert_array_equal(ensemble.data_status, alone.data_status)
         np.testing.assert_array_equal(ensemble.n_mismatched, alone.n_mismatched)
 
 

@@ -12,9 +12,9 @@ from ccwsim.figures import (
     Strip,
     calibration_chart,
     convergence_chart,
+    data_status_chart,
     divergence_chart,
     lag_map_chart,
-    met_by_chart,
     repetition_chart,
     scaling_chart,
     strip_chart,
@@ -144,7 +144,7 @@ def test_calibration_is_in_percent_with_dots_by_number_of_cells():
 
 def test_met_by_shows_means_and_marks_force():
     shares = np.array([[0.9, 0.1, 0.0], [0.7, 0.2, 0.1]])
-    bars = met_by_chart(["raster", "mended, 8 × 8 cells", "forced"], shares, LIGHT).data[0]
+    bars = data_status_chart(["raster", "mended, 8 × 8 cells", "forced"], shares, LIGHT).data[0]
     assert list(bars.x) == pytest.approx([80, 15, 5])
     assert list(bars.y) == ["raster", "mended, 8 × 8 cells", "forced"]
     assert list(bars.marker.color) == [LIGHT.ink, LIGHT.quiet, LIGHT.reference]

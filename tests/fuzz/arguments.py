@@ -23,8 +23,7 @@ from ccwsim.io import (
 )
 from ccwsim.model.choices import Choices
 from ccwsim.model.study import Study
-from ccwsim.sharing import link_of, packed, read_link, unpacked
-from ccwsim.sharing import recipe as again
+from ccwsim.sharing import link_of, packed, read_link, reproduction_recipe, unpacked
 from ccwsim.sharing.link import KEYS
 
 Act = Callable[[], object]
@@ -214,7 +213,9 @@ def address(source: random.Random) -> Act:
         link = link_of(choices, shown)
         assert read_link(link)[:2] == (choices, shown) or choices.data.placed is not None
         image = ccwsim.datasets.load(choices.image.bundled)
-        return again(choices, Study(image, choices.grid, seed=choices.seed), "a.ccwsim")
+        return reproduction_recipe(
+            choices, Study(image, choices.grid, seed=choices.seed), "a.ccwsim"
+        )
 
     return act
 
@@ -267,7 +268,7 @@ _OF_MAPS = {
     "connectivity": ("facies", "direction", "lags", "neighbours"),
     "transiograms": ("n_facies", "direction", "lags"),
     "transition_map": ("facies", "facies", "max_lag"),
-    "body_statistics": ("facies", "neighbours"), "connected_bodies": ("facies", "neighbours"),
+    "geobody_statistics": ("facies", "neighbours"), "connected_geobodies": ("facies", "neighbours"),
     "etype": ("n_facies",), "facies_counts": ("n_facies",), "proportions": ("n_facies",),
     "pattern_histogram": ("n_facies", "size"),
     "pyramid_histograms": ("n_facies", "size", "factors"),
@@ -307,15 +308,15 @@ def comparisons(source: random.Random) -> Act:
         lambda: metrics.anodi(stack, many[0], n, some),
         lambda: metrics.anodi({"a": many, "b": many}, many[0], 3, 2, (1, 2), weights),
         lambda: metrics.pattern_distance(many, many[0], 3, some),
-        lambda: metrics.score_truth(metrics.etype(many, 3).probability, many[0], n),
+        lambda: metrics.score_reference(metrics.etype(many, 3).probability, many[0], n),
         lambda: metrics.calibration(metrics.etype(many, 3).probability, many[0], some),
-        lambda: metrics.reuse(many[0], maybe(source, (3, 3))),
+        lambda: metrics.copying(many[0], maybe(source, (3, 3))),
         lambda: metrics.band(many, *quantiles),
         lambda: metrics.anodi({"a": stack, "b": one}, one, n, 2, (1, 2), some),
         lambda: metrics.pattern_distance(stack, one, n),
-        lambda: metrics.score_truth(stack, one, n),
+        lambda: metrics.score_reference(stack, one, n),
         lambda: metrics.calibration(stack, one, n, some),
-        lambda: metrics.reuse(stack, one),
+        lambda: metrics.copying(stack, one),
         lambda: metrics.data_match(stack, source.choice((HardData([[0, 0]], [1]), some))),
         lambda: metrics.diagnose(TrainingImage(stack)),
         lambda: metrics.templates_that_fit(stack, some),

@@ -21,11 +21,11 @@ def ensemble_of(indices: np.ndarray, codes=(0, 5, -3)) -> Ensemble:
     ti = TrainingImage([codes])
     grid = Grid(*indices.shape[1:], cell_size=(2.0, 3.0), origin=(10.0, 20.0))
     data = HardData([[0, 1]], [5])
-    met_by = np.zeros((len(indices), 1), np.int16)
+    data_status = np.zeros((len(indices), 1), np.int16)
     cpu = np.linspace(0.1, 0.2, len(indices))
     numbers = np.arange(len(indices))
     return Ensemble(
-        ti, grid, Parameters(refine=False), data, 42, indices, cpu, 0.5, met_by, numbers
+        ti, grid, Parameters(refine=False), data, 42, indices, cpu, 0.5, data_status, numbers
     )
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from skimage.measure import label
 
-from ccwsim.metrics import connected_bodies, connectivity
+from ccwsim.metrics import connected_geobodies, connectivity
 from ccwsim.model.errors import CCWSIMError
 
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1), (2, -1): (2, -1)}
@@ -72,8 +72,8 @@ def test_one_body_is_connected_at_all_lags_and_an_absent_facies_at_none():
 
 
 def test_corners_join_eight_neighbours_only():
-    assert connected_bodies(np.eye(4, dtype=int), 1, 8)[1] == 1
-    assert connected_bodies(np.eye(4, dtype=int), 1, 4)[1] == 4
+    assert connected_geobodies(np.eye(4, dtype=int), 1, 8)[1] == 1
+    assert connected_geobodies(np.eye(4, dtype=int), 1, 4)[1] == 4
 
 
 @pytest.mark.parametrize(

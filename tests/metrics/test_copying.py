@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from ccwsim.metrics import copying as reuse
+from ccwsim.metrics import copying
 from ccwsim.model.errors import CCWSIMError
 
 TI = (9, 11)
@@ -42,7 +42,7 @@ def test_pairs_seams_and_uses_are_those_of_loops(seed, scattered):
     if scattered:
         positions = np.random.default_rng(seed).integers(-1, TI[0] * TI[1], positions.shape)
     ny, nx = positions.shape
-    found = reuse(positions, TI)
+    found = copying(positions, TI)
     joined, seams = [], np.zeros((ny, nx), bool)
     for i in range(ny):
         for j in range(nx):
@@ -84,7 +84,7 @@ def test_largest_copies_are_those_of_exhaustive_search(seed):
     block = max(
         np.bincount(ndimage.label(number == k)[0].ravel())[1:].max() for k in names.values()
     )
-    found = reuse(positions, TI)
+    found = copying(positions, TI)
     assert found.largest_square == side
     assert found.largest_block == block
     i, j = found.square_at
@@ -92,7 +92,7 @@ def test_largest_copies_are_those_of_exhaustive_search(seed):
 
 
 def test_a_copy_of_the_training_image_is_one_block():
-    found = reuse(np.arange(99).reshape(TI), TI)
+    found = copying(np.arange(99).reshape(TI), TI)
     assert found.copied == 1
     assert found.used == 1
     assert found.largest_square == 9
@@ -101,17 +101,17 @@ def test_a_copy_of_the_training_image_is_one_block():
 
 
 def test_the_end_of_a_row_does_not_touch_the_next_row():
-    assert reuse([[10, 11]], TI).copied == 0
+    assert copying([[10, 11]], TI).copied == 0
 
 
 def test_nothing_known_is_nothing_copied():
-    found = reuse(np.full((3, 3), -1), TI)
+    found = copying(np.full((3, 3), -1), TI)
     assert found.copied == found.largest_square == found.largest_block == 0
     assert found.n_unknown == 9
 
 
 def test_places_outside_are_said():
     with pytest.raises(CCWSIMError, match="position 99"):
-        reuse([[99]], TI)
+        copying([[99]], TI)
     with pytest.raises(CCWSIMError, match="shape"):
-        reuse([1, 2], TI)
+        copying([1, 2], TI)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from skimage.measure import euler_number, label
 
-from ccwsim.metrics import body_statistics
+from ccwsim.metrics import geobody_statistics
 
 
 @settings(deadline=None, max_examples=40)
@@ -24,7 +24,7 @@ def test_bodies_are_those_of_scikit_image(seed, ny, nx, share, neighbours):
     connectivity = 2 if neighbours == 8 else 1
     labels = label(image, connectivity=connectivity)
     sizes = sorted(np.bincount(labels.ravel())[1:].tolist(), reverse=True)
-    found = body_statistics(image, 1, neighbours)
+    found = geobody_statistics(image, 1, neighbours)
     assert found.sizes[0].tolist() == sizes
     assert found.n_bodies[0] == len(sizes)
     assert found.euler_number[0] == euler_number(image, connectivity=connectivity)
@@ -39,11 +39,11 @@ def test_gamma_is_the_share_of_connected_pairs():
     bodies = label(image, connectivity=2).ravel()
     inside = bodies[bodies > 0]
     expected = np.mean(inside[:, None] == inside[None, :])
-    assert body_statistics(image, 1).gamma[0] == pytest.approx(expected)
+    assert geobody_statistics(image, 1).gamma[0] == pytest.approx(expected)
 
 
 def test_a_facies_that_is_absent_has_no_bodies():
-    found = body_statistics(np.zeros((2, 5, 5), int), 1)
+    found = geobody_statistics(np.zeros((2, 5, 5), int), 1)
     assert found.n_bodies.tolist() == [0, 0]
     assert np.isnan(found.gamma).all()
     assert not found.percolates_ew.any()
@@ -52,6 +52,6 @@ def test_a_facies_that_is_absent_has_no_bodies():
 def test_a_river_percolates_along_itself_only():
     image = np.zeros((9, 9), int)
     image[4] = 3
-    found = body_statistics(image, 3)
+    found = geobody_statistics(image, 3)
     assert found.percolates_ew[0]
     assert not found.percolates_ns[0]

@@ -9,7 +9,7 @@ import pytest
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
 from ccwsim.metrics import judge
-from ccwsim.metrics.connectivity import connected_bodies
+from ccwsim.metrics.connectivity import connected_geobodies
 from ccwsim.metrics.quality import differing_share, lags_of
 from tests.small_images import blobs, noise
 
@@ -26,7 +26,7 @@ def ensemble():
 
 def tau_by_hand(image, facies, dy, dx, lags):
     """P(in one body | both in the facies), pair by pair."""
-    labels = connected_bodies(image, facies)[0]
+    labels = connected_geobodies(image, facies)[0]
     ny, nx = image.shape
     found = []
     for lag in lags:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ccwsim.metrics import calibration, etype, score_truth
+from ccwsim.metrics import calibration, etype, score_reference
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -22,7 +22,7 @@ def forecast(seed, n=7, n_facies=3):
 def test_scores_are_those_of_a_loop(seed):
     p, truth, mask = forecast(seed)
     mask[0, 0] = True
-    found = score_truth(p, truth, 7, mask)
+    found = score_reference(p, truth, 7, mask)
     cells = list(zip(*np.nonzero(mask), strict=True))
     brier = np.mean([sum((p[k][c] - (truth[c] == k)) ** 2 for k in range(3)) for c in cells])
     log = np.mean([-np.log((7 * p[truth[c]][c] + 0.5) / 8.5) for c in cells])
@@ -35,7 +35,7 @@ def test_scores_are_those_of_a_loop(seed):
 def test_certain_and_right_is_perfect_and_certain_and_wrong_is_worst():
     truth = np.array([[0, 1], [1, 0]])
     sure = np.stack([truth == 0, truth == 1]).astype(float)
-    best, worst = score_truth(sure, truth, 1000), score_truth(sure, 1 - truth, 1000)
+    best, worst = score_reference(sure, truth, 1000), score_reference(sure, 1 - truth, 1000)
     assert (best.accuracy, best.brier) == (1, 0)
     assert (worst.accuracy, worst.brier) == (0, 2)
     assert best.log_score < 1e-3 < worst.log_score < np.inf
@@ -72,13 +72,13 @@ def test_honest_probabilities_are_calibrated():
 def test_what_cannot_be_scored_is_said():
     p, truth, _ = forecast(0)
     with pytest.raises(CCWSIMError, match="shape"):
-        score_truth(p[0], truth, 7)
+        score_reference(p[0], truth, 7)
     with pytest.raises(CCWSIMError, match="facies index 3"):
-        score_truth(p, np.full((6, 5), 3), 7)
+        score_reference(p, np.full((6, 5), 3), 7)
     with pytest.raises(CCWSIMError, match="at least one cell"):
-        score_truth(p, truth, 7, np.zeros((6, 5), bool))
+        score_reference(p, truth, 7, np.zeros((6, 5), bool))
     with pytest.raises(CCWSIMError, match="n_realizations"):
-        score_truth(p, truth, 0)
+        score_reference(p, truth, 0)
     with pytest.raises(CCWSIMError, match="facies index = 5"):
         calibration(p, truth, 5)
     with pytest.raises(CCWSIMError, match="n_bins"):

@@ -26,7 +26,7 @@ def test_parts_join_into_one_full_run():
     parts = [part(0, 2), part(2, 4), part(6, 1)]
     found = joined(parts)
     assert found.digest == whole.digest
-    for name in ("indices", "met_by", "numbers", "sources", "n_mismatched"):
+    for name in ("indices", "data_status", "numbers", "sources", "n_mismatched"):
         np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
     assert (found.seed, found.grid, found.parameters) == (whole.seed, whole.grid, whole.parameters)
     assert len(found.cpu_seconds) == 7

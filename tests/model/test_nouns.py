@@ -282,7 +282,7 @@ class TestEnsemble:
         assert (ways == ensemble.hard_data.n).all()
         np.testing.assert_array_equal(ensemble.n_mismatched, 0)
 
-    @pytest.mark.parametrize("name", ["realizations", "indices", "cpu_seconds", "met_by"])
+    @pytest.mark.parametrize("name", ["realizations", "indices", "cpu_seconds", "data_status"])
     def test_its_arrays_cannot_be_written(self, ensemble, name):
         with pytest.raises(ValueError, match="read-only"):
             getattr(ensemble, name)[0] = 0

@@ -14,7 +14,7 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, Train
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from ccwsim.run.executors import worker
-from ccwsim.run.executors.flags import FileFlag, Seldom
+from ccwsim.run.executors.flags import FileFlag, PolledFlag
 from ccwsim.run.executors.serialization import name_of, packed, unpacked
 from tests.small_images import blobs
 
@@ -32,7 +32,7 @@ def study(n: int = 12, **options) -> Ensemble:
 def same(one: Ensemble, other: Ensemble) -> bool:
     return (
         one.digest == other.digest
-        and np.array_equal(one.met_by, other.met_by)
+        and np.array_equal(one.data_status, other.data_status)
         and np.array_equal(one.numbers, other.numbers)
     )
 
@@ -159,7 +159,7 @@ class TestCancel:
     def test_a_flag_is_seen_where_its_file_can_be(self):
         flag = FileFlag()
         elsewhere = FileFlag(path=flag.path, host="another machine")
-        seldom = Seldom(flag, every=3600)
+        seldom = PolledFlag(flag, every=3600)
         assert not seldom.is_set()
         flag.tell(3, 0.25)
         flag.tell(3, 0.5)

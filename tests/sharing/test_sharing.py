@@ -15,8 +15,7 @@ from ccwsim.io import Project, training_image_as_bytes
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.model.study import Study
 from ccwsim.report import report_html
-from ccwsim.sharing import link_of, study_report
-from ccwsim.sharing import recipe as again
+from ccwsim.sharing import link_of, reproduction_recipe, study_report
 from ccwsim.ui.share.projects import choices_of, study_of
 from tests.report.test_report import OUTSIDE, own_part
 
@@ -52,7 +51,7 @@ def test_script_and_command_give_the_same_cells(what, tmp_path):
     e = simulate(study.training_image, study.grid, study.parameters, study.hard_data,
                  choices.n_realizations, study.seed)  # fmt: skip
     save_project(tmp_path / "it's mine.ccwsim", project_of(choices, study))
-    how = again(choices, study, "it's mine.ccwsim")
+    how = reproduction_recipe(choices, study, "it's mine.ccwsim")
     for words in ([sys.executable, "-c", how.python], shlex.split(how.command)):
         line = [sys.executable, *words[1:]]
         subprocess.run(line, cwd=tmp_path, check=True, capture_output=True,
@@ -93,7 +92,7 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     )
     e = simulate(image, GRID, SMALL, HardData([[3, 4], [9, 9]], image.codes[:2]), 3, 1)
     choices = Choices(ImageChoice(upload=Upload(odd, b"")), DataChoice(), GRID, SMALL, 3, 1)
-    how = again(choices, Study(image, GRID, SMALL, e.hard_data, 1), f"{odd}.ccwsim")
+    how = reproduction_recipe(choices, Study(image, GRID, SMALL, e.hard_data, 1), f"{odd}.ccwsim")
     link = f"http://here/?{odd}"
     document = study_report(e, choices, Shown(2, 1), ["#112233"] * image.n_facies, [odd], link, how)
     page = report_html(document)
@@ -112,5 +111,5 @@ def test_a_report_of_one_facies_and_one_cell_can_be_made():
     image = TrainingImage(np.zeros((20, 20)))
     e = simulate(image, (1, 1), SMALL)
     choices = Choices(data=DataChoice(), grid=Grid(1, 1), parameters=SMALL, n_realizations=1)
-    how = again(choices, Study(image, Grid(1, 1), SMALL), "a.ccwsim")
+    how = reproduction_recipe(choices, Study(image, Grid(1, 1), SMALL), "a.ccwsim")
     assert report_html(study_report(e, choices, Shown(), ["#112233"], ["fine"], "?", how))

@@ -9,7 +9,7 @@ import pytest
 
 from ccwsim import Cancelled, Grid, Parameters, TrainingImage, simulate
 from ccwsim.system import workers
-from ccwsim.system.cores import CREDIT, SLICE, Account, Cores, Turn
+from ccwsim.system.cores import CREDIT, SLICE, CoreLease, Cores, Usage
 from ccwsim.system.workers import run_all
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -25,21 +25,21 @@ class Clock:
         return self.now
 
 
-def asked(cores: Cores, *lanes) -> list[Turn]:
-    turns = [Turn(lane, cores) for lane in lanes]
-    for turn in turns:
-        cores.ask(turn)
+def asked(cores: Cores, *lanes) -> list[CoreLease]:
+    turns = [CoreLease(slot, cores) for slot in lanes]
+    for lease in turns:
+        cores.ask(lease)
     return turns
 
 
-def having(turns: list[Turn]) -> list[bool]:
-    return [turn.has_core for turn in turns]
+def having(turns: list[CoreLease]) -> list[bool]:
+    return [lease.has_core for lease in turns]
 
 
 def test_who_has_used_least_is_next():
     clock = Clock()
     cores = Cores(2, clock)
-    one, two = cores.lane(), cores.lane()
+    one, two = cores.slot(), cores.slot()
     turns = asked(cores, one, one, one, one, two)
     assert having(turns) == [True, True, False, False, False]
     clock.now = 10.0
@@ -52,7 +52,7 @@ def test_who_has_used_least_is_next():
 
 def test_two_that_have_used_alike_get_a_core_each():
     cores = Cores(2, Clock())
-    one, two = cores.lane(), cores.lane()
+    one, two = cores.slot(), cores.slot()
     (busy,) = asked(cores, one)
     turns = [*asked(cores, one), *asked(cores, two), *asked(cores, one)]
     assert having([busy, *turns]) == [True, True, False, False]
@@ -63,13 +63,13 @@ def test_two_that_have_used_alike_get_a_core_each():
 def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
     clock = Clock()
     cores = Cores(1, clock)
-    long, quick = cores.lane(), cores.lane()
-    (turn,) = asked(cores, long)
+    long, quick = cores.slot(), cores.slot()
+    (lease,) = asked(cores, long)
     clock.now = 100.0
     (other,) = asked(cores, quick)
     assert quick.account.used == 100.0 - CREDIT
-    assert cores.swap(turn)
-    assert having([turn, other]) == [False, True]
+    assert cores.swap(lease)
+    assert having([lease, other]) == [False, True]
     clock.now += SLICE / 2
     other.look_up()  # its slice is not over
     clock.now += CREDIT / 2
@@ -77,44 +77,44 @@ def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
     assert other.has_core
     clock.now += CREDIT
     assert cores.swap(other)
-    assert having([turn, other]) == [True, False]
+    assert having([lease, other]) == [True, False]
 
 
 def test_who_comes_new_is_ahead_by_the_credit_and_not_by_all_that_others_have_used():
     clock = Clock()
     cores = Cores(1, clock)
-    old, new = cores.lane(), cores.lane()
-    (turn,) = asked(cores, old)
+    old, new = cores.slot(), cores.slot()
+    (lease,) = asked(cores, old)
     clock.now = 100.0
-    cores.give_back(turn)
+    cores.give_back(lease)
     asked(cores, old)
     asked(cores, new)
     assert new.account.used == old.account.used - CREDIT
 
 
 def test_the_runs_of_one_account_count_together():
-    account, clock = Account(), Clock()
+    account, clock = Usage(), Clock()
     cores = Cores(1, clock)
-    first = cores.lane(account)
-    (turn,) = asked(cores, first)
+    first = cores.slot(account)
+    (lease,) = asked(cores, first)
     clock.now = 10.0
-    cores.give_back(turn)
+    cores.give_back(lease)
     assert account.used == 10.0
-    (other,) = asked(cores, cores.lane())
+    (other,) = asked(cores, cores.slot())
     assert other.has_core
-    asked(cores, cores.lane(account))
+    asked(cores, cores.slot(account))
     assert account.used == 10.0
 
 
 def test_a_lane_that_is_closed_lets_nobody_wait():
     cores = Cores(1)
-    one, two = cores.lane(), cores.lane()
+    one, two = cores.slot(), cores.slot()
     asked(cores, one)
     (waiting,) = asked(cores, two)
     two.close()
     assert waiting.called.is_set()
     assert not waiting.has_core
-    with two.turn() as late:
+    with two.lease() as late:
         assert not late.has_core
     assert not cores.contended
 

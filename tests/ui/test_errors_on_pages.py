@@ -184,7 +184,10 @@ def test_whatever_the_source_hands_to_a_widget_is_guarded():
         ]  # fmt: skip
         for value in handed:
             said = ast.unparse(value)
-            assert said.startswith("safely(") or isinstance(value, ast.Constant), (path.name, said)
+            assert said.startswith("safely(") or isinstance(value, ast.Constant), (
+                path.name,
+                said,
+            )
 
 
 def fragments() -> list[tuple[str, ast.FunctionDef]]:
@@ -207,11 +210,11 @@ def fragments() -> list[tuple[str, ast.FunctionDef]]:
 def test_the_body_of_every_fragment_is_guarded():
     assert len(fragments()) > 10
     for name, function in fragments():
-        guarded = [
+        error_boundary = [
             node for node in function.body
             if isinstance(node, ast.With) and ast.unparse(node.items[0]) == "guarded()"
         ]  # fmt: skip
-        assert guarded, f"{name}: {function.name}"
+        assert error_boundary, f"{name}: {function.name}"
 
 
 def test_what_streamlit_does_with_a_rerun_is_not_taken_for_an_error():

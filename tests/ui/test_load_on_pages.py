@@ -18,7 +18,7 @@ from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs.admission import RESERVE
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import Place, Queue, server_queue
-from ccwsim.ui.jobs.statistics import Shelf, Statistic, Workbench
+from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.paper.run import PaperState
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
@@ -136,8 +136,8 @@ def launched_waiting() -> AppTest:
 
 def test_statistics_wait_in_the_queue_too_and_say_so(busy):
     queue, other = busy
-    bench = Workbench(Shelf())
-    statistic = Statistic(("six",), lambda progress: 6)
+    bench = StatisticsWorker(LruCache())
+    statistic = Task(("six",), lambda progress: 6)
     bench.ask(statistic)
     assert bench.waiting == "Waiting: 1st in the queue"
     queue.leave(other)
@@ -147,13 +147,13 @@ def test_statistics_wait_in_the_queue_too_and_say_so(busy):
 
 def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_for_again(busy):
     queue, other = busy
-    bench = Workbench(Shelf())
-    statistic = Statistic(("seven",), lambda progress: 7)
+    bench = StatisticsWorker(LruCache())
+    statistic = Task(("seven",), lambda progress: 7)
     bench.ask(statistic)
     (place,) = (p for p in queue.places_of("") if p is not other)
     place.drop()
     queue.leave(other)
-    bench.ask(Statistic(("eight",), lambda progress: 8))
+    bench.ask(Task(("eight",), lambda progress: 8))
     assert bench.wait_for(statistic, SLOW) == 7
 
 

@@ -44,7 +44,7 @@ SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
 """Few data a patch: the overlap keeps shapes whole, and mending brings what is left."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
 """Tiles that are split: the data themselves say where the shapes run, and few places fit them."""
-MOST_DATA = 10
+MAX_DATA = 10
 """A tile with more data than this a patch is split into smaller patches."""
 RULED_OUT = 1 << 60
 N_CLASSES = 256
@@ -112,7 +112,7 @@ def legal_splits(template: int, overlap: int) -> list[int]:
 
 @kernel
 def choose_split(splits, data, y0, x0, template, overlap):
-    """Return the index of the first split whose parts hold at most MOST_DATA data on average."""
+    """Return the index of the first split whose parts hold at most MAX_DATA data on average."""
     if len(splits) == 1:
         return 0
     n = 0
@@ -121,7 +121,7 @@ def choose_split(splits, data, y0, x0, template, overlap):
             n += x0 <= data.columns[i] < x0 + template
     for k in range(len(splits)):
         size = (template - overlap) // splits[k] + overlap
-        if n * size * size <= MOST_DATA * template * template:
+        if n * size * size <= MAX_DATA * template * template:
             return k
     return len(splits) - 1
 

@@ -24,16 +24,16 @@ def to_path_frame(image: NDArray, orientation: int) -> NDArray:
     >>> to_path_frame(np.array([[1, 2, 3], [4, 5, 6]]), 5)
     array([[3, 6], [2, 5], [1, 4]])
     """
-    turned = image.T if orientation & 4 else image
-    turned = turned[::-1] if orientation & 1 else turned
-    return turned[:, ::-1] if orientation & 2 else turned
+    oriented = image.T if orientation & 4 else image
+    oriented = oriented[::-1] if orientation & 1 else oriented
+    return oriented[:, ::-1] if orientation & 2 else oriented
 
 
 def from_path_frame(image: NDArray, orientation: int) -> NDArray:
     """Return a view of `image` as it lies in the world: undoes `to_path_frame`."""
-    turned = image[:, ::-1] if orientation & 2 else image
-    turned = turned[::-1] if orientation & 1 else turned
-    return turned.T if orientation & 4 else turned
+    oriented = image[:, ::-1] if orientation & 2 else image
+    oriented = oriented[::-1] if orientation & 1 else oriented
+    return oriented.T if orientation & 4 else oriented
 
 
 def cells_to_path_frame(
@@ -83,14 +83,14 @@ class RasterPath(NamedTuple):
     full: tuple[int, int]
 
 
-def lay_path(
+def make_path(
     grid_shape: tuple[int, int], orientation: int, template_size: int, overlap_size: int
 ) -> RasterPath:
     """Return the path over a grid of (ny, nx) cells.
 
     Examples
     --------
-    >>> lay_path((60, 100), 4, 32, 8)
+    >>> make_path((60, 100), 4, 32, 8)
     RasterPath(orientation=4, shape=(100, 60), n_rows=4, n_columns=3, full=(104, 80))
     """
     ny, nx = grid_shape

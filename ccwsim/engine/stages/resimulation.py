@@ -46,7 +46,7 @@ PLACES_A_CALL = 10_000_000
 """Places of windows looked at between two looks at cancel: some hundredths of a second."""
 
 
-def mend(
+def resimulate(
     image: NDArray[np.uint8],
     bits: NDArray[np.uint64],
     data: NDArray[np.uint8],
@@ -84,7 +84,7 @@ def mend(
         Flat index in the TI of each cell, kept up to date where it is not empty; −1 where a cell
         is set by force.
     rare : ndarray, shape (256,), optional
-        From `rare_counts`; scars are left where it is not given.
+        From `isolated_datum_thresholds`; scars are left where it is not given.
     check : callable
         Called now and then; may raise to stop.
     note : callable, optional
@@ -94,11 +94,11 @@ def mend(
     Returns
     -------
     ndarray of int16, shape (n,)
-        As `Ensemble.met_by` has it.
+        As `Ensemble.data_status` has it.
     """
     rows, columns = cells.T
     facies = data[rows, columns]
-    met_by = np.zeros(len(cells), np.int16)
+    data_status = np.zeros(len(cells), np.int16)
 
     def windows(which: NDArray[np.bool_], size: int, tolerance: float, anyway: bool) -> None:
         chosen = rng.permutation(np.flatnonzero(which))
@@ -106,10 +106,10 @@ def mend(
         for first in range(0, len(chosen), at_once):
             check()
             some = chosen[first : first + at_once]
-            done = mend_windows(
+            done = resimulate_windows(
                 image, bits, data, cells[some], size, tolerance, anyway, rng, grid, sources
             )
-            met_by[some[done]] = size
+            data_status[some[done]] = size
             if note:
                 note(int(some[0]), size, bool(done[0]))
 
@@ -119,18 +119,18 @@ def mend(
         windows(grid[rows, columns] != facies, size, tolerance, anyway=False)
     wrong = grid[rows, columns] != facies
     grid[rows[wrong], columns[wrong]] = facies[wrong]
-    met_by[wrong] = FORCED
+    data_status[wrong] = FORCED
     if sources.size:
         sources[rows[wrong], columns[wrong]] = -1
     if note:
         for datum in np.flatnonzero(wrong):
             note(int(datum), 1, True)
     if rare is None:
-        return met_by
+        return data_status
     for size in _halved(largest, SMALLEST_HEALING):
         scarred = own_counts(grid, cells) < rare[facies]
         windows(scarred, size, TOLERANCE_HEALING, anyway=True)
-    return met_by
+    return data_status
 
 
 def _halved(size: int, smallest: int) -> list[int]:
@@ -148,7 +148,7 @@ def _halved(size: int, smallest: int) -> list[int]:
     return sizes + [smallest] * (bool(sizes) or size == smallest)
 
 
-def rare_counts(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return, for each facies index up to 255, the count of `own_counts` that is rare in the TI."""
     flat = np.arange(image.size)
     if image.size > 10**6:
@@ -184,7 +184,7 @@ def first_cell(middle, size, length):
 
 
 @kernel
-def mend_windows(image, bits, data, cells, size, tolerance, anyway, rng, grid, sources):
+def resimulate_windows(image, bits, data, cells, size, tolerance, anyway, rng, grid, sources):
     """Simulate windows of one size around data anew.
 
     Parameters

@@ -4,15 +4,15 @@ from ccwsim.engine.trace.data import DataTerms, SeenDatum
 from ccwsim.engine.trace.fates import PlaceFate, fates
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch
-from ccwsim.engine.trace.resimulation import MendedWindow
+from ccwsim.engine.trace.resimulation import ResimulatedWindow
 from ccwsim.engine.trace.trace import Trace, check_traceable
 
 __all__ = [
     "DataTerms",
     "Frame",
-    "MendedWindow",
     "Patch",
     "PlaceFate",
+    "ResimulatedWindow",
     "SeenDatum",
     "Trace",
     "TracedPatch",

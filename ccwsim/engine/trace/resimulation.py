@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import first_cell, mend
+from ccwsim.engine.stages.resimulation import first_cell, resimulate
 from ccwsim.model.study import Study
 
 
-class MendedWindow(NamedTuple):
+class ResimulatedWindow(NamedTuple):
     """A window around a datum, in the world; one cell where it was set by force.
 
     Attributes
@@ -42,14 +42,14 @@ class MendedWindow(NamedTuple):
     scar: bool
 
 
-def mended_windows(
+def resimulated_windows(
     study: Study,
     template: int,
     image: PreparedImage,
     rng: np.random.Generator,
     grid: NDArray[np.uint8],
     sources: NDArray[np.int32],
-) -> tuple[list[MendedWindow], NDArray[np.int16]]:
+) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
     """Mend `grid`, in place, and return every window that was tried, and how each datum was met.
 
     Windows around data that another window had brought already are left out.
@@ -57,7 +57,7 @@ def mended_windows(
     cells = study.hard_data.cells
     data = data_grid(cells, study.facies_of_data, grid.shape)
     last = grid.copy()
-    windows: list[MendedWindow] = []
+    windows: list[ResimulatedWindow] = []
 
     def note(datum: int, size: int, mended: bool) -> None:
         y, x = cells[datum]
@@ -70,12 +70,12 @@ def mended_windows(
             return
         came_from = sources[part].copy()
         windows.append(
-            MendedWindow(datum, size, int(row), int(column), before, after, came_from, mended,
+            ResimulatedWindow(datum, size, int(row), int(column), before, after, came_from, mended,
                          bool(right))
         )  # fmt: skip
 
-    rare = image.rare_counts if study.hard_data.n else None
-    met_by = mend(
+    rare = image.isolated_datum_thresholds if study.hard_data.n else None
+    data_status = resimulate(
         image.scaled(), image.bits(), data, cells, template, rng, grid, sources, rare, note=note
     )
-    return windows, met_by
+    return windows, data_status

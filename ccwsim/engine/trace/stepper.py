@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.raster import Plan
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.tiles import lie_of_patch, make_room, simulate_patch
+from ccwsim.engine.tiles import make_workspace, patch_geometry, simulate_patch
 from ccwsim.engine.trace.patch import Patch
 from ccwsim.model.study import Study
 
@@ -31,7 +31,7 @@ class Checkpoint(NamedTuple):
     rng: dict[str, Any]
 
 
-class Laying:
+class PatchStepper:
     """A realization on its way along the path.
 
     Attributes
@@ -51,7 +51,7 @@ class Laying:
     def __init__(self, study: Study, plan: Plan, rng: np.random.Generator) -> None:
         self._plan, self._proportions, self.rng = plan, study.training_image.proportions, rng
         self.patches = _patches(plan)
-        self.room = make_room(plan.turned, plan.search)
+        self.room = make_workspace(plan.oriented, plan.search)
         full = plan.path.full
         self.grid = np.full(full, UNKNOWN, np.uint8)
         self.sources = np.zeros(full, np.int32)
@@ -89,8 +89,8 @@ class Laying:
             )  # fmt: skip
         p, plan = self.patches[self._next], self._plan
         ty, tx = simulate_patch(
-            p.y0, p.x0, p.size, p.shape, plan.turned.energies[p.split, p.shape],
-            plan.turned.pyramid, plan.data[0], self._proportions, plan.search,
+            p.y0, p.x0, p.size, p.shape, plan.oriented.energies[p.split, p.shape],
+            plan.oriented.pyramid, plan.data[0], self._proportions, plan.search,
             self.rng, self.room, self._counts, self.grid, self.sources,
         )  # fmt: skip
         self._next += 1
@@ -101,9 +101,9 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
     found: list[Patch] = []
     n_columns = plan.path.n_columns
     for tile, split in enumerate(plan.split_of.tolist()):
-        parts = int(plan.turned.splits[split])
+        parts = int(plan.oriented.splits[split])
         for part in range(parts * parts):
-            lie = map(int, lie_of_patch(tile, part, parts, n_columns, plan.search))
+            lie = map(int, patch_geometry(tile, part, parts, n_columns, plan.search))
             row, column = divmod(tile, n_columns)
             found.append(Patch(len(found), tile, part, row, column, parts, split, *lie))
     return tuple(found)

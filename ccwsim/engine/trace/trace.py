@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import draw_template, in_world, lay_plan
+from ccwsim.engine.raster import draw_template, make_plan, to_grid
 from ccwsim.engine.realization import Realization, random_numbers
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE, data_ahead
 from ccwsim.engine.stages.pyramid import decompose, reconstruct
 from ccwsim.engine.trace.data import data_terms
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch
-from ccwsim.engine.trace.resimulation import MendedWindow, mended_windows
-from ccwsim.engine.trace.stepper import Laying
+from ccwsim.engine.trace.resimulation import ResimulatedWindow, resimulated_windows
+from ccwsim.engine.trace.stepper import PatchStepper
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
@@ -56,13 +56,13 @@ class Trace:
         rng = random_numbers(study.seed, number)
         self.template = draw_template(study.parameters, study.training_image.shape, rng)
         self._image = PreparedImage(study)
-        plan = lay_plan(study, self.template, self._image, rng)
-        self.path, self.turned, self.search = plan.path, plan.turned, plan.search
+        plan = make_plan(study, self.template, self._image, rng)
+        self.path, self.oriented, self.search = plan.path, plan.oriented, plan.search
         self.data = plan.data[0]
-        self._laying = Laying(study, plan, rng)
+        self._laying = PatchStepper(study, plan, rng)
         self.patches = self._laying.patches
         self.grid_frame = Frame(self.path.orientation, self.path.shape)
-        turned_shape = self.turned.pyramid.image.shape
+        turned_shape = self.oriented.pyramid.image.shape
         self.image_frame = Frame(self.path.orientation, turned_shape)  # type: ignore[arg-type]
         self._coefficients: dict[int, list[Any]] = {}
 
@@ -92,25 +92,25 @@ class Trace:
         return self._traced(self.patches[number], before, place)
 
     @cached_property
-    def _finished(self) -> tuple[Realization, NDArray[np.uint8], list[MendedWindow]]:
+    def _finished(self) -> tuple[Realization, NDArray[np.uint8], list[ResimulatedWindow]]:
         """The realization, how it was before it was mended, and the windows that mended it."""
         laying = self._laying
         laying.go_to(len(self.patches))
         shape, hard_data = self.study.training_image.shape, self.study.hard_data
-        indices, sources = in_world(laying.grid, laying.sources, self.path, shape)
+        indices, sources = to_grid(laying.grid, laying.sources, self.path, shape)
         raw, windows = indices.copy(), []
         indices, sources = indices.copy(), sources.copy()  # not those that the trace goes on with
         if self.study.parameters.exact_data:
             rng = random_numbers(0, 0)
             rng.bit_generator.state = laying.rng.bit_generator.state
-            windows, met_by = mended_windows(
+            windows, data_status = resimulated_windows(
                 self.study, self.template, self._image, rng, indices, sources
             )
         else:
             rows, columns = hard_data.cells.T
             missed = indices[rows, columns] != self.study.facies_of_data
-            met_by = np.where(missed, WRONG, 0).astype(np.int16)
-        return Realization(indices, sources, met_by), raw, windows
+            data_status = np.where(missed, WRONG, 0).astype(np.int16)
+        return Realization(indices, sources, data_status), raw, windows
 
     @property
     def realization(self) -> Realization:
@@ -123,7 +123,7 @@ class Trace:
         return self._finished[1]
 
     @property
-    def windows(self) -> list[MendedWindow]:
+    def windows(self) -> list[ResimulatedWindow]:
         """The windows that mended data, in the order in which they were laid."""
         return self._finished[2]
 
@@ -133,7 +133,7 @@ class Trace:
         In the path frame, shape (n, n) where n are the whole blocks of its side.
         """
         if facies not in self._coefficients:
-            image = self.turned.pyramid.image == facies
+            image = self.oriented.pyramid.image == facies
             self._coefficients[facies] = decompose(image, self.study.parameters.level)
         row, column = step.places[step.drawn].tolist()
         size = step.cells.shape[0] // step.unit * step.unit
@@ -150,7 +150,7 @@ class Trace:
 
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: tuple[int, int]) -> TracedPatch:
         """Return what the latest call left in the room."""
-        room, search, pyramid = self._laying.room, self.search, self.turned.pyramid
+        room, search, pyramid = self._laying.room, self.search, self.oriented.pyramid
         n_terms, n_candidates, drawn = room.choice.tolist()
         blocks = np.zeros((len(pyramid.sums), *(p.size // search.unit,) * 2), np.int64)
         planes, rows, columns, sums = room.terms[:, :n_terms]

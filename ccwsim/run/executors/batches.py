@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.executors.runner import Take, Work
 from ccwsim.run.executors.worker import Reply
-from ccwsim.system.workers import LOOK_EVERY, Progress
+from ccwsim.system.workers import POLL_SECONDS, Progress
 
 BATCH_SECONDS = 0.25
 """What a batch should take: long beside its way there and back, short beside a second."""
@@ -22,7 +22,7 @@ PATIENCE = 0.7
 """Seconds that running batches get to hand over what they have, once they were asked to stop."""
 
 
-class Courier(Protocol):
+class BatchBackend(Protocol):
     """Takes batches to workers and back."""
 
     def open(self, work: Work) -> None:
@@ -57,7 +57,7 @@ class Courier(Protocol):
 class Batches:
     """Runs realizations in batches that a courier takes to its workers."""
 
-    def __init__(self, courier: Courier) -> None:
+    def __init__(self, courier: BatchBackend) -> None:
         self._courier = courier
 
     def prepare(self, work: Work, progress: Progress | None) -> None:
@@ -74,11 +74,11 @@ class Batches:
         cancel: Callable[[], bool] | None,
     ) -> list[int]:
         """Send batches and take in what comes back, in any order."""
-        tour = _Tour(self._courier, work, take)
+        tour = _Dispatch(self._courier, work, take)
         try:
             while len(tour.finished) < work.n:
                 tour.send_out()
-                tour.take_in(LOOK_EVERY)
+                tour.take_in(POLL_SECONDS)
                 n_done = len(tour.finished)
                 if progress:
                     progress((n_done + tour.under_way()) / work.n, n_done)
@@ -89,10 +89,10 @@ class Batches:
         return sorted(tour.finished)
 
 
-class _Tour:
+class _Dispatch:
     """The batches of one run: which are still to be sent, and which are under way."""
 
-    def __init__(self, courier: Courier, work: Work, take: Take) -> None:
+    def __init__(self, courier: BatchBackend, work: Work, take: Take) -> None:
         self.finished: list[int] = []
         self._courier, self._work, self._take = courier, work, take
         self._left = deque(range(work.n))

@@ -17,14 +17,14 @@ from ccwsim.run.executors.batches import without_program
 from ccwsim.run.executors.flags import ClusterFlag
 from ccwsim.run.executors.runner import Work
 from ccwsim.run.executors.serialization import name_of, packed
-from ccwsim.run.executors.worker import Order, Reply, simulate_batch
+from ccwsim.run.executors.worker import BatchRequest, Reply, simulate_batch
 
 CONNECT_SECONDS = 5.0
 COUNT_EVERY = 2.0
 """Seconds between two counts of the workers, which may come and go."""
 FETCH_SECONDS = 3.0
 """How long an answer may be on its way before it is asked for anew."""
-MOST_LOSSES = 5
+MAX_LOSSES = 5
 """How often the study is sent out anew when all workers that had it are gone."""
 
 
@@ -114,7 +114,7 @@ class Cluster:
 
         Dask does it again by itself where the worker ends.
         """
-        order = Order(self._name, numbers, self._keep_sources, self._flag)
+        order = BatchRequest(self._name, numbers, self._keep_sources, self._flag)
         return self._client.submit(simulate_batch, order, self._study, pure=False)
 
     def fetch(self, future: Any) -> Reply:
@@ -154,7 +154,7 @@ class Cluster:
         if not isinstance(error, (CancelledError, asyncio.CancelledError)) or self._stopped:
             return False
         self._n_lost += 1
-        if self._client.status != "running" or self._n_lost > MOST_LOSSES:
+        if self._client.status != "running" or self._n_lost > MAX_LOSSES:
             raise CCWSIMError("the Dask scheduler or all of its workers were lost") from error
         self._counted = 0.0
         self._scatter()

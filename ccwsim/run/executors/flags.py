@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-LOOK_EVERY = 0.2
+POLL_SECONDS = 0.2
 """Seconds between two looks of a worker at its flag."""
 
 
@@ -29,17 +29,17 @@ class Flag(Protocol):
         ...
 
 
-class Seldom:
+class PolledFlag:
     """A flag that is looked at now and then only, as a look has its price.
 
     Examples
     --------
     >>> from threading import Event
-    >>> Seldom(Event()).is_set()
+    >>> PolledFlag(Event()).is_set()
     False
     """
 
-    def __init__(self, flag: Flag, every: float = LOOK_EVERY) -> None:
+    def __init__(self, flag: Flag, every: float = POLL_SECONDS) -> None:
         self._flag = flag
         self._every = every
         self._next = 0.0

@@ -10,7 +10,7 @@ from ccwsim.run.executors.batches import without_program
 from ccwsim.run.executors.flags import FileFlag
 from ccwsim.run.executors.runner import Work
 from ccwsim.run.executors.serialization import name_of, packed
-from ccwsim.run.executors.worker import Order, Reply, simulate_batch
+from ccwsim.run.executors.worker import BatchRequest, Reply, simulate_batch
 
 
 class Pool:
@@ -43,7 +43,7 @@ class Pool:
 
     def send(self, numbers: tuple[int, ...], whole: bool) -> Future[Reply]:
         """Submit a batch."""
-        order = Order(self._name, numbers, self._keep_sources, self._flag)
+        order = BatchRequest(self._name, numbers, self._keep_sources, self._flag)
         try:
             return self._executor.submit(simulate_batch, order, self._content if whole else None)
         except BrokenExecutor:

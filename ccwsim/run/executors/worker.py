@@ -13,16 +13,16 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, compile_kernels, simulate_realization
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
-from ccwsim.run.executors.flags import LOOK_EVERY, Flag, Seldom
+from ccwsim.run.executors.flags import POLL_SECONDS, Flag, PolledFlag
 from ccwsim.run.executors.serialization import unpacked
 from ccwsim.system.workers import Watch
 
-MOST_STUDIES = 4
+MAX_STUDIES = 4
 """Studies that a worker remembers, the last ones it worked on."""
 
 
 @dataclass(frozen=True)
-class Order:
+class BatchRequest:
     """What a worker is asked to do.
 
     Attributes
@@ -68,7 +68,7 @@ class TellingWatch(Watch):
     """A watch that leaves word at a flag now and then how far a realization is."""
 
     def __init__(self, flag: Flag) -> None:
-        super().__init__(Seldom(flag))
+        super().__init__(PolledFlag(flag))
         self._flag = flag
         self._number: int | None = None
         self._next = 0.0
@@ -76,13 +76,13 @@ class TellingWatch(Watch):
     def begin(self, number: int) -> None:
         """Say which realization is next."""
         self.check()
-        self._number, self._next = number, time.monotonic() + LOOK_EVERY
+        self._number, self._next = number, time.monotonic() + POLL_SECONDS
 
     def report(self, share: float) -> None:
         """Say how much of it is done, 0 … 1."""
         super().report(share)
         if self._number is not None and time.monotonic() >= self._next:
-            self._next = time.monotonic() + LOOK_EVERY
+            self._next = time.monotonic() + POLL_SECONDS
             with suppress(OSError):  # the realization is worth more than the word
                 self._flag.tell(self._number, share)
 
@@ -91,7 +91,7 @@ _studies: OrderedDict[str, tuple[Study, PreparedImage]] = OrderedDict()
 _lock = Lock()
 
 
-def simulate_batch(order: Order, content: bytes | None) -> Reply:
+def simulate_batch(order: BatchRequest, content: bytes | None) -> Reply:
     """Simulate some realizations of a study.
 
     Parameters
@@ -133,7 +133,7 @@ def _recall(name: str, content: bytes | None) -> tuple[Study, PreparedImage] | N
                 return None
             study = unpacked(content)
             _studies[name] = study, PreparedImage(study)
-            while len(_studies) > MOST_STUDIES:
+            while len(_studies) > MAX_STUDIES:
                 _studies.popitem(last=False)
         _studies.move_to_end(name)
         return _studies[name]

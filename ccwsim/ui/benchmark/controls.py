@@ -36,7 +36,7 @@ CASES: dict[Kind, Callable[[State], list[TimingCase]]] = {
     "grids": cases_of_grids,
     "data": cases_of_data,
 }
-MOST_REALIZATIONS = 100
+MAX_REALIZATIONS = 100
 LARGE = 50e6
 """Bytes that are worth a word."""
 
@@ -128,7 +128,7 @@ def _realizations(state: State, kind: Kind) -> None:
     page_state = state.page(Benchmark)
     field(
         st.number_input, "Realizations each", key=f"{kind}_realizations", width=140,
-        value=page_state.n_realizations, min_value=1, max_value=MOST_REALIZATIONS,
+        value=page_state.n_realizations, min_value=1, max_value=MAX_REALIZATIONS,
         write=lambda n: setattr(page_state, "n_realizations", int(n)),
         help="The median of them is shown. More make it steadier and take proportionally longer.",
     )  # fmt: skip

@@ -15,7 +15,7 @@ from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
 from ccwsim.ui.jobs.job import held_up
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds
@@ -61,7 +61,7 @@ def draw_part(state: State, kind: Kind) -> None:
 
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State, kind: Kind) -> None:
-    with guarded():
+    with error_boundary():
         run = getattr(state.page(Benchmark), kind)
         if run is None or not run.going:
             st.rerun()

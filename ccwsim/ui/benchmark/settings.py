@@ -21,7 +21,7 @@ DATA_SIDES = (256, 512, 1000)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 BYTES_A_CELL = 10
 """Memory that a run needs for each cell, with room to spare."""
-MOST_OF_MEMORY = 0.5
+MAX_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 NAMES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
 
@@ -51,7 +51,7 @@ def side_options(free_bytes: int | None) -> list[int]:
     >>> side_options(100_000_000), side_options(None)[-1]
     ([512, 1000, 2000], 5000)
     """
-    room = float("inf") if free_bytes is None else MOST_OF_MEMORY * free_bytes
+    room = float("inf") if free_bytes is None else MAX_OF_MEMORY * free_bytes
     return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_A_CELL <= room]
 
 

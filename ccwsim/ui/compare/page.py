@@ -23,7 +23,7 @@ from ccwsim.ui.compare.tables import draw_figures, ratios_csv, realizations_csv,
 from ccwsim.ui.compare.words import sentences
 from ccwsim.ui.jobs.admission import Demand, check_limits
 from ccwsim.ui.results.facies import pretty
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
@@ -31,7 +31,7 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import step_note
 
 STYLE = Path(__file__).with_name("compare.css")
-MOST_REALIZATIONS = 100
+MAX_REALIZATIONS = 100
 
 
 def draw_style() -> None:
@@ -53,7 +53,7 @@ def draw_top(state: State, problem: str) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         field(
             st.number_input, "Realizations of each", key="n_compared", value=here.n, width=140,
-            min_value=1, max_value=MOST_REALIZATIONS,
+            min_value=1, max_value=MAX_REALIZATIONS,
             help="More make small differences between settings surer.",
             write=lambda n: setattr(here, "n", int(n)),
         )  # fmt: skip
@@ -117,7 +117,7 @@ def draw_results(state: State, busy: bool) -> None:
     busy : bool
         Whether something was worked out when the page was drawn.
     """
-    with guarded():
+    with error_boundary():
         if (state.page(Comparing).job is not None) != busy:  # a part of it asked for more work
             st.rerun()
         found, asked = shown_of(state)

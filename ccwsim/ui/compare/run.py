@@ -11,7 +11,7 @@ from ccwsim.ui.compare.choice import called, settings_of
 from ccwsim.ui.compare.state import Asked, Comparing, Run
 from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import POLL_EVERY, failed
@@ -119,7 +119,7 @@ def follow_comparison(state: State, n_parts: int) -> None:
     n_parts : int
         How often there was more when the page was drawn.
     """
-    with guarded():
+    with error_boundary():
         job = state.page(Comparing).job
         if job is None or job.finished:
             collect_comparison(state)
@@ -128,7 +128,12 @@ def follow_comparison(state: State, n_parts: int) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key="progress"):
             st.progress(min(job.fraction, 1.0), text=said_progress(job))
-            st.button("Cancel", key="cancel", on_click=safely(job.cancel), disabled=job.cancelled)
+            st.button(
+                "Cancel",
+                key="cancel",
+                on_click=safely(job.cancel),
+                disabled=job.cancelled,
+            )
 
 
 def said_progress(job: Job[Comparison]) -> str:

@@ -114,7 +114,10 @@ def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]
             )  # fmt: skip
         elif len(settings) < MOST:
             st.button(
-                "Add a setting", key="add_setting", on_click=safely(add_setting), args=(state,)
+                "Add a setting",
+                key="add_setting",
+                on_click=safely(add_setting),
+                args=(state,),
             )
 
 

@@ -23,7 +23,7 @@ from ccwsim.ui.examples.pictures import Picture, expected, picture_bench, pictur
 from ccwsim.ui.examples.quiz_page import draw_quiz
 from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.jobs.statistics import Failure
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.errors import safely
@@ -130,7 +130,7 @@ def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None)
 @st.fragment(run_every=POLL_EVERY)
 def _follow(waiting: list[Example], begun: float) -> None:
     """Draw the page again as pictures come."""
-    with guarded():
+    with error_boundary():
         bench, theme = picture_bench(), chart_theme()
         statistics = [pictures_of(example, theme) for example in waiting]
         there = [bench.shelf.get(statistic.key) is not None for statistic in statistics]

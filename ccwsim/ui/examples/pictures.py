@@ -17,14 +17,14 @@ from ccwsim.run.simulation import simulate
 from ccwsim.ui.compare.choice import said_setting
 from ccwsim.ui.compare.state import LETTERS
 from ccwsim.ui.examples.catalogue import Example, settings_of
-from ccwsim.ui.jobs.statistics import Shelf, Statistic, Workbench
+from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.session.resolve import data_of, image_of
 
 LARGEST = 300
 """Cells along a side: of a larger study the pictures show its south-west corner."""
 N_TOGETHER = 20
 """Realizations of a probability or of curves."""
-MOST_DOTS = 1000
+MAX_DOTS = 1000
 LONGEST = 600
 """Pixels of a picture: twice what it has on the page, for fine screens."""
 N_LAGS = 80
@@ -51,9 +51,9 @@ class Picture:
 
 
 @st.cache_resource(show_spinner=False)
-def picture_bench() -> Workbench:
+def picture_bench() -> StatisticsWorker:
     """Return where pictures are drawn, one after another, and kept for all sessions."""
-    return Workbench(Shelf(most=128))
+    return StatisticsWorker(LruCache(most=128))
 
 
 def small(choices: Choices) -> Choices:
@@ -71,12 +71,12 @@ def small(choices: Choices) -> Choices:
     return replace(choices, grid=replace(choices.grid, ny=ny, nx=nx), data=data)
 
 
-def pictures_of(example: Example, theme: Theme) -> Statistic[tuple[Picture, ...]]:
+def pictures_of(example: Example, theme: Theme) -> Task[tuple[Picture, ...]]:
     """Return the pictures of an example: the training image first."""
     choices = small(example.choices)
     key = ("example", choices.image.digest, repr(choices), repr(example.others), example.shows,
            theme.each)  # fmt: skip
-    return Statistic(key, lambda progress: _drawn(example, choices, theme))
+    return Task(key, lambda progress: _drawn(example, choices, theme))
 
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
@@ -151,7 +151,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
 
 def _realization(e: Ensemble, r: int, colours: list[str]) -> str:
     dots = None
-    if 0 < e.hard_data.n <= MOST_DOTS:
+    if 0 < e.hard_data.n <= MAX_DOTS:
         places = _facies_of_data(e)
         rows, columns = e.hard_data.cells.T
         wrong = e.indices[r][rows, columns] != places

@@ -17,7 +17,7 @@ from ccwsim.ui.examples.state import Examples, Quiz
 from ccwsim.ui.jobs.job import Job, held_up
 from ccwsim.ui.results.facies import pretty
 from ccwsim.ui.session.fitting import fitted, levels
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE, POLL_EVERY, failed
@@ -170,7 +170,7 @@ def _draw_score(quiz: Quiz) -> None:
 
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State) -> None:
-    with guarded():
+    with error_boundary():
         quiz = state.page(Examples).quiz
         if quiz.job is None or quiz.job.finished:
             collect_round(quiz)

@@ -16,7 +16,7 @@ from ccwsim.ui.widgets.steps import panel_title
 from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 340
-MOST_FACIES = 120
+MAX_FACIES = 120
 """Of an image whose seams can be drawn: each facies needs a second colour."""
 
 
@@ -75,7 +75,7 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     theme, names = chart_theme(), shown.training_image.facies_names
     indices = shown.pictures[k]
     n = len(names)
-    if n > MOST_FACIES:
+    if n > MAX_FACIES:
         return CellMap(indices, colours, names, f"Picture {k + 1}")
     marked = np.where(shown.reuse_of(k).seams, n + indices, indices)
     marked = np.where(shown.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
@@ -92,7 +92,7 @@ def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     """Return the training image with the cells that picture k has, the others greyed."""
     image = shown.training_image
     n = image.n_facies
-    if n > MOST_FACIES:
+    if n > MAX_FACIES:
         return CellMap(image.indices, colours, image.facies_names, "The training image")
     used = shown.reuse_of(k).uses > 0
     return CellMap(

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics import Reuse, reuse
+from ccwsim.metrics import Copying, copying
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -44,9 +44,9 @@ class Round:
     sources: NDArray[np.int32]
     answer: int
 
-    def reuse_of(self, k: int) -> Reuse:
+    def reuse_of(self, k: int) -> Copying:
         """Return how picture k was put together; that of the training image is one piece."""
-        return reuse(self.sources[k], self.training_image.shape)
+        return copying(self.sources[k], self.training_image.shape)
 
     @cached_property
     def known(self) -> NDArray[np.uint64]:

@@ -80,19 +80,19 @@ def empty_map(grid: Grid) -> CellMap:
 
 
 def helped_by(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
-    """Return how each datum was met in a realization, as `Ensemble.met_by`; 0 where unknown."""
+    """Return the `Ensemble.data_status` of each datum in a realization; 0 where unknown."""
     if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
         return [0] * data.n
-    return ensemble.met_by[shown].tolist()
+    return ensemble.data_status[shown].tolist()
 
 
-def said_help(met_by: NDArray[np.integer]) -> str:
+def said_help(data_status: NDArray[np.integer]) -> str:
     """Say in words how the data of one realization were met.
 
     Parameters
     ----------
-    met_by : ndarray of int, shape (n_data,)
-        A row of `Ensemble.met_by`.
+    data_status : ndarray of int, shape (n_data,)
+        A row of `Ensemble.data_status`.
 
     Examples
     --------
@@ -103,10 +103,10 @@ def said_help(met_by: NDArray[np.integer]) -> str:
     >>> said_help(np.array([0, -2]))
     '1 met by the raster, 1 wrong, as exact data is off'
     """
-    sizes = met_by[met_by > 0]
-    n_raster, n_forced = np.count_nonzero(met_by == 0), np.count_nonzero(met_by == FORCED)
-    n_wrong = np.count_nonzero(met_by == WRONG)
-    if n_raster == len(met_by):
+    sizes = data_status[data_status > 0]
+    n_raster, n_forced = np.count_nonzero(data_status == 0), np.count_nonzero(data_status == FORCED)
+    n_wrong = np.count_nonzero(data_status == WRONG)
+    if n_raster == len(data_status):
         return f"all {n_raster} met by the raster" if n_raster > 1 else "met by the raster"
     parts = [f"{n_raster} met by the raster"] if n_raster else []
     if len(sizes):

@@ -88,7 +88,10 @@ def _report(state: State, draft: DataChoice) -> None:
     ask_data(draft, lambda answers: use_file(state, replace(draft, answers=answers)))
     if state.data_draft is not None:
         st.button(
-            "Keep the data as they are", key="import_drop", on_click=safely(_drop), args=(state,)
+            "Keep the data as they are",
+            key="import_drop",
+            on_click=safely(_drop),
+            args=(state,),
         )
 
 

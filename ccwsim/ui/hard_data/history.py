@@ -8,8 +8,8 @@ from ccwsim.model.choices import DataChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 
-MOST_MOMENTS = 200
-MOST_BYTES = 200_000_000
+MAX_MOMENTS = 200
+MAX_BYTES = 200_000_000
 """Of realizations; older moments keep their data only."""
 
 
@@ -72,9 +72,9 @@ class History:
         return moment
 
     def _forget(self) -> None:
-        del self.past[:-MOST_MOMENTS]
+        del self.past[:-MAX_MOMENTS]
         for moments in (self.past, self.future):
-            left, kept = MOST_BYTES // 2, set()
+            left, kept = MAX_BYTES // 2, set()
             for k in reversed(range(len(moments))):
                 ensemble = moments[k].ensemble
                 if ensemble is None or id(ensemble) in kept:

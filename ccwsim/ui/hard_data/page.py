@@ -19,7 +19,7 @@ from ccwsim.ui.hard_data.table import draw_table
 from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.results.gallery import draw_gallery
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
@@ -39,7 +39,7 @@ GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty gri
 @st.fragment
 def draw_editor(state: State) -> None:
     """Draw the editor; an edit redraws only this."""
-    with guarded():
+    with error_boundary():
         st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
         problem = problem_of_data(state.choices)
         if problem:
@@ -110,7 +110,7 @@ def said_answer(state: State, ensemble: Ensemble) -> str:
     """Say how the shown realization met the data, and whether it was mended since its run."""
     if not ensemble.hard_data.n:
         return "Click the map to place a datum; drag to place a line of them."
-    met = said_help(ensemble.met_by[state.shown])
+    met = said_help(ensemble.data_status[state.shown])
     text = f"Realization {state.shown + 1}: {met}."
     if is_revised(state) and not ensemble.parameters.exact_data:
         text += " Edits change nothing while exact data is off; Run again lets them steer."

@@ -46,7 +46,12 @@ def draw_sampling(state: State) -> None:
         if own:
             _ask_reference(state)
         _ask_way(state)
-        st.button("Take these data", key="sample_take", on_click=safely(sample), args=(state,))
+        st.button(
+            "Take these data",
+            key="sample_take",
+            on_click=safely(sample),
+            args=(state,),
+        )
 
 
 def sample(state: State) -> None:

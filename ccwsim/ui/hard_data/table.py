@@ -25,7 +25,7 @@ from ccwsim.ui.widgets.steps import panel_title
 WORLD, CELLS = ["x", "y", "facies"], ["row", "col", "facies"]
 HEIGHT = 497
 """Pixels: names and fourteen rows, none of them cut."""
-MOST_NOTES = 4
+MAX_NOTES = 4
 
 
 def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
@@ -163,5 +163,5 @@ def _noted(which: ArrayLike, one: str, many: str) -> list[str]:
 
 
 def _few(notes: list[str]) -> list[str]:
-    more = len(notes) - MOST_NOTES
-    return [*notes[:MOST_NOTES], *([f"And {more} more such rows."] if more > 0 else [])]
+    more = len(notes) - MAX_NOTES
+    return [*notes[:MAX_NOTES], *([f"And {more} more such rows."] if more > 0 else [])]

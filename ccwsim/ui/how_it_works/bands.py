@@ -92,5 +92,5 @@ def _largest(state: State, trace: Trace, step: TracedPatch) -> float:
     page_state = state.page(How)
     patch = trace.reconstructed(step, page_state.facies)
     (ty, tx), n = step.drawn_place, len(patch)
-    own = trace.turned.pyramid.image[ty : ty + n, tx : tx + n] == page_state.facies
+    own = trace.oriented.pyramid.image[ty : ty + n, tx : tx + n] == page_state.facies
     return float(abs(patch - own).max(initial=0.0))

@@ -10,7 +10,7 @@ from ccwsim.engine.trace import PlaceFate, Trace, TracedPatch
 from ccwsim.ui.how_it_works.words import counted, say
 from ccwsim.ui.widgets.scrolled import scrolled
 
-MOST_ROWS = 24
+MAX_ROWS = 24
 DATA = "datum", "data"
 
 
@@ -50,8 +50,8 @@ def draw_fates(trace: Trace, step: TracedPatch, told: list[PlaceFate]) -> None:
     head = ["place (x, y)", "CCW"] + (["missed", "ahead"] if has_data else []) + ["fate"]
     share = trace.study.parameters.search_fraction
     out = [place for place in told if place.fate not in ("drawn", "candidate")]
-    shown = told[: MOST_ROWS - min(len(out), MOST_ROWS // 2)]
-    shown += [place for place in out if place not in shown][: MOST_ROWS - len(shown)]
+    shown = told[: MAX_ROWS - min(len(out), MAX_ROWS // 2)]
+    shown += [place for place in out if place not in shown][: MAX_ROWS - len(shown)]
     rows = []
     for place in shown:
         cells = [xy_of(trace, place.row, place.column, step.patch.size), f"{place.ccw:.4g}"]

@@ -18,8 +18,8 @@ from ccwsim.ui.widgets.maps import CellMap
 N_STEPS = 200
 DIM = 0.55
 """How much of the paper is mixed into what is not lit."""
-MOST_MARKS = 400
-MOST_LIT = 100
+MAX_MARKS = 400
+MAX_LIT = 100
 """Facies that can have a dim colour too."""
 OUT = "#D55E00"
 CANDIDATE = "#ffffff"
@@ -71,7 +71,7 @@ def grid_map(trace: Trace, step: TracedPatch, colours: Sequence[str], theme: The
     lit = np.zeros(step.before.shape, bool)
     lit[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size] = step.in_overlap
     known = step.before != UNKNOWN
-    has_dim = n <= MOST_LIT
+    has_dim = n <= MAX_LIT
     indices = np.where(known, step.before, n).astype(int)
     if has_dim:
         indices = np.where(known & ~lit, n + 1 + indices, indices)
@@ -123,7 +123,7 @@ def score_map(trace: Trace, step: TracedPatch, theme: Theme, with_data: bool) ->
         shown = (step.totals + step.energy) / step.unit**2
         if step.data is not None:
             shown = np.where(step.data.ruled_out, np.nan, shown)
-    rows, columns = trace.turned.pyramid.phases.shape[2:]
+    rows, columns = trace.oriented.pyramid.phases.shape[2:]
     whole = np.full((rows, columns), np.nan)
     whole[: shown.shape[0], : shown.shape[1]] = shown
     frame = Frame(trace.path.orientation, (rows, columns))
@@ -159,7 +159,7 @@ def fate_marks(
         return {"kind": kind, **box._asdict(), "colour": colour, "label": label}
 
     marks = []
-    for place, words in list(zip(told, said, strict=True))[1:MOST_MARKS]:
+    for place, words in list(zip(told, said, strict=True))[1:MAX_MARKS]:
         out = place.fate != "candidate"
         marks.append(mark(place, "cross" if out else "ring", OUT if out else CANDIDATE, words))
     marks.sort(key=lambda m: m["kind"])  # rings over crosses

@@ -11,12 +11,12 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.how_it_works.bands import draw_bands
 from ccwsim.ui.how_it_works.fates import candidate_words, draw_fates
 from ccwsim.ui.how_it_works.player import EVERY, draw_player, draw_setting, tick
-from ccwsim.ui.how_it_works.resimulation import draw_mending
+from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.steps import draw_steps
 from ccwsim.ui.how_it_works.trace import parameters_of, set_own, trace_of
 from ccwsim.ui.results.facies import colours_of
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.literal import plain
@@ -49,7 +49,7 @@ def draw_how(state: State) -> None:
 
 def _draw(state: State, timed: bool) -> None:
     how = state.page(How)
-    with guarded():
+    with error_boundary():
         _page(state)
     # a fragment's clock is wound up, and what lies below it drawn anew, only from outside of it
     if how.playing != timed or how.mended not in (DRAWING, how.traced):
@@ -61,9 +61,9 @@ def _after(state: State) -> None:
     """Draw what mending did: it is the same for all patches, so stepping leaves it alone."""
     how = state.page(How)
     how.mended = how.traced
-    with guarded():
+    with error_boundary():
         if how.trace is not None:
-            draw_mending(state, how.trace, colours_of(state), chart_theme())
+            draw_resimulation(state, how.trace, colours_of(state), chart_theme())
 
 
 def _page(state: State) -> None:

@@ -123,5 +123,8 @@ def draw_setting(state: State) -> None:
                 help="Takes it to the study, and so to Simulate.",
             )  # fmt: skip
             st.button(
-                "Back to the study's", key="how_back", on_click=safely(forget_own), args=(state,)
+                "Back to the study's",
+                key="how_back",
+                on_click=safely(forget_own),
+                args=(state,),
             )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import streamlit as st
 
-from ccwsim.engine.trace import MendedWindow, Trace
+from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.hard_data.canvas import said_help
@@ -23,7 +23,7 @@ MUCH_WORK = 3_000_000_000
 SMALL = 204
 
 
-def draw_mending(state: State, trace: Trace, colours: list[str], theme: Theme) -> None:
+def draw_resimulation(state: State, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the realization as mending left it, and the windows of one datum."""
     page_state = state.page(How)
     panel_title("After the last patch: mending", "what the raster left wrong is simulated anew")
@@ -57,9 +57,9 @@ def draw_mending(state: State, trace: Trace, colours: list[str], theme: Theme) -
         _windows(trace, by_datum[data[page_state.datum]], colours, theme)
 
 
-def windows_by_datum(windows: Sequence[MendedWindow]) -> dict[int, list[MendedWindow]]:
+def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
     """Return the windows of each datum; data that a large window mended come first."""
-    found: dict[int, list[MendedWindow]] = {}
+    found: dict[int, list[ResimulatedWindow]] = {}
     for window in windows:
         found.setdefault(window.datum, []).append(window)
 
@@ -70,20 +70,20 @@ def windows_by_datum(windows: Sequence[MendedWindow]) -> dict[int, list[MendedWi
 
 
 def _work(trace: Trace) -> float:
-    energies, search = trace.turned.energies, trace.search
-    terms = 2 * search.template * search.overlap / search.unit**2 * len(trace.turned.pyramid.sums)
+    energies, search = trace.oriented.energies, trace.search
+    terms = 2 * search.template * search.overlap / search.unit**2 * len(trace.oriented.pyramid.sums)
     return len(trace.patches) * energies[0, 0].size * terms
 
 
-def _words(trace: Trace, by_datum: dict[int, list[MendedWindow]]) -> str:
-    met_by = trace.realization.met_by
-    text = f"Of {counted(len(met_by), 'datum', 'data')}: {said_help(met_by)}. "
+def _words(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str:
+    data_status = trace.realization.data_status
+    text = f"Of {counted(len(data_status), 'datum', 'data')}: {said_help(data_status)}. "
     if not by_datum:
         return text + "Mending had nothing to do."
     return text + (
         "Around a missed datum a window is laid that honours <b>every</b> datum in it and fits its "
         "surroundings on all sides; where none fits, the window is halved. "
-        + ("The last resort sets the single cell." if (met_by == FORCED).any() else "")
+        + ("The last resort sets the single cell." if (data_status == FORCED).any() else "")
     )
 
 
@@ -93,7 +93,9 @@ def _name(trace: Trace, datum: int) -> str:
     return f"{name} at ({column}, {row})"
 
 
-def _where(trace: Trace, windows: list[MendedWindow], colours: list[str], theme: Theme) -> None:
+def _where(
+    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
+) -> None:
     image = trace.study.training_image
     shown = facies_map(trace.realization.indices, image, colours, "The realization, mended")
     shown.points.extend(points_of(trace.study.hard_data, image))
@@ -105,7 +107,9 @@ def _where(trace: Trace, windows: list[MendedWindow], colours: list[str], theme:
     draw_map(shown, "how_map_mended", max_height=360, name="mended")
 
 
-def _windows(trace: Trace, windows: list[MendedWindow], colours: list[str], theme: Theme) -> None:
+def _windows(
+    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
+) -> None:
     own = [w for w in windows if not w.scar]
     said = [window_words(window) for window in windows if not window.fits]
     if own and not any(window.fits for window in own):
@@ -120,7 +124,7 @@ def _windows(trace: Trace, windows: list[MendedWindow], colours: list[str], them
                 _window(trace, window, colours, theme)
 
 
-def _window(trace: Trace, w: MendedWindow, colours: list[str], theme: Theme) -> None:
+def _window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:
     """Draw one window where a patch fitted: how it was, and how it is."""
     image = trace.study.training_image
     inside = [
@@ -147,14 +151,15 @@ def _window(trace: Trace, w: MendedWindow, colours: list[str], theme: Theme) -> 
                 draw_map(drawn(cells), f"how_map_{name}_{key}", max_height=SMALL, tools=False)
 
 
-def window_words(w: MendedWindow) -> str:
+def window_words(w: ResimulatedWindow) -> str:
     """Say what came of a window.
 
     Examples
     --------
     >>> import numpy as np
     >>> cells = np.zeros((8, 8), np.uint8)
-    >>> window_words(MendedWindow(0, 8, 0, 0, cells, cells, cells.astype(np.int32), False, False))
+    >>> window = ResimulatedWindow(0, 8, 0, 0, cells, cells, cells.astype(np.int32), False, False)
+    >>> window_words(window)
     'Window of 8 cells: no patch of the image honours all its data and fits.'
     """
     if w.size == 1:

@@ -112,7 +112,7 @@ def _score(
         frame, scale = trace.image_frame, trace.search.unit
     else:
         shown = score_map(trace, step, theme, ground == "costs")
-        shape = trace.turned.pyramid.phases.shape[2:]
+        shape = trace.oriented.pyramid.phases.shape[2:]
         frame, scale = Frame(trace.path.orientation, (shape[0], shape[1])), 1
     said = [f"CCW {place.ccw:.4g}, {said_fate(place, step, share)}" for place in told]
     shown.marks.extend(fate_marks(frame, scale, step, told, theme, said))

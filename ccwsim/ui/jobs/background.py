@@ -11,7 +11,7 @@ from ccwsim.ui.jobs.job import NOTHING, Cancel, Job, Progress
 from ccwsim.ui.jobs.queue import server_queue
 
 Result = TypeVar("Result")
-LOOK_EVERY = 0.5
+POLL_SECONDS = 0.5
 SMALL = 4_000_000
 """Cells of a realization that is simulated while a page is drawn: some tenths of a second."""
 
@@ -63,7 +63,7 @@ def done_in_turn(work: Callable[[Progress, Cancel], Result], demand: Demand) -> 
     if demand.n_cells <= SMALL:
         return work(lambda fraction, n_done: None, lambda: False)
     job = Job(work, demand=demand)
-    while not job.wait(LOOK_EVERY):
+    while not job.wait(POLL_SECONDS):
         pass
     if job.error is not None:
         raise job.error

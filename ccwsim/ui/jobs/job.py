@@ -11,8 +11,8 @@ from typing import Any, Generic, TypeVar
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.workers import stoppable
 from ccwsim.ui.jobs.admission import Demand, admit
-from ccwsim.ui.jobs.queue import Place, server_queue
-from ccwsim.ui.jobs.sessions import current_session, server_attendance
+from ccwsim.ui.jobs.queue import QueueEntry, server_queue
+from ccwsim.ui.jobs.sessions import current_session, session_monitor
 
 Result = TypeVar("Result")
 Progress = Callable[[float, int], None]
@@ -79,12 +79,12 @@ class Job(Generic[Result]):
         self._work: Callable[[Progress, Cancel], Result] | None = work
         self._n_bytes, self._dropped = demand.n_bytes, False
         session, self._queue = current_session(), server_queue()
-        self._place = Place(session, self._begin, self.drop, self._still_to_take)
+        self._place = QueueEntry(session, self._begin, self.drop, self._still_to_take)
         with _door:
             if demand is not NOTHING:
                 admit(demand, self._queue.still_to_take)
             self._queue.enter(self._place)
-        server_attendance().note(session)
+        session_monitor().note(session)
 
     def _begin(self) -> None:
         self._began = time.monotonic()

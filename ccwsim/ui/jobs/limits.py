@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import n_cores
 
-MOST_CELLS = "CCWSIM_MAX_CELLS"
-MOST_DATA = "CCWSIM_MAX_DATA"
+MAX_CELLS = "CCWSIM_MAX_CELLS"
+MAX_DATA = "CCWSIM_MAX_DATA"
 JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
@@ -90,8 +90,8 @@ def limits_of_environment() -> Limits:
     """
     memory, history = _number(MEMORY), _number(HISTORY)
     return Limits(
-        _number(MOST_CELLS),
-        _number(MOST_DATA),
+        _number(MAX_CELLS),
+        _number(MAX_DATA),
         _number(JOBS) or 2 * n_cores(),
         None if memory is None else memory * 10**6,
         (USUAL_HISTORY if history is None else history) * 10**6,

@@ -15,7 +15,7 @@ LONG = 10.0
 """Seconds after which an active job does not count against the places where others wait."""
 
 
-class Place:
+class QueueEntry:
     """A place in the queue.
 
     Parameters
@@ -66,20 +66,20 @@ class Queue:
 
     def __init__(self, n_places: int, clock: Callable[[], float] = time.monotonic) -> None:
         self._n_places, self._clock = n_places, clock
-        self._waiting: list[Place] = []
-        self._active: list[Place] = []
+        self._waiting: list[QueueEntry] = []
+        self._active: list[QueueEntry] = []
         self._turns: dict[str, int] = {}  # when each session had its latest, while it has places
         self._n_begun = 0
         self._timer: Timer | None = None
         self._lock = Lock()
 
-    def enter(self, place: Place) -> None:
+    def enter(self, place: QueueEntry) -> None:
         """Take a place at the end; where there is room it begins at once."""
         with self._lock:
             self._waiting.append(place)
         self.look()
 
-    def leave(self, place: Place) -> None:
+    def leave(self, place: QueueEntry) -> None:
         """Give a place back at the end of a job."""
         with self._lock:
             if place in self._active:
@@ -87,7 +87,7 @@ class Queue:
             self._forget(place.session)
         self.look()
 
-    def withdraw(self, place: Place) -> bool:
+    def withdraw(self, place: QueueEntry) -> bool:
         """Give up waiting; return whether the place did wait, and so will never begin."""
         with self._lock:
             if place not in self._waiting:
@@ -113,7 +113,7 @@ class Queue:
         for place in begun:
             place.begin()
 
-    def position(self, place: Place) -> int:
+    def position(self, place: QueueEntry) -> int:
         """Return how many jobs must begin before and with this one, 0 where it does not wait."""
         with self._lock:
             if place not in self._waiting:
@@ -127,7 +127,7 @@ class Queue:
                 ahead += 1
             return ahead
 
-    def places_of(self, session: str) -> list[Place]:
+    def places_of(self, session: str) -> list[QueueEntry]:
         """Return the places of a session, active and waiting."""
         with self._lock:
             return [p for p in (*self._active, *self._waiting) if p.session == session]
@@ -157,8 +157,8 @@ class Queue:
             self._turns.pop(session, None)
 
     @staticmethod
-    def _next(waiting: list[Place], busy: Counter[str], turns: dict[str, int]) -> Place:
-        def rank(place: Place) -> tuple[int, int]:
+    def _next(waiting: list[QueueEntry], busy: Counter[str], turns: dict[str, int]) -> QueueEntry:
+        def rank(place: QueueEntry) -> tuple[int, int]:
             return busy[place.session], turns.get(place.session, 0)
 
         return min(waiting, key=rank)  # the first of those alike

@@ -17,7 +17,7 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 from ccwsim.system.memory import give_back_memory
 from ccwsim.ui.jobs.queue import Queue, server_queue
 
-LOOK_EVERY = 2.0
+POLL_SECONDS = 2.0
 """Seconds between two looks at who is still there."""
 GRACE = 20.0
 """Seconds that a tab may be away, as when a laptop changes networks, before its jobs end."""
@@ -71,7 +71,7 @@ def settle_memory() -> None:
         gc.freeze()
 
 
-class Attendance:
+class SessionMonitor:
     """Looks who is still there: jobs of a session that was left end, and later it is forgotten.
 
     Parameters
@@ -144,7 +144,7 @@ class Attendance:
 
     def _keep_looking(self) -> None:
         while True:
-            self._woken.wait(LOOK_EVERY)
+            self._woken.wait(POLL_SECONDS)
             self.give_back()
             self.look()
             with self._lock:
@@ -154,6 +154,6 @@ class Attendance:
 
 
 @cache
-def server_attendance() -> Attendance:
+def session_monitor() -> SessionMonitor:
     """Return the attendance of this process."""
-    return Attendance(server_queue())
+    return SessionMonitor(server_queue())

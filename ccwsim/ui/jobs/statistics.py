@@ -17,14 +17,14 @@ from ccwsim.ui.widgets.errors import reason
 
 Value = TypeVar("Value")
 Fraction = Callable[[float], None]
-MOST_KEPT = 96
-MOST_LARGE = 24
+MAX_KEPT = 96
+MAX_LARGE = 24
 """More than a page shows: so many values are kept however large they are."""
-MOST_BYTES = 256 * 10**6
+MAX_BYTES = 256 * 10**6
 
 
 @dataclass(frozen=True)
-class Statistic(Generic[Value]):
+class Task(Generic[Value]):
     """Something to be worked out from a study.
 
     Attributes
@@ -46,19 +46,19 @@ class Failure:
     reason: str
 
 
-class Shelf:
+class LruCache:
     """The latest values, by the key of their statistic; the one least lately used goes first.
 
     Examples
     --------
-    >>> shelf = Shelf(most=1)
+    >>> shelf = LruCache(most=1)
     >>> shelf.put(("a",), 1)
     >>> shelf.put(("b",), 2)
     >>> shelf.get(("a",)), shelf.get(("b",))
     (None, 2)
     """
 
-    def __init__(self, most: int = MOST_KEPT) -> None:
+    def __init__(self, most: int = MAX_KEPT) -> None:
         self._most = most
         self._values: OrderedDict[tuple, Any] = OrderedDict()
         self._lock = Lock()
@@ -79,7 +79,7 @@ class Shelf:
                 self._values.popitem(last=False)
 
     def _too_large(self) -> bool:
-        return len(self._values) > MOST_LARGE and n_bytes(self._values) > MOST_BYTES
+        return len(self._values) > MAX_LARGE and n_bytes(self._values) > MAX_BYTES
 
 
 def n_bytes(value: Any) -> int:
@@ -102,26 +102,26 @@ def n_bytes(value: Any) -> int:
     return n_bytes(vars(value)) if is_dataclass(value) and hasattr(value, "__dict__") else 0
 
 
-class Workbench:
+class StatisticsWorker:
     """Works out what is asked for, in order, on one thread that ends when there is no more.
 
     Parameters
     ----------
-    shelf : Shelf
+    shelf : LruCache
         Where values go.
     """
 
-    def __init__(self, shelf: Shelf) -> None:
+    def __init__(self, shelf: LruCache) -> None:
         self.shelf = shelf
         self.stopped = False
-        self._pending: list[Statistic] = []
-        self._current: Statistic | None = None
+        self._pending: list[Task] = []
+        self._current: Task | None = None
         self._share = 0.0
         self._since = 0.0
         self._job: Job | None = None
         self._changed = Condition()
 
-    def ask(self, statistic: Statistic) -> None:
+    def ask(self, statistic: Task) -> None:
         """Put a statistic at the end of the queue, unless it is there, known, or all is stopped."""
         with self._changed:
             if self.stopped or self.shelf.get(statistic.key) is not None:
@@ -149,13 +149,13 @@ class Workbench:
         """Take questions again."""
         self.stopped = False
 
-    def wait_for(self, statistic: Statistic[Value], seconds: float) -> Value | Failure | None:
+    def wait_for(self, statistic: Task[Value], seconds: float) -> Value | Failure | None:
         """Return a value as soon as it is there, None where it is not within `seconds`."""
         with self._changed:
             self._changed.wait_for(lambda: self.shelf.get(statistic.key) is not None, seconds)
         return self.shelf.get(statistic.key)
 
-    def share_of(self, statistic: Statistic) -> float | None:
+    def share_of(self, statistic: Task) -> float | None:
         """Return how much of it is done, None where it was not begun."""
         return self._share if statistic == self._current else None
 
@@ -184,7 +184,7 @@ class Workbench:
                     self.shelf.put(self._current.key, value)
                 self._changed.notify_all()
 
-    def _worked_out(self, statistic: Statistic, cancel: Cancel) -> Any:
+    def _worked_out(self, statistic: Task, cancel: Cancel) -> Any:
         def progress(share: float) -> None:
             self._share = share
             if cancel():

@@ -18,7 +18,7 @@ from ccwsim.ui.paper.words import (
     said_inputs,
     verdict_list,
 )
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
@@ -91,7 +91,7 @@ def _controls(state: State) -> None:
 
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State) -> None:
-    with guarded():
+    with error_boundary():
         run = state.page(PaperState).run
         if run is None or run.job is None or not run.going:
             st.rerun()

@@ -16,7 +16,7 @@ from ccwsim.model.ensemble import Ensemble
 LARGEST_LAG = 100
 SMALL_SHARES = 4_000_000
 """Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
-MOST_CURVES = 100
+MAX_CURVES = 100
 """Curves are worked out for the first so many realizations."""
 
 Floats = NDArray[np.float64]
@@ -56,7 +56,7 @@ def _bundle(
     lags = max(1, min(LARGEST_LAG, longest // 2))
     of_image = (key[0], image.digest, *key[3:], lags)
     reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
-    each = _curve(_ensemble.indices[:MOST_CURVES], lags)
+    each = _curve(_ensemble.indices[:MAX_CURVES], lags)
     return bundle_of(np.arange(len(reference), dtype=float), reference, each)
 
 

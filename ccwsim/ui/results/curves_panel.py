@@ -9,7 +9,7 @@ import streamlit as st
 
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.bundles import MOST_CURVES, alike_up_to, connection_bundle, variogram_bundle
+from ccwsim.ui.results.bundles import MAX_CURVES, alike_up_to, connection_bundle, variogram_bundle
 from ccwsim.ui.results.charts import draw_chart
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.steps import panel_title
@@ -87,8 +87,8 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
 
 def _key(ensemble: Ensemble) -> None:
     each = "each realization"
-    if ensemble.n > MOST_CURVES:
-        each = f"each of the first {MOST_CURVES} realizations"
+    if ensemble.n > MAX_CURVES:
+        each = f"each of the first {MAX_CURVES} realizations"
     st.html(
         '<div class="curve-key">'
         '<span><i style="border-top: 2px solid var(--reference)"></i>training image</span>'

@@ -10,14 +10,20 @@ import streamlit as st
 from ccwsim.model.choices import Choices
 from ccwsim.ui.session.following import follow_study
 from ccwsim.ui.session.state import KEY, session_state
-from ccwsim.ui.widgets.errors import TROUBLE, is_control_flow, logged, safely, worded
+from ccwsim.ui.widgets.errors import (
+    TROUBLE,
+    is_control_flow,
+    logged,
+    safely,
+    user_message,
+)
 
 DREW = "ccwsim_drew"
 """Where the session keeps the choices that a page was last drawn with, whole."""
 
 
 @contextmanager
-def guarded(whole: bool = False) -> Iterator[None]:
+def error_boundary(whole: bool = False) -> Iterator[None]:
     """Say errors in words and keep the state; for the body of a page and of each fragment.
 
     What was changed goes into the address.
@@ -36,7 +42,7 @@ def guarded(whole: bool = False) -> Iterator[None]:
     except Exception as error:
         if is_control_flow(error):
             raise
-        st.error(worded(error, "drawn"))
+        st.error(user_message(error, "drawn"))
         if whole:
             _way_back()
     if KEY in st.session_state:

@@ -10,7 +10,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.limits import limits_of_environment
 
-MOST_RUNS = 12
+MAX_RUNS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class PastRun:
         ensemble = self.ensemble
         in_codes = ensemble.realizations
         own = 0 if in_codes is ensemble.indices else in_codes.nbytes
-        return ensemble.indices.nbytes + own + ensemble.met_by.nbytes
+        return ensemble.indices.nbytes + own + ensemble.data_status.nbytes
 
 
 @dataclass
@@ -65,7 +65,7 @@ class PastRuns:
     """
 
     runs: list[PastRun] = field(default_factory=list)
-    most_runs: int = MOST_RUNS
+    most_runs: int = MAX_RUNS
     most_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:

@@ -11,10 +11,10 @@ from ccwsim.io import project_as_bytes
 from ccwsim.model.choices import Choices, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report import report_html
-from ccwsim.sharing import REVISED, Again, again, left_out, study_report
+from ccwsim.sharing import REVISED, Recipe, left_out, reproduction_recipe, study_report
 from ccwsim.ui.session.address import link_here
 from ccwsim.ui.session.following import shown_of
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.share.projects import file_name, open_project, project_of, study_of
 from ccwsim.ui.widgets.facts import facts_of
@@ -25,7 +25,7 @@ from ccwsim.ui.widgets.steps import step_note
 @st.fragment
 def draw_share(state: State) -> None:
     """Draw the menu; what is in it is worked out when it is opened."""
-    with guarded():
+    with error_boundary():
         _menu(state)
 
 
@@ -36,7 +36,7 @@ def _menu(state: State) -> None:
     with menu, st.container(key="share_body", gap="small"):
         try:
             study = study_of(state.choices)
-            how = again(state.choices, study, file_name(state.choices))
+            how = reproduction_recipe(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
             st.error(plain(f"{error}. Mend the study before it is shared."))
         else:
@@ -85,7 +85,7 @@ def report_of(state: State):
     here = link_here(choices, shown)
 
     def made() -> bytes:
-        how = again(choices, study_of(choices), file_name(choices))
+        how = reproduction_recipe(choices, study_of(choices), file_name(choices))
         document = study_report(ensemble, choices, shown, colours, facts, here, how)
         return report_html(document).encode()
 
@@ -101,7 +101,7 @@ def results_of(state: State) -> Choices:
     return replace(ran, data=state.choices.data)
 
 
-def _again(how: Again) -> None:
+def _again(how: Recipe) -> None:
     with st.expander("The same in Python"):
         st.code(how.python.rstrip(), language="python")
         if how.python_needs_project:

@@ -22,7 +22,7 @@ from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.grid_step import LARGEST
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import MOST_REALIZATIONS
+from ccwsim.ui.study.run_step import MAX_REALIZATIONS
 
 
 def study_of(choices: Choices) -> Study:
@@ -107,7 +107,7 @@ def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
 
 def _check(choices: Choices) -> None:
     for name, value, most in (
-        ("realizations", choices.n_realizations, MOST_REALIZATIONS),
+        ("realizations", choices.n_realizations, MAX_REALIZATIONS),
         ("cells along a side of the grid", max(choices.grid.shape), LARGEST),
         ("as seed", choices.seed, MAX_SEED),
     ):

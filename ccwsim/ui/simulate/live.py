@@ -10,7 +10,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE, start_run, stop_run
 from ccwsim.ui.study.run_step import problem_of
 
-LOOK_EVERY = 0.05
+POLL_SECONDS = 0.05
 """Seconds between two chances for a change of the user's to end the waiting."""
 UP_TO_DATE = "<i></i>"
 SOON_OLD = """<i></i><style>
@@ -58,7 +58,7 @@ def dim_and_wait(state: State) -> None:
     end = time.monotonic() + PATIENCE
     while True:
         place.html(SOON_OLD)
-        if job.wait_first(LOOK_EVERY) or time.monotonic() > end:
+        if job.wait_first(POLL_SECONDS) or time.monotonic() > end:
             break
     if job.finished:
         place.html(UP_TO_DATE)

@@ -186,7 +186,11 @@ def _report(state: State, current: DataChoice) -> None:
     except CCWSIMError as error:
         st.error(plain(str(error)))
         if state.data_draft is not None:
-            st.button("Keep the data as they were", on_click=safely(_drop_draft), args=(state,))
+            st.button(
+                "Keep the data as they were",
+                on_click=safely(_drop_draft),
+                args=(state,),
+            )
     else:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:

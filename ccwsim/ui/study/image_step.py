@@ -24,7 +24,7 @@ from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
 THUMB = 76
-MOST_FACIES = 12
+MAX_FACIES = 12
 TYPES = ["dat", "sgems", "gslib", "out", "txt", "csv", "asc", "npy", "npz", "mat", "png", "jpg",
          "jpeg", "gif", "tif", "tiff", "bmp"]  # fmt: skip
 
@@ -163,7 +163,7 @@ def _turns(state: State) -> None:
 
 def _facies(state: State) -> None:
     image, colours = image_of(state.choices.image), colours_of(state)
-    for k, code in enumerate(image.codes[:MOST_FACIES].tolist()):
+    for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
         with st.container(horizontal=True, vertical_alignment="center", gap="small"):
             field(
                 st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}",

@@ -16,7 +16,7 @@ from ccwsim.ui.widgets.fields import field
 
 AS_IS, THRESHOLD, CLASSES = "are the facies", "cut at a threshold", "in classes of equal size"
 COLOURS = "in so many main colours"
-MOST_LISTED = 300
+MAX_LISTED = 300
 """Slices that are listed to choose from; of more a number is asked."""
 UPS = {None: "as the format has it", True: "the south", False: "the north"}
 
@@ -88,7 +88,7 @@ def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
 
 def ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
     """Ask which slice of a 3-D grid is meant."""
-    if summary.n_slices > MOST_LISTED:
+    if summary.n_slices > MAX_LISTED:
         chosen = dict(answers).get("slice_index")
         field(
             st.number_input, f"Which of {summary.n_slices} slices, from the bottom?",

@@ -14,7 +14,7 @@ from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.admission import Demand, check_limits, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
 from ccwsim.ui.jobs.scheduler import executor_of_environment
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.past_runs import PastRun
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
@@ -154,7 +154,7 @@ def failed(error: Exception) -> str:
 @st.fragment(run_every=POLL_EVERY)
 def follow_run(state: State) -> None:
     """Show progress where the results will be, with a way to stop; redraw the page at the end."""
-    with guarded():
+    with error_boundary():
         _follow(state)
 
 
@@ -166,7 +166,12 @@ def _follow(state: State) -> None:
         st.rerun()
     with st.container(horizontal=True, vertical_alignment="center", key="progress"):
         st.progress(min(job.fraction, 1.0), text=progress_text(job))
-        st.button("Cancel", key="cancel", on_click=safely(job.cancel), disabled=job.cancelled)
+        st.button(
+            "Cancel",
+            key="cancel",
+            on_click=safely(job.cancel),
+            disabled=job.cancelled,
+        )
 
 
 def progress_text(job: Job[Ensemble]) -> str:

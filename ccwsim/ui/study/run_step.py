@@ -16,7 +16,7 @@ from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
-MOST_REALIZATIONS = 1000
+MAX_REALIZATIONS = 1000
 
 
 def run_step(state: State) -> None:
@@ -26,7 +26,7 @@ def run_step(state: State) -> None:
     with left:
         field(
             st.number_input, "How many", key="n_realizations", value=state.choices.n_realizations,
-            min_value=1, max_value=MOST_REALIZATIONS,
+            min_value=1, max_value=MAX_REALIZATIONS,
             help="More show the uncertainty better and take proportionally longer.",
             write=lambda n: state.change(n_realizations=int(n)),
         )  # fmt: skip

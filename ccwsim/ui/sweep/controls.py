@@ -23,7 +23,7 @@ from ccwsim.ui.widgets.fields import PARAMETERS, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
-MOST_REALIZATIONS = 50
+MAX_REALIZATIONS = 50
 LABELS = {
     "template_size": "Template T (cells)",
     "wavelet_level": "Level",
@@ -48,12 +48,15 @@ def draw_controls(state: State) -> None:
             _range(state, name, values, ranges[name])
     if page_state.ranges:
         st.button(
-            "Back to what suits the study", key="ranges_back", on_click=safely(_back), args=(state,)
+            "Back to what suits the study",
+            key="ranges_back",
+            on_click=safely(_back),
+            args=(state,),
         )
     step_title(3, "Realizations")
     field(
         st.number_input, "Of each setting", key="n_swept", value=page_state.n_realizations,
-        min_value=1, max_value=MOST_REALIZATIONS,
+        min_value=1, max_value=MAX_REALIZATIONS,
         help="More tell closer settings apart, and take proportionally longer.",
         write=lambda n: setattr(page_state, "n_realizations", int(n)),
     )  # fmt: skip

@@ -7,7 +7,7 @@ import time
 import streamlit as st
 
 from ccwsim.ui.jobs.job import held_up
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState
@@ -15,25 +15,28 @@ from ccwsim.ui.widgets.errors import reason, safely
 from ccwsim.ui.widgets.facts import seconds
 
 POLL_EVERY = 0.5
-LOOK_EVERY = 1.5
+POLL_SECONDS = 1.5
 """Seconds at least from one look at new settings to the next."""
 
 
 @st.fragment(run_every=POLL_EVERY)
 def follow_sweep(state: State, drawn_at: float) -> None:
     """Show how far the sweep is; draw the page again for new settings and at the end."""
-    with guarded():
+    with error_boundary():
         run = state.page(SweepState).run
         if run is None or not run.going:
             st.rerun()
-        if len(run.rows) > run.n_drawn and time.monotonic() - drawn_at > LOOK_EVERY:
+        if len(run.rows) > run.n_drawn and time.monotonic() - drawn_at > POLL_SECONDS:
             st.rerun()
         job = run.job
         assert job is not None
         with st.container(horizontal=True, vertical_alignment="center", key="sweep_progress"):
             st.progress(min(job.fraction, 1.0), text=progress_text(run))
             st.button(
-                "Cancel", key="sweep_cancel", on_click=safely(job.cancel), disabled=job.cancelled
+                "Cancel",
+                key="sweep_cancel",
+                on_click=safely(job.cancel),
+                disabled=job.cancelled,
             )
 
 

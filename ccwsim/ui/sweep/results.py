@@ -13,7 +13,7 @@ from ccwsim.figures import sweep_chart
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.ui.results.titled_chart import chart_menu
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.controls import problem_of
@@ -47,7 +47,7 @@ def draw_sweep_style() -> None:
 @st.fragment
 def draw_found(state: State) -> None:
     """Draw all that is known so far; choosing a setting redraws only this."""
-    with guarded():
+    with error_boundary():
         run = state.page(SweepState).run
         assert run is not None
         found = run.found

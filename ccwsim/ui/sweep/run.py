@@ -19,7 +19,7 @@ from ccwsim.ui.jobs.job import Cancel, Job, Progress
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""
-MOST_KEPT = 4
+MAX_KEPT = 4
 
 
 @dataclass
@@ -82,7 +82,7 @@ class SweepRun(BackgroundRun):
         return sweep(
             self.training_image, self.grid, self.settings, self.hard_data,
             n_realizations=self.n_realizations, seed=self.seed, progress=report, cancel=cancel,
-            found=self.rows.append, n_kept=min(max(room, 1), MOST_KEPT), facies=self.facies,
+            found=self.rows.append, n_kept=min(max(room, 1), MAX_KEPT), facies=self.facies,
         )  # fmt: skip
 
     @property

@@ -9,11 +9,11 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import CIVIDIS, ramp
-from ccwsim.metrics import Reuse, reuse
+from ccwsim.metrics import Copying, copying
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.statistics import Fraction, Statistic
+from ccwsim.ui.jobs.statistics import Fraction, Task
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import panel
 from ccwsim.ui.validate.statistics import study_key
@@ -23,19 +23,19 @@ from ccwsim.ui.widgets.steps import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 MAP_HEIGHT = 420
-MOST_USES = 100
+MAX_USES = 100
 """Places used more often than this are drawn alike."""
 
 
-def copied(ensemble: Ensemble, r: int) -> Statistic[Reuse]:
+def copied(ensemble: Ensemble, r: int) -> Task[Copying]:
     """Return the re-use of realization r, simulated again where its sources were not kept."""
 
-    def work(progress: Fraction) -> Reuse:
-        return reuse(sources_of(ensemble, r), ensemble.training_image.shape)
+    def work(progress: Fraction) -> Copying:
+        return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
     key = ("reuse", *study_key(ensemble), ensemble.parameters.digest, ensemble.hard_data.digest,
            ensemble.seed, int(ensemble.numbers[r]), ensemble.sources is None)  # fmt: skip
-    return Statistic(key, work)
+    return Task(key, work)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
@@ -69,7 +69,7 @@ def draw_reuse(state: State, colours: Sequence[str]) -> None:
     panel(state, "reuse", copied(ensemble, r), lambda found: _draw(found, ensemble, r, colours))
 
 
-def meter_of(found: Reuse) -> list[tuple[str, str]]:
+def meter_of(found: Copying) -> list[tuple[str, str]]:
     """Return the copy meter: what is measured, and how much it is."""
     side = found.largest_square
     return [
@@ -81,7 +81,7 @@ def meter_of(found: Reuse) -> list[tuple[str, str]]:
     ]
 
 
-def _draw(found: Reuse, ensemble: Ensemble, r: int, colours: Sequence[str]) -> None:
+def _draw(found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str]) -> None:
     left, middle, right = st.columns([1.0, 1.0, 0.8], gap="medium")
     with left:
         share = 100 * found.seams.mean()
@@ -103,7 +103,7 @@ def _draw(found: Reuse, ensemble: Ensemble, r: int, colours: Sequence[str]) -> N
 
 
 def seam_map(
-    found: Reuse, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
+    found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
 ) -> CellMap:
     """Return a realization with its seams drawn over it; the hover still says the facies."""
     names = ensemble.training_image.facies_names
@@ -118,10 +118,10 @@ def seam_map(
     )
 
 
-def use_map(found: Reuse) -> CellMap:
+def use_map(found: Copying) -> CellMap:
     """Return how often each cell of the training image was used."""
     most = max(int(found.uses.max()), 1)
-    n = min(most, MOST_USES)
+    n = min(most, MAX_USES)
     labels = [f"used {k} times" for k in range(n + 1)]
     if most > n:
         labels[-1] = f"used {n} times or more"

@@ -9,7 +9,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim.figures import ENTROPY, met_by_chart, ramp
+from ccwsim.figures import ENTROPY, data_status_chart, ramp
 from ccwsim.metrics import data_match
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.ui.results.titled_chart import titled_chart
@@ -34,7 +34,8 @@ def draw_data(state: State, colours: Sequence[str]) -> None:
     with left:
         titled_chart(
             "How the data were met", said_match(ensemble),
-            met_by_chart(names, shares, chart_theme(), height=96 + 32 * len(names)), "met_by",
+            data_status_chart(names, shares, chart_theme(), height=96 + 32 * len(names)),
+            "data_status",
             "Share of the data met by the raster, by mending windows, and by force",
         )  # fmt: skip
         step_note(
@@ -51,12 +52,12 @@ def draw_data(state: State, colours: Sequence[str]) -> None:
 
 def ways_of(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
     """Return the ways a datum came out and their shares, shape (n_realizations, n_ways)."""
-    sizes = sorted({int(size) for size in np.unique(ensemble.met_by) if size > 0})
+    sizes = sorted({int(size) for size in np.unique(ensemble.data_status) if size > 0})
     codes = [0, *sizes, FORCED]
     names = ["raster", *(f"mended, {size} × {size} cells" for size in sizes), "forced"]
     if not ensemble.parameters.exact_data:
         codes, names = [0, WRONG], ["raster", "wrong"]
-    shares = np.stack([(ensemble.met_by == code).mean(axis=1) for code in codes], axis=1)
+    shares = np.stack([(ensemble.data_status == code).mean(axis=1) for code in codes], axis=1)
     return names, shares
 
 
@@ -75,17 +76,17 @@ def said_match(ensemble: Ensemble) -> str:
 
 def _where(ensemble: Ensemble, colours: Sequence[str]) -> None:
     panel_title("Where it took mending", "each datum as a square")
-    shown = mending_map(ensemble, chart_theme().hairline)
+    shown = resimulation_map(ensemble, chart_theme().hairline)
     shown = replace(shown, points=wrong_points(ensemble), point_colours=colours)
     draw_map(shown, "map_mended", link="grid", name="mended", max_height=MAP_HEIGHT)
 
 
-def mending_map(ensemble: Ensemble, ground: str) -> CellMap:
+def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
     """Return a map of the share of realizations in which each datum was mended or forced.
 
     A datum is drawn as a square that can be seen; index 0 is where there is none.
     """
-    mended = (ensemble.met_by != 0) & (ensemble.met_by != WRONG)
+    mended = (ensemble.data_status != 0) & (ensemble.data_status != WRONG)
     shares = np.rint(100 * mended.mean(axis=0)).astype(np.uint8)
     ny, nx = ensemble.grid.shape
     indices = np.zeros((ny, nx), np.uint8)

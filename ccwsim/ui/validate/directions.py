@@ -21,7 +21,7 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 FEW_FACIES = 3
 """Up to so many facies all pairs are drawn at once."""
-MOST_HEADS = 6
+MAX_HEADS = 6
 
 
 def draw_directions(state: State, colours: Sequence[str]) -> None:
@@ -97,7 +97,7 @@ def draw_transitions(state: State, colours: Sequence[str]) -> None:
                 write=lambda k: setattr(page_state, "tail", k),
             )  # fmt: skip
             tails = [page_state.tail]
-    heads = list(range(n))[:MOST_HEADS]
+    heads = list(range(n))[:MAX_HEADS]
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
         chart = transiogram_chart(bundles, tails, heads, names, chart_theme())
@@ -107,5 +107,5 @@ def draw_transitions(state: State, colours: Sequence[str]) -> None:
         )  # fmt: skip
 
     panel(state, "transitions", transitions(ensemble, page_state.along), draw)
-    if n > MOST_HEADS:
-        step_note(f"The first {MOST_HEADS} of {n} facies.")
+    if n > MAX_HEADS:
+        step_note(f"The first {MAX_HEADS} of {n} facies.")

@@ -12,7 +12,7 @@ from ccwsim.figures import Strip, proportions_chart, strip_chart
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import panel
-from ccwsim.ui.validate.statistics import BodiesCompared, bodies, proportions
+from ccwsim.ui.validate.statistics import GeobodiesCompared, bodies, proportions
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -47,7 +47,7 @@ def draw_bodies(state: State, colours: Sequence[str]) -> None:
         )  # fmt: skip
 
 
-def strips_of(found: BodiesCompared) -> list[tuple[str, str, Strip]]:
+def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     """Return the strips with their titles and words: Γ, bodies, Euler number, largest body."""
     each, image = found.each, found.reference
     per, per_image = AREA / found.n_cells, AREA / found.n_cells_reference
@@ -66,7 +66,7 @@ def strips_of(found: BodiesCompared) -> list[tuple[str, str, Strip]]:
     ]  # fmt: skip
 
 
-def _draw_strips(found: BodiesCompared, name: str, colour: str) -> None:
+def _draw_strips(found: GeobodiesCompared, name: str, colour: str) -> None:
     places = st.columns(2, gap="large") + st.columns(2, gap="large")
     for place, (title, word, strip) in zip(places, strips_of(found), strict=True):
         with place:
@@ -75,7 +75,7 @@ def _draw_strips(found: BodiesCompared, name: str, colour: str) -> None:
     step_note(said_percolation(found, name))
 
 
-def said_percolation(found: BodiesCompared, name: str) -> str:
+def said_percolation(found: GeobodiesCompared, name: str) -> str:
     """Say in how many realizations a body goes from edge to edge."""
     each, image, n = found.each, found.reference, len(found.each.n_bodies)
     ew, ns = int(each.percolates_ew.sum()), int(each.percolates_ns.sum())

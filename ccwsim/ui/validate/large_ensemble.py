@@ -14,10 +14,10 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.jobs.job import held_up
 from ccwsim.ui.results.titled_chart import titled_chart
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
-from ccwsim.ui.validate.large_ensemble_job import LongRun
+from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.uncertainty import draw_three
 from ccwsim.ui.widgets.errors import safely
@@ -50,7 +50,11 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
         )  # fmt: skip
         if not going:
             st.button(
-                "Start", key="long_start", type="primary", on_click=safely(start), args=(state,)
+                "Start",
+                key="long_start",
+                type="primary",
+                on_click=safely(start),
+                args=(state,),
             )
     if page_state.long_message:
         st.warning(plain(page_state.long_message))
@@ -67,7 +71,7 @@ def start(state: State) -> None:
     page_state = state.page(Validation)
     ensemble = state.ensemble
     assert ensemble is not None
-    run = LongRun(
+    run = LargeEnsembleRun(
         ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data,
         ensemble.seed, page_state.n_long, state.facies,
     )  # fmt: skip
@@ -80,7 +84,7 @@ def start(state: State) -> None:
 
 @st.fragment(run_every=POLL_EVERY)
 def _follow(state: State, colours: Sequence[str]) -> None:
-    with guarded():
+    with error_boundary():
         run = state.page(Validation).long_run
         if run is None or not run.going:
             st.rerun()
@@ -92,11 +96,16 @@ def _follow(state: State, colours: Sequence[str]) -> None:
             text += f" · {seconds(left)} left"
         with st.container(horizontal=True, vertical_alignment="center", key="long_progress"):
             st.progress(min(job.fraction, 1.0), text=held_up(job) or text)
-            st.button("Stop", key="long_stop", on_click=safely(job.cancel), disabled=job.cancelled)
+            st.button(
+                "Stop",
+                key="long_stop",
+                on_click=safely(job.cancel),
+                disabled=job.cancelled,
+            )
         _show(run, state, colours)
 
 
-def _show(run: LongRun, state: State, colours: Sequence[str]) -> None:
+def _show(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
     if run.job is not None and run.job.error is not None:
         st.error(plain(f"The long run ended early: {failed(run.job.error)}"))
     summary = run.summary
@@ -129,7 +138,7 @@ def _show(run: LongRun, state: State, colours: Sequence[str]) -> None:
         )  # fmt: skip
 
 
-def said_long(run: LongRun, summary: RunningSummary) -> str:
+def said_long(run: LargeEnsembleRun, summary: RunningSummary) -> str:
     """Say what a long run has come to."""
     k, mean = run.facies, summary.proportions
     name = run.training_image.facies_names[k]
@@ -149,7 +158,7 @@ def said_long(run: LongRun, summary: RunningSummary) -> str:
 
 
 def bundle_of_band(
-    run: LongRun, summary: RunningSummary, bands: dict, way: str, sign: str
+    run: LargeEnsembleRun, summary: RunningSummary, bands: dict, way: str, sign: str
 ) -> Bundle:
     """Return the band of a long run as a bundle without single curves."""
     found, lags = bands[run.facies, way], summary.lags
@@ -163,6 +172,6 @@ def bundle_of_band(
     return Bundle(lags.astype(float), reference, each, found.low, found.median, found.high)
 
 
-def belongs(run: LongRun, ensemble: Ensemble) -> bool:
+def belongs(run: LargeEnsembleRun, ensemble: Ensemble) -> bool:
     """Return whether a long run is of the study of an ensemble."""
     return run.training_image.digest == ensemble.training_image.digest and run.grid == ensemble.grid

@@ -22,14 +22,14 @@ from ccwsim.ui.jobs.job import Cancel, Job, Progress
 
 CELLS_A_BATCH = 4_000_000
 """Cells that are kept at once, one byte each."""
-LOOK_EVERY = 1.0
+POLL_SECONDS = 1.0
 """Seconds between two summaries."""
 LOW, HIGH = 0.05, 0.95
 LARGEST_LAG = 100
 
 
 @dataclass
-class LongRun(BackgroundRun):
+class LargeEnsembleRun(BackgroundRun):
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -82,7 +82,7 @@ class LongRun(BackgroundRun):
             self._add_batch(running, min(batch, self.n - running.n), cancel)
             progress(running.n / self.n, running.n)
             done = running.n == self.n or (cancel() and self.summary is None)
-            if running.n and (done or time.monotonic() - looked > LOOK_EVERY):
+            if running.n and (done or time.monotonic() - looked > POLL_SECONDS):
                 self._look(running)
                 looked = time.monotonic()
 

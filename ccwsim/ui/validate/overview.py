@@ -12,15 +12,15 @@ import streamlit as st
 from ccwsim.figures import Bundle, curves_chart, scaling_chart
 from ccwsim.metrics import Anodi
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.bundles import MOST_CURVES
+from ccwsim.ui.results.bundles import MAX_CURVES
 from ccwsim.ui.results.curves_panel import said
 from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.titled_chart import titled_chart
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import begin, panel
 from ccwsim.ui.validate.state import Validation
-from ccwsim.ui.validate.statistics import MOST_COMPARED, curves, patterns
+from ccwsim.ui.validate.statistics import MAX_COMPARED, curves, patterns
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
@@ -49,7 +49,7 @@ def draw_look(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
     elsewhere : tuple
         What the rest of the page shows, as `shown_elsewhere` gives it.
     """
-    with guarded():
+    with error_boundary():
         if shown_elsewhere(state) != elsewhere:
             st.rerun()
         begin(state)
@@ -97,7 +97,7 @@ def _scaling(state: State, ensemble: Ensemble) -> None:
     def draw(found: Anodi) -> None:
         n = len(found.owner) - 1
         note = "click a realization to see it"
-        if ensemble.n > MOST_COMPARED:
+        if ensemble.n > MAX_COMPARED:
             note = f"of the first {n}; click one to see it"
         placed = found.scaling()
         chart = scaling_chart(
@@ -139,7 +139,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
 
 def draw_key(ensemble: Ensemble) -> None:
     """Write what the lines of the curves are."""
-    few = min(ensemble.n, MOST_CURVES)
+    few = min(ensemble.n, MAX_CURVES)
     entries = (
         (2, "reference", "training image"),
         (2, "ink", "median of the realizations"),

@@ -11,7 +11,7 @@ from ccwsim.ui.results.e_type import choose
 from ccwsim.ui.results.facies import colours_of_ran
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import MOST_REALIZATIONS, problem_of
+from ccwsim.ui.study.run_step import MAX_REALIZATIONS, problem_of
 from ccwsim.ui.validate.overview import draw_curves_row, draw_look, shown_elsewhere
 from ccwsim.ui.validate.panel import begin
 from ccwsim.ui.validate.sections import draw_links, draw_sections
@@ -67,7 +67,7 @@ def draw_controls(state: State, ensemble: Ensemble) -> None:
         )  # fmt: skip
         field(
             st.number_input, "Realizations", key="n_realizations", width=140,
-            value=state.choices.n_realizations, min_value=1, max_value=MOST_REALIZATIONS,
+            value=state.choices.n_realizations, min_value=1, max_value=MAX_REALIZATIONS,
             write=lambda n: state.change(n_realizations=int(n)),
             help="How many the next run gives; a band of 5–95 % needs about 20 or more.",
         )  # fmt: skip

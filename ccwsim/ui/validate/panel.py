@@ -8,8 +8,8 @@ from typing import TypeVar
 
 import streamlit as st
 
-from ccwsim.ui.jobs.statistics import Failure, Statistic
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.jobs.statistics import Failure, Task
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.validate.state import Validation
@@ -30,7 +30,7 @@ def begin(state: State) -> None:
 
 
 def panel(
-    state: State, place: str, statistic: Statistic[Value], draw: Callable[[Value], None]
+    state: State, place: str, statistic: Task[Value], draw: Callable[[Value], None]
 ) -> Value | None:
     """Draw a statistic, or what this place showed before, dimmed, while it is worked out.
 
@@ -64,7 +64,11 @@ def panel(
             with st.container(key=f"dim_{place}"):
                 v.drawn[place]()
         if v.bench.stopped:
-            st.button("Stopped: work it out", key=f"go_on_{place}", on_click=safely(v.bench.go_on))
+            st.button(
+                "Stopped: work it out",
+                key=f"go_on_{place}",
+                on_click=safely(v.bench.go_on),
+            )
         else:
             st.html(
                 '<div class="working" role="progressbar" aria-label="working it out"><i></i></div>'
@@ -72,7 +76,7 @@ def panel(
     return None
 
 
-def known(state: State, statistic: Statistic[Value]) -> Value | None:
+def known(state: State, statistic: Task[Value]) -> Value | None:
     """Return a value only where it was worked out already."""
     value = state.page(Validation).bench.shelf.get(statistic.key)
     return None if isinstance(value, Failure) else value
@@ -87,17 +91,17 @@ def draw_work(state: State) -> None:
 
 
 @st.fragment(run_every=POLL_EVERY)
-def _follow(state: State, waiting: dict[str, Statistic], begun: float) -> None:
+def _follow(state: State, waiting: dict[str, Task], begun: float) -> None:
     """Fill the bars of the panels that wait; draw the page again when some are there.
 
     One fragment for all, not one in each panel: the browser gives up on a fragment whose panel is
     replaced while it draws.
     """
-    with guarded():
+    with error_boundary():
         _fill(state, waiting, begun)
 
 
-def _fill(state: State, waiting: dict[str, Statistic], begun: float) -> None:
+def _fill(state: State, waiting: dict[str, Task], begun: float) -> None:
     bench = state.page(Validation).bench
     there = [bench.shelf.get(statistic.key) is not None for statistic in waiting.values()]
     if all(there) or (any(there) and time.monotonic() - begun > TOGETHER):

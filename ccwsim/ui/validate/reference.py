@@ -8,7 +8,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim.figures import calibration_chart
-from ccwsim.metrics import Calibration, TruthScores
+from ccwsim.metrics import Calibration, ReferenceScores
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -25,7 +25,7 @@ MAP_HEIGHT = 320
 RIGHT, WRONG = "#D9D6CF", "#A63A26"
 
 
-def draw_truth(state: State, colours: Sequence[str]) -> None:
+def draw_reference(state: State, colours: Sequence[str]) -> None:
     """Draw scores, calibration, and where the most likely facies is wrong."""
     ensemble, reference = state.ensemble, state.reference
     assert ensemble is not None
@@ -40,7 +40,7 @@ def draw_truth(state: State, colours: Sequence[str]) -> None:
     if problem:
         raise CCWSIMError(problem)
 
-    def draw(found: tuple[TruthScores, Calibration]) -> None:
+    def draw(found: tuple[ReferenceScores, Calibration]) -> None:
         _draw(*found, ensemble=ensemble, reference=reference, colours=colours)
 
     panel(state, "truth", truth(ensemble, reference), draw)
@@ -63,7 +63,7 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
 
 
 def _draw(
-    scores: TruthScores,
+    scores: ReferenceScores,
     table: Calibration,
     *,
     ensemble: Ensemble,
@@ -94,7 +94,7 @@ def _draw(
         )  # fmt: skip
 
 
-def said_scores(scores: TruthScores, table: Calibration) -> str:
+def said_scores(scores: ReferenceScores, table: Calibration) -> str:
     """Say the scores in words; cells with data are left out."""
     return (
         f"{100 * scores.accuracy:.1f} % of {scores.n_cells:,} cells without data foreseen "
@@ -103,7 +103,7 @@ def said_scores(scores: TruthScores, table: Calibration) -> str:
     )
 
 
-def wrong_map(scores: TruthScores, colours: Sequence[str]) -> CellMap:
+def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
     """Return where the most likely facies is the true one and where not."""
     return CellMap(
         (~scores.right).astype(np.uint8), [RIGHT, WRONG], ["right", "wrong"],

@@ -8,7 +8,7 @@ from html import escape
 
 import streamlit as st
 
-from ccwsim.ui.session.guarding import guarded
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.copying import draw_reuse
 from ccwsim.ui.validate.data import draw_data
@@ -17,7 +17,7 @@ from ccwsim.ui.validate.geobodies import draw_bodies
 from ccwsim.ui.validate.image import draw_image
 from ccwsim.ui.validate.large_ensemble import draw_long_run
 from ccwsim.ui.validate.patterns import draw_patterns
-from ccwsim.ui.validate.reference import draw_truth
+from ccwsim.ui.validate.reference import draw_reference
 from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.uncertainty import draw_uncertainty
 from ccwsim.ui.widgets.maps import canvas_component
@@ -43,7 +43,7 @@ SECTIONS = (
     Section("directions", "Any direction", "variograms over all lags", draw_directions),
     Section("transitions", "Transiograms", "which facies follows which", draw_transitions),
     Section("reuse", "Re-use", "what was copied from the training image", draw_reuse),
-    Section("truth", "Hidden truth", "scores where the true field is known", draw_truth),
+    Section("truth", "Hidden truth", "scores where the true field is known", draw_reference),
     Section("image", "Training image", "what it is like, and what suits it", draw_image),
     Section("long", "Long run", "statistics of thousands, none kept", draw_long_run),
 )
@@ -71,7 +71,7 @@ def _section(state: State, section: Section, colours: Sequence[str]) -> None:
     if section.name not in state.page(Validation).seen:
         st.html('<div class="unseen"></div>')
         return
-    with guarded():
+    with error_boundary():
         section.draw(state, colours)
 
 

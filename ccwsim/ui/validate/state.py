@@ -8,14 +8,14 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.ui.jobs.statistics import Shelf, Statistic, Workbench
-from ccwsim.ui.validate.large_ensemble_job import LongRun
+from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
+from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 
 
 @st.cache_resource(show_spinner=False)
-def shelf() -> Shelf:
+def shelf() -> LruCache:
     """Return the values that all sessions share; their keys are digests of contents."""
-    return Shelf()
+    return LruCache()
 
 
 @dataclass
@@ -36,12 +36,12 @@ class Validation:
         By panel, what it drew last, to be dimmed while something new is worked out.
     waiting : dict
         By panel, what it waits for.
-    bench : Workbench
+    bench : StatisticsWorker
     deadline : float
         Until when this run of the page may wait for quick statistics.
     n_long : int
         How many realizations a long run is asked for.
-    long_run : LongRun, optional
+    long_run : LargeEnsembleRun, optional
         The latest one.
     long_message : str
         Why one was not started.
@@ -52,9 +52,9 @@ class Validation:
     tail: int = 0
     seen: set[str] = field(default_factory=set)
     drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
-    waiting: dict[str, Statistic] = field(default_factory=dict)
-    bench: Workbench = field(default_factory=lambda: Workbench(shelf()))
+    waiting: dict[str, Task] = field(default_factory=dict)
+    bench: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shelf()))
     deadline: float = 0.0
     n_long: int = 1000
-    long_run: LongRun | None = None
+    long_run: LargeEnsembleRun | None = None
     long_message: str = ""

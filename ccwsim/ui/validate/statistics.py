@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from ccwsim.figures import Bundle
 from ccwsim.metrics import (
     Anodi,
-    Bodies,
     Calibration,
     Diagnosis,
     EType,
-    TruthScores,
+    Geobodies,
+    ReferenceScores,
     anodi,
-    body_statistics,
     calibration,
     connectivity,
     diagnose,
-    score_truth,
+    geobody_statistics,
+    score_reference,
     transiograms,
     variogram,
     variogram_map,
@@ -28,11 +28,11 @@ from ccwsim.metrics import (
 from ccwsim.metrics.directions import Direction, lag_offsets
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.statistics import Fraction, Statistic
-from ccwsim.ui.results.bundles import LARGEST_LAG, MOST_CURVES, bundle_of, e_type_of
+from ccwsim.ui.jobs.statistics import Fraction, Task
+from ccwsim.ui.results.bundles import LARGEST_LAG, MAX_CURVES, bundle_of, e_type_of
 
 MAP_LAG = 50
-MOST_COMPARED = 200
+MAX_COMPARED = 200
 """ANODI compares all pairs of the first so many realizations."""
 NEAR, STRIDE = 10, 4
 """Transiograms take every lag up to here, and every fourth beyond."""
@@ -48,11 +48,11 @@ class LagMaps:
 
 
 @dataclass(frozen=True, eq=False)
-class BodiesCompared:
+class GeobodiesCompared:
     """Bodies of the realizations, of the training image, and cells of both."""
 
-    each: Bodies
-    reference: Bodies
+    each: Geobodies
+    reference: Geobodies
     n_cells: int
     n_cells_reference: int
 
@@ -86,9 +86,7 @@ def steps_along(
     return lags, np.hypot(*offsets[lags].T.astype(float))
 
 
-def curves(
-    ensemble: Ensemble, statistic: str, facies: int, direction: Direction
-) -> Statistic[Bundle]:
+def curves(ensemble: Ensemble, statistic: str, facies: int, direction: Direction) -> Task[Bundle]:
     """Return "variogram" or "connection" of a facies along a direction, as a bundle."""
     lags, distances = steps_along(direction, longest_lag(ensemble, direction))
 
@@ -98,36 +96,34 @@ def curves(
         return connectivity(images, facies, direction, lags, progress=progress).tau
 
     def work(progress: Fraction) -> Bundle:
-        each = curve(ensemble.indices[:MOST_CURVES], progress)
+        each = curve(ensemble.indices[:MAX_CURVES], progress)
         reference = curve(ensemble.training_image.indices)[0]
         return bundle_of(distances, reference, each)
 
-    return Statistic((statistic, *study_key(ensemble), facies, direction), work)
+    return Task((statistic, *study_key(ensemble), facies, direction), work)
 
 
-def lag_maps(ensemble: Ensemble, facies: int) -> Statistic[LagMaps]:
+def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
     """Return variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAP_LAG, min(sides) // 2))
 
     def work(progress: Fraction) -> LagMaps:
-        each = variogram_map(ensemble.indices[:MOST_CURVES], facies, reach, progress)
+        each = variogram_map(ensemble.indices[:MAX_CURVES], facies, reach, progress)
         reference = variogram_map(ensemble.training_image.indices, facies, reach)
         return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
 
-    return Statistic(("lag maps", *study_key(ensemble), facies), work)
+    return Task(("lag maps", *study_key(ensemble), facies), work)
 
 
-def transitions(
-    ensemble: Ensemble, direction: Direction
-) -> Statistic[dict[tuple[int, int], Bundle]]:
+def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int, int], Bundle]]:
     """Return the transiograms of all pairs of facies along a direction."""
     n = ensemble.training_image.n_facies
     longest = longest_lag(ensemble, direction)
     lags = np.array([*range(min(longest, NEAR) + 1), *range(NEAR + STRIDE, longest + 1, STRIDE)])
 
     def work(progress: Fraction) -> dict[tuple[int, int], Bundle]:
-        each = transiograms(ensemble.indices[:MOST_CURVES], n, direction, lags, progress)
+        each = transiograms(ensemble.indices[:MAX_CURVES], n, direction, lags, progress)
         image = transiograms(ensemble.training_image.indices, n, direction, lags).probability[0]
         return {
             (tail, head): bundle_of(
@@ -137,65 +133,65 @@ def transitions(
             for head in range(n)
         }
 
-    return Statistic(("transitions", *study_key(ensemble), direction), work)
+    return Task(("transitions", *study_key(ensemble), direction), work)
 
 
-def bodies(ensemble: Ensemble, facies: int) -> Statistic[BodiesCompared]:
+def bodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
     """Return the connected bodies of a facies."""
     image = ensemble.training_image
 
-    def work(progress: Fraction) -> BodiesCompared:
-        return BodiesCompared(
-            body_statistics(ensemble.indices, facies, progress=progress),
-            body_statistics(image.indices, facies),
+    def work(progress: Fraction) -> GeobodiesCompared:
+        return GeobodiesCompared(
+            geobody_statistics(ensemble.indices, facies, progress=progress),
+            geobody_statistics(image.indices, facies),
             ensemble.grid.ny * ensemble.grid.nx,
             image.indices.size,
         )
 
-    return Statistic(("bodies", *study_key(ensemble), facies), work)
+    return Task(("bodies", *study_key(ensemble), facies), work)
 
 
-def proportions(ensemble: Ensemble) -> Statistic[NDArray[np.float64]]:
+def proportions(ensemble: Ensemble) -> Task[NDArray[np.float64]]:
     """Return the facies proportions of each realization."""
-    return Statistic(("proportions", *study_key(ensemble)), lambda progress: ensemble.proportions)
+    return Task(("proportions", *study_key(ensemble)), lambda progress: ensemble.proportions)
 
 
-def patterns(ensemble: Ensemble) -> Statistic[Anodi]:
+def patterns(ensemble: Ensemble) -> Task[Anodi]:
     """Return ANODI of the realizations against the training image."""
     image = ensemble.training_image
 
     def work(progress: Fraction) -> Anodi:
         return anodi(
-            ensemble.indices[:MOST_COMPARED], image.indices, image.n_facies, progress=progress
+            ensemble.indices[:MAX_COMPARED], image.indices, image.n_facies, progress=progress
         )
 
-    return Statistic(("patterns", *study_key(ensemble)), work)
+    return Task(("patterns", *study_key(ensemble)), work)
 
 
-def e_type(ensemble: Ensemble) -> Statistic[EType]:
+def e_type(ensemble: Ensemble) -> Task[EType]:
     """Return probability, most likely facies and entropy of each cell."""
-    return Statistic(("e-type", *study_key(ensemble)), lambda progress: e_type_of(ensemble))
+    return Task(("e-type", *study_key(ensemble)), lambda progress: e_type_of(ensemble))
 
 
 def truth(
     ensemble: Ensemble, reference: TrainingImage
-) -> Statistic[tuple[TruthScores, Calibration]]:
+) -> Task[tuple[ReferenceScores, Calibration]]:
     """Return the scores of the probabilities where no datum says the facies."""
 
-    def work(progress: Fraction) -> tuple[TruthScores, Calibration]:
+    def work(progress: Fraction) -> tuple[ReferenceScores, Calibration]:
         found = e_type_of(ensemble)
         true = np.searchsorted(ensemble.training_image.codes, reference.array)
         scored = np.ones(ensemble.grid.shape, bool)
         rows, columns = ensemble.hard_data.cells.T
         scored[rows, columns] = False
-        scores = score_truth(found.probability, true, ensemble.n, scored)
+        scores = score_reference(found.probability, true, ensemble.n, scored)
         return scores, calibration(found.probability, true, scored=scored)
 
     key = ("truth", *study_key(ensemble), ensemble.hard_data.digest, reference.digest)
-    return Statistic(key, work)
+    return Task(key, work)
 
 
-def looks(image: TrainingImage) -> Statistic[Diagnosis]:
+def looks(image: TrainingImage) -> Task[Diagnosis]:
     """Return what a training image is like; it calls facies by the names of this user."""
     key = ("diagnosis", image.digest, image.facies_names)
-    return Statistic(key, lambda progress: diagnose(image))
+    return Task(key, lambda progress: diagnose(image))

@@ -42,13 +42,13 @@ def safely(act: Callable[..., Any]) -> Callable[..., None]:
         except Exception as error:
             if is_control_flow(error):
                 raise
-            st.session_state[TROUBLE] = worded(error, "done")
+            st.session_state[TROUBLE] = user_message(error, "done")
 
     acting.is_safe = True  # type: ignore[attr-defined]
     return acting
 
 
-def worded(error: Exception, what: str) -> str:
+def user_message(error: Exception, what: str) -> str:
     """Return what the reader is told of an error; one that is no fault of the input is logged.
 
     Parameters

@@ -10,7 +10,7 @@ import streamlit as st
 from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.widgets.errors import safely
 
-MOST_VERSIONS = 16
+MAX_VERSIONS = 16
 PARAMETERS = {row["name"]: row for row in parameter_table()}
 
 
@@ -48,7 +48,12 @@ def field(
         if not replaced and new is not None and all(one in offered for one in chosen):
             write(new)
 
-    return widget(label, key=name, on_change=safely(changed), **starting_at(widget, value, options))
+    return widget(
+        label,
+        key=name,
+        on_change=safely(changed),
+        **starting_at(widget, value, options),
+    )
 
 
 def _version(key: str, value: Any) -> int:
@@ -61,7 +66,7 @@ def _version(key: str, value: Any) -> int:
     """
     version, start = _versions().get(key, (0, value))
     if st.session_state.get(key + " " * version, start) != value:
-        version, start = (version + 1) % MOST_VERSIONS, value
+        version, start = (version + 1) % MAX_VERSIONS, value
     _versions()[key] = version, start
     return version
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ccwsim.engine.stages.conditioning import (
     DENSE,
-    MOST_DATA,
+    MAX_DATA,
     RULED_OUT,
     SPARSE,
     add_missed,
@@ -137,13 +137,13 @@ def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(template, data):
         assert 2 * overlap <= size + overlap
 
 
-@pytest.mark.parametrize("n", [0, 5, MOST_DATA, MOST_DATA + 1, 40, 200, 700])
+@pytest.mark.parametrize("n", [0, 5, MAX_DATA, MAX_DATA + 1, 40, 200, 700])
 def test_a_tile_is_split_until_its_parts_hold_few_data(n):
     template, overlap = 32, 4
     splits = np.array(legal_splits(template, overlap))
     cells, facies = random_data((template, template), n, np.random.default_rng(n))
     data = place_data(np.add(cells, [3, 5]), facies, (40, 41))
     size = (template - overlap) // splits + overlap
-    few = np.flatnonzero(n * (size / template) ** 2 <= MOST_DATA)
+    few = np.flatnonzero(n * (size / template) ** 2 <= MAX_DATA)
     expected = few[0] if len(few) else len(splits) - 1
     assert choose_split(splits, data, 3, 5, template, overlap) == expected

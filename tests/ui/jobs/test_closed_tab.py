@@ -27,7 +27,7 @@ from ccwsim.ui.jobs.queue import server_queue
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.session.state import State, session_state
 
-sessions.GRACE, sessions.LOOK_EVERY, sessions.EARLY = 1.0, 0.1, 1e9
+sessions.GRACE, sessions.POLL_SECONDS, sessions.EARLY = 1.0, 0.1, 1e9
 
 if "look" not in st.query_params:
     state = session_state()

@@ -12,8 +12,8 @@ from ccwsim import Cancelled
 from ccwsim.system.memory import give_back_memory
 from ccwsim.ui.jobs import job as jobs
 from ccwsim.ui.jobs.job import Job, held_up
-from ccwsim.ui.jobs.queue import LONG, Place, Queue
-from ccwsim.ui.jobs.sessions import GRACE, Attendance
+from ccwsim.ui.jobs.queue import LONG, Queue, QueueEntry
+from ccwsim.ui.jobs.sessions import GRACE, SessionMonitor
 
 SLOW = 60
 
@@ -34,12 +34,12 @@ class Log:
         self.clock = Clock()
         self.queue = Queue(n_places, self.clock)
         self.begun: list[str] = []
-        self.places: dict[str, Place] = {}
+        self.places: dict[str, QueueEntry] = {}
 
     def enter(self, *names: str) -> None:
         """Let jobs come: the first letter of a name is the session."""
         for name in names:
-            place = Place(name[0], lambda name=name: self.begun.append(name))
+            place = QueueEntry(name[0], lambda name=name: self.begun.append(name))
             self.places[name] = place
             self.queue.enter(place)
 
@@ -180,7 +180,7 @@ class Room:
         self.open: set[str] = {"a", "b"}
         self.forgotten: list[str] = []
         self.dropped: list[str] = []
-        self.attendance = Attendance(
+        self.attendance = SessionMonitor(
             self.queue, self.open.__contains__, self.forgotten.append, self.clock
         )
         self.attendance._thread = object()  # the test looks itself
@@ -191,7 +191,7 @@ class Room:
         def drop() -> None:
             self.dropped.append(name)
 
-        self.queue.enter(Place(name[0], lambda: None, drop))
+        self.queue.enter(QueueEntry(name[0], lambda: None, drop))
 
     def look(self, now: float) -> None:
         self.clock.now = now

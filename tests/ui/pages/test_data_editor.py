@@ -179,9 +179,9 @@ def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
 
 
 def test_history_is_bounded_in_steps_and_in_bytes(monkeypatch):
-    monkeypatch.setattr(editor_history, "MOST_MOMENTS", 5)
+    monkeypatch.setattr(editor_history, "MAX_MOMENTS", 5)
     ensemble = ensemble_of(studied())
-    monkeypatch.setattr(editor_history, "MOST_BYTES", 4 * ensemble.indices.nbytes)
+    monkeypatch.setattr(editor_history, "MAX_BYTES", 4 * ensemble.indices.nbytes)
     history = History()
     moments = [
         Moment(DataChoice(seed_sampled=k), replace(ensemble, seed=k)) for k in range(8)
@@ -241,12 +241,12 @@ def test_help_is_marked_for_the_shown_realization_only_where_it_is_known():
     row, column = np.argwhere(shares == 0)[0].tolist()
     edit(state, (row, column, 1))
     after = ensemble_of(state)
-    assert (after.met_by != 0).all()
+    assert (after.data_status != 0).all()
     data = data_of(state.choices)
-    assert helped_by(data, after, 1) == after.met_by[1].tolist()
+    assert helped_by(data, after, 1) == after.data_status[1].tolist()
     assert helped_by(data, after, None) == [0]
     assert helped_by(HardData([[47, 63]], [1]), after, 1) == [0]
-    assert "mended" in said_help(after.met_by[1]) or "force" in said_help(after.met_by[1])
+    assert "mended" in said_help(after.data_status[1]) or "force" in said_help(after.data_status[1])
 
 
 def test_samples_are_of_the_shown_realization_which_becomes_the_reference():

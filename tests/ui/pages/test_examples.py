@@ -15,7 +15,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
-from ccwsim.metrics import reuse
+from ccwsim.metrics import copying
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
@@ -191,7 +191,7 @@ def test_one_candidate_copies_longer_pieces():
     blocks = []
     for p in settings_of(e):
         found = simulate(image, e.choices.grid, p, n_realizations=4, keep_sources=True)
-        blocks.append(np.mean([reuse(s, image.shape).largest_block for s in sources_of(found)]))
+        blocks.append(np.mean([copying(s, image.shape).largest_block for s in sources_of(found)]))
     assert blocks[0] > 1.5 * blocks[1]
 
 

@@ -235,7 +235,7 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
         assert shown.marks[0]["row"] == within.row
 
         scored = score_map(trace, step, theme, with_data=False)
-        rows, columns = trace.turned.pyramid.phases.shape[2:]
+        rows, columns = trace.oriented.pyramid.phases.shape[2:]
         frame = Frame(trace.path.orientation, (rows, columns))
         assert np.count_nonzero(scored.indices <= N_STEPS) == step.scores.size
         told = fates(step)

@@ -12,15 +12,15 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
-from ccwsim.metrics import RunningStatistics, connectivity, etype, reuse, variogram
+from ccwsim.metrics import RunningStatistics, connectivity, copying, etype, variogram
 from ccwsim.metrics.directions import lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.jobs.statistics import Shelf, Workbench
+from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.copying import copied, seam_map, sources_of, use_map
-from ccwsim.ui.validate.data import mending_map, said_match, ways_of, wrong_points
+from ccwsim.ui.validate.data import resimulation_map, said_match, ways_of, wrong_points
 from ccwsim.ui.validate.geobodies import strips_of
-from ccwsim.ui.validate.large_ensemble_job import LongRun
+from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 from ccwsim.ui.validate.patterns import mean_ratio
 from ccwsim.ui.validate.reference import problem_of, wrong_map
 from ccwsim.ui.validate.sections import SECTIONS
@@ -282,7 +282,7 @@ def test_sources_lead_back_to_the_realization(ensemble):
         known = source >= 0
         assert np.array_equal(image.indices.ravel()[source[known]], ensemble.indices[r][known])
     found = copied(ensemble, 3).work(nothing)
-    assert found.copied == reuse(sources_of(ensemble, 3), image.shape).copied
+    assert found.copied == copying(sources_of(ensemble, 3), image.shape).copied
     shown = seam_map(found, ensemble, 3, ["#000000", "#ffffff"], "#ff0000")
     assert np.array_equal(shown.indices % 2, ensemble.indices[3])
     assert np.array_equal(shown.indices >= 2, found.seams)
@@ -320,8 +320,8 @@ def test_a_datum_that_is_not_honoured_is_said_and_marked(ensemble):
 
 
 def test_the_map_of_mending_shows_each_datum(ensemble):
-    shown = mending_map(ensemble, "#dddddd")
-    shares = np.rint(100 * (ensemble.met_by != 0).mean(axis=0)).astype(int)
+    shown = resimulation_map(ensemble, "#dddddd")
+    shares = np.rint(100 * (ensemble.data_status != 0).mean(axis=0)).astype(int)
     rows, columns = ensemble.hard_data.cells.T
     assert shown.indices[rows, columns].tolist() == (1 + shares).tolist()
     assert np.count_nonzero(shown.indices) == 3
@@ -342,7 +342,7 @@ def test_findings_tell_good_from_odd(ensemble):
 
 def test_findings_come_as_they_are_known(ensemble):
     state = State(facies=1)
-    state.page(Validation).bench = Workbench(Shelf())
+    state.page(Validation).bench = StatisticsWorker(LruCache())
     few = len(findings(state, ensemble))
     shelf = state.page(Validation).bench.shelf
     for way in ("E-W", "N-S"):
@@ -357,13 +357,13 @@ def test_more_variety_for_less_distance_is_a_larger_ratio(ensemble):
     assert mean_ratio(better) == pytest.approx(2 * mean_ratio(found))
 
 
-def long_run(n: int, **changes) -> LongRun:
+def long_run(n: int, **changes) -> LargeEnsembleRun:
     study = {
         "training_image": datasets.load("channels"), "grid": Grid(48, 64),
         "parameters": SMALL.parameters, "hard_data": HardData([[5, 7]], [1]), "seed": 3,
         "n": n, "facies": 1,
     }  # fmt: skip
-    return LongRun(**{**study, **changes})
+    return LargeEnsembleRun(**{**study, **changes})
 
 
 def test_a_long_run_says_what_all_its_realizations_say():
