@@ -19,7 +19,7 @@ from typing import Any
 
 from numba import config, njit
 
-_PACKAGE = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 
 
 def _digest_of_sources() -> str:
