@@ -17,7 +17,7 @@ from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs.admission import RESERVE
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.jobs.queue import Place, Queue, server_queue
+from ccwsim.ui.jobs.queue import Queue, QueueEntry, server_queue
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.paper.run import PaperState
 from ccwsim.ui.session.resolve import data_of
@@ -46,7 +46,7 @@ def busy(monkeypatch):
     queue = Queue(1, StillClock())
     for module in ("jobs", "background", "timing_run"):
         monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
-    other = Place("somebody else", lambda: None)
+    other = QueueEntry("somebody else", lambda: None)
     queue.enter(other)
     return queue, other
 
@@ -214,7 +214,7 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     for module in ("jobs", "timing_run"):
         monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
     if not alone:
-        queue.enter(Place("somebody else", lambda: None))
+        queue.enter(QueueEntry("somebody else", lambda: None))
     case = TimingCase(SMALL.parameters, (32, 32))
     run = TimingRun(datasets.load("channels"), [case], 1, 0).start()
     assert run.job.wait(SLOW)
