@@ -21,7 +21,8 @@ from ccwsim.engine.stages.path import (
 )
 from ccwsim.engine.stages.upgrid import upgrid_data
 from ccwsim.engine.tiles import Search, simulate_tiles, split_tiles
-from ccwsim.model.parameters import MAX_TEMPLATE, Parameters, legal_sizes
+from ccwsim.model.bounds import MAX_TEMPLATE
+from ccwsim.model.parameters import Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch
 

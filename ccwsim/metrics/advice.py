@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from ccwsim.metrics.spacing import Spacing
 from ccwsim.model.arrays import whole_number
+from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import MAX_TEMPLATE
 
 MIN_ACROSS = 6
 """So many templates should fit along the smaller side, else the image is soon repeated."""
@@ -86,7 +86,7 @@ def largest_template(side: int) -> int:
     >>> largest_template(256)
     42
     """
-    return min(max(side // MIN_ACROSS, 4), MAX_TEMPLATE)
+    return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
 def advise_level(thinnest: int, side: int) -> Advice:

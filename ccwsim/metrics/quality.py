@@ -13,13 +13,12 @@ from ccwsim.metrics.directions import Direction
 from ccwsim.metrics.divergence import pattern_distance
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.model.arrays import whole_number
+from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.system.workers import check_stop
 
 CELLS_OF_STRIP = 1_000_000
 """Cells in which realizations are compared at a time."""
-LARGEST_LAG = 100
-"""Cells; less where the grid or the training image is smaller than twice that."""
 WAYS: tuple[Direction, Direction] = ("E-W", "N-S")
 
 
@@ -144,7 +143,7 @@ def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
 def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
     """Return the lags at which connection is compared, 1 up to half of the smallest side."""
     smallest = min(*ensemble.grid.shape, *ensemble.training_image.shape)
-    return np.arange(1, max(min(LARGEST_LAG, smallest // 2), 1) + 1)
+    return np.arange(1, max(min(MAX_LAG, smallest // 2), 1) + 1)
 
 
 def _tau_error(ensemble: Ensemble, place: int, way: Direction, lags: NDArray[np.int64]) -> float:

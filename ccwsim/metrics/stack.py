@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import as_array, whole_number
+from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.training_image import MAX_FACIES
 from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
 
 CELLS_A_PIECE = 200_000_000

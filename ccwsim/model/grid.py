@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import as_array, as_floats, is_whole
+from ccwsim.model.bounds import MAX_GRID_SIDE
 from ccwsim.model.errors import CCWSIMError, shown
-
-MAX_CELLS = 2**31 - 1
-"""Along a side; a grid this large would be no map any more."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +50,10 @@ class Grid:
                 raise CCWSIMError(
                     f"grid {name} = {shown(value)} must be a whole number of cells, at least 1"
                 )
-            if value > MAX_CELLS:
-                raise CCWSIMError(f"grid {name} = {shown(value)} must be at most {MAX_CELLS} cells")
+            if value > MAX_GRID_SIDE:
+                raise CCWSIMError(
+                    f"grid {name} = {shown(value)} must be at most {MAX_GRID_SIDE} cells"
+                )
             object.__setattr__(self, name, int(value))
         for name in ("cell_size", "origin"):
             object.__setattr__(self, name, _two_numbers(name, getattr(self, name)))

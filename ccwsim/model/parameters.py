@@ -8,12 +8,20 @@ from typing import Any
 import numpy as np
 
 from ccwsim.model.arrays import digest, whole_number
+from ccwsim.model.bounds import (
+    MAX_CANDIDATES,
+    MAX_CO_TEMPLATE,
+    MAX_LEVEL,
+    MAX_LOCATION_WEIGHT,
+    MAX_OVERLAP,
+    MAX_TEMPLATE,
+    MAX_TEMPLATE_VARIATION,
+    MIN_TEMPLATE,
+)
 from ccwsim.model.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
-MAX_LEVEL = 6
-MAX_TEMPLATE = 1024
 
 
 def _parameter(default: Any, symbol: str, matlab: str, allowed: str, meaning: str) -> Any:
@@ -97,14 +105,14 @@ class Parameters:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        _whole(self, "template_size", 4, MAX_TEMPLATE)
-        _whole(self, "overlap_size", 1, MAX_TEMPLATE // 2)
+        _whole(self, "template_size", MIN_TEMPLATE, MAX_TEMPLATE)
+        _whole(self, "overlap_size", 1, MAX_OVERLAP)
         _whole(self, "wavelet_level", 0, MAX_LEVEL)
-        _whole(self, "n_candidates", 1, 10**6)
-        _whole(self, "co_template", 1, 4)
+        _whole(self, "n_candidates", 1, MAX_CANDIDATES)
+        _whole(self, "co_template", 1, MAX_CO_TEMPLATE)
         _number(self, "search_fraction", 0.0, 1.0, open_below=True)
-        _number(self, "template_variation", 0.0, 0.5)
-        _number(self, "location_weight", 0.0, 10.0)
+        _number(self, "template_variation", 0.0, MAX_TEMPLATE_VARIATION)
+        _number(self, "location_weight", 0.0, MAX_LOCATION_WEIGHT)
         _one_of(self, "method", METHODS)
         _one_of(self, "similarity", SIMILARITIES)
         for name in ("random_path", "match_proportions", "refine", "exact_data"):
@@ -191,7 +199,7 @@ def _check_sizes(p: Parameters) -> None:
         value = getattr(p, name)
         if value % unit == 0 and value <= high:
             continue
-        legal = legal_sizes(p.level, 1 if name == "overlap_size" else 4, high)
+        legal = legal_sizes(p.level, 1 if name == "overlap_size" else MIN_TEMPLATE, high)
         near = sorted(legal, key=lambda size: (abs(size - value), size))[:2]
         rule = "at most half the template" if value > high else f"a multiple of {unit}"
         tail = f"try {' or '.join(map(str, sorted(near)))}" if near else "choose a lower level"

@@ -16,10 +16,8 @@ from ccwsim.model.arrays import (
     is_whole,
     smallest_integers,
 )
+from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
-
-MAX_FACIES = 254
-"""Facies are bytes in the kernels, and 255 marks a cell that is not simulated yet."""
 
 
 class TrainingImage:

@@ -19,12 +19,10 @@ from ccwsim.figures import (
     times_chart,
 )
 from ccwsim.metrics import band, connectivity, etype, variogram
+from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report import Chart, Picture, Row
 
-LARGEST_LAG = 100
-MAX_CURVES = 100
-"""Curves are worked out for the first so many realizations."""
 MAX_MAPS = 24
 LEGEND = (
     ("training image", LIGHT.reference),
@@ -114,7 +112,7 @@ def curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
 
 def _bundle(ensemble: Ensemble, facies: int, statistic: str, way: str) -> Bundle:
     image, axis = ensemble.training_image, 1 if way == "E-W" else 0
-    lags = max(1, min(LARGEST_LAG, image.shape[axis] // 2, ensemble.grid.shape[axis] // 2))
+    lags = max(1, min(MAX_LAG, image.shape[axis] // 2, ensemble.grid.shape[axis] // 2))
 
     def curve(images: np.ndarray) -> np.ndarray:
         if statistic == "Variogram":

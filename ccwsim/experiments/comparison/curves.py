@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics import Band, band, connectivity, variogram
+from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 
-LARGEST_LAG = 100
 LOW, HIGH = 0.05, 0.95
 """Quantiles of the bands."""
 STATISTICS = ("variogram", "connection")
@@ -74,7 +74,7 @@ def _compared(
     image, grid = ensembles[0].training_image, ensembles[0].grid
     axis = 1 if key[2] == "E-W" else 0
     side = min(image.shape[axis], grid.shape[axis])
-    lags = np.arange(min(LARGEST_LAG, side // 2) + 1) if side > 1 else np.zeros(1, int)
+    lags = np.arange(min(MAX_LAG, side // 2) + 1) if side > 1 else np.zeros(1, int)
     bands = []
     for k, ensemble in enumerate(ensembles):
         each = _curve(key, ensemble.indices, lags, _part(progress, k, len(ensembles)))

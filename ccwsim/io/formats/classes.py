@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import as_array, as_floats, as_integers, is_whole, whole_number
+from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.training_image import MAX_FACIES
 
 MAX_CODES = 32
 """More different whole numbers look like a continuous variable, such as grey values."""

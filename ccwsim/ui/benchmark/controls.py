@@ -8,6 +8,7 @@ from typing import Literal
 import streamlit as st
 
 from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.machine import this_machine
 from ccwsim.ui.benchmark.run import TimingRun
@@ -36,7 +37,6 @@ CASES: dict[Kind, Callable[[State], list[TimingCase]]] = {
     "grids": cases_of_grids,
     "data": cases_of_data,
 }
-MAX_REALIZATIONS = 100
 LARGE = 50e6
 """Bytes that are worth a word."""
 
@@ -128,7 +128,7 @@ def _realizations(state: State, kind: Kind) -> None:
     page_state = state.page(Benchmark)
     field(
         st.number_input, "Realizations each", key=f"{kind}_realizations", width=140,
-        value=page_state.n_realizations, min_value=1, max_value=MAX_REALIZATIONS,
+        value=page_state.n_realizations, min_value=1, max_value=MAX_REALIZATIONS_TIMED,
         write=lambda n: setattr(page_state, "n_realizations", int(n)),
         help="The median of them is shown. More make it steadier and take proportionally longer.",
     )  # fmt: skip

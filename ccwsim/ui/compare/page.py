@@ -10,6 +10,7 @@ import streamlit as st
 
 from ccwsim.experiments.comparison import Comparison
 from ccwsim.figures import facies_colours
+from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.compare.choice import settings_of
@@ -31,7 +32,6 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import step_note
 
 STYLE = Path(__file__).with_name("compare.css")
-MAX_REALIZATIONS = 100
 
 
 def draw_style() -> None:
@@ -53,7 +53,7 @@ def draw_top(state: State, problem: str) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         field(
             st.number_input, "Realizations of each", key="n_compared", value=here.n, width=140,
-            min_value=1, max_value=MAX_REALIZATIONS,
+            min_value=1, max_value=MAX_REALIZATIONS_COMPARED,
             help="More make small differences between settings surer.",
             write=lambda n: setattr(here, "n", int(n)),
         )  # fmt: skip

@@ -8,6 +8,7 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.experiments.comparison import FEWEST, MOST
+from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED
 from ccwsim.model.parameters import Parameters
 from ccwsim.ui.compare.choice import (
     add_setting,
@@ -76,7 +77,7 @@ def _common(state: State, k: int, letter: str, p: Parameters) -> None:
         choice("method", "Method", p.method, PARAMETERS["method"]["allowed"].split(", "))
         sizes = template_sizes(p.level, shape)
         choice("template_size", "Template (cells)", p.template_size, sizes)
-        number("n_candidates", "Candidates K", min_value=1, max_value=10_000)
+        number("n_candidates", "Candidates K", min_value=1, max_value=MAX_CANDIDATES_OFFERED)
     with right:
         off = p.method == "ccsim"
         choice("wavelet_level", "Level", p.level, [0] if off else levels(shape), off)

@@ -8,6 +8,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
+from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
 from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
@@ -146,13 +147,13 @@ def _ask_way(state: State) -> None:
     if how.way != "grid":
         field(
             st.number_input, "How many data" if how.way == "random" else "How many wells",
-            key="sample_n", value=how.n, min_value=1, max_value=100_000,
+            key="sample_n", value=how.n, min_value=1, max_value=MAX_SAMPLED,
             write=lambda n: change(n=int(n)),
         )  # fmt: skip
     if how.way != "random":
         field(
             st.number_input, "A datum every so many cells", key="sample_every", value=how.every,
-            min_value=1, max_value=10_000, write=lambda every: change(every=int(every)),
+            min_value=1, max_value=MAX_SAMPLING_STEP, write=lambda every: change(every=int(every)),
         )  # fmt: skip
     if how.way != "grid":
         field(

@@ -8,6 +8,7 @@ from html import escape
 import streamlit as st
 
 from ccwsim.engine.trace import Patch, Trace
+from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.how_it_works.trace import follow, forget_own, parameters_of, set_own, use_own
 from ccwsim.ui.how_it_works.words import said_shape
@@ -20,8 +21,6 @@ from ccwsim.ui.widgets.maps import canvas_component
 
 EVERY = 0.8
 """Seconds a patch is shown while it plays."""
-MOST = 1000
-"""Realizations that can be followed are numbered up to this."""
 
 
 def tick(how: How, n: int) -> None:
@@ -99,7 +98,7 @@ def draw_setting(state: State) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
         field(
             st.number_input, "Realization", key="how_number", value=how.number + 1, min_value=1,
-            max_value=MOST, width=124, write=lambda r: follow(how, int(r) - 1),
+            max_value=MAX_REALIZATIONS, width=124, write=lambda r: follow(how, int(r) - 1),
             help="Each has its own random numbers; numbered as on Simulate.",
         )  # fmt: skip
         field(
@@ -114,8 +113,8 @@ def draw_setting(state: State) -> None:
         )  # fmt: skip
         field(
             st.number_input, "Candidates K", key="how_candidates", value=p.n_candidates, width=136,
-            min_value=1, max_value=10_000, write=lambda k: set_own(state, n_candidates=int(k)),
-            help=help_of("n_candidates"),
+            min_value=1, max_value=MAX_CANDIDATES_OFFERED,
+            write=lambda k: set_own(state, n_candidates=int(k)), help=help_of("n_candidates"),
         )  # fmt: skip
         if how.parameters is not None:
             st.button(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import streamlit as st
 
+from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import EXPERIMENTS
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
@@ -77,7 +78,7 @@ def _controls(state: State) -> None:
         )  # fmt: skip
         field(
             st.number_input, "Seed", key="paper_seed", value=paper.seed, min_value=0,
-            max_value=2**31 - 1, step=1, width=120,
+            max_value=MAX_SEED, step=1, width=120,
             help="The same seed gives the same realizations.",
             write=lambda seed: setattr(paper, "seed", int(seed)),
         )  # fmt: skip

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle
 from ccwsim.metrics import EType, band, connectivity, etype, variogram
+from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 
-LARGEST_LAG = 100
 SMALL_SHARES = 4_000_000
 """Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
-MAX_CURVES = 100
-"""Curves are worked out for the first so many realizations."""
 
 Floats = NDArray[np.float64]
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
@@ -53,7 +51,7 @@ def _bundle(
     image = _ensemble.training_image
     axis = 1 if _direction == "E-W" else 0
     longest = min(image.shape[axis], _ensemble.grid.shape[axis])
-    lags = max(1, min(LARGEST_LAG, longest // 2))
+    lags = max(1, min(MAX_LAG, longest // 2))
     of_image = (key[0], image.digest, *key[3:], lags)
     reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
     each = _curve(_ensemble.indices[:MAX_CURVES], lags)

@@ -8,8 +8,9 @@ import numpy as np
 import streamlit as st
 
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
+from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.bundles import MAX_CURVES, alike_up_to, connection_bundle, variogram_bundle
+from ccwsim.ui.results.bundles import alike_up_to, connection_bundle, variogram_bundle
 from ccwsim.ui.results.charts import draw_chart
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.steps import panel_title

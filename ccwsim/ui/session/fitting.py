@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from ccwsim.model.bounds import MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
-from ccwsim.model.parameters import MAX_LEVEL, MAX_TEMPLATE, Parameters, legal_sizes
+from ccwsim.model.parameters import Parameters, legal_sizes
 from ccwsim.model.training_image import TrainingImage
-
-SMALLEST_TEMPLATE = 4
 
 
 def template_sizes(level: int, shape: tuple[int, int]) -> list[int]:
@@ -20,7 +19,7 @@ def template_sizes(level: int, shape: tuple[int, int]) -> list[int]:
     >>> template_sizes(3, (40, 60))
     [16, 24, 32, 40]
     """
-    smallest = max(SMALLEST_TEMPLATE, 2 * 2**level)
+    smallest = max(MIN_TEMPLATE, 2 * 2**level)
     return legal_sizes(level, smallest, min(*shape, MAX_TEMPLATE))
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import ccwsim
 from ccwsim.io import Project, read_project, training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
-from ccwsim.model.bounds import MAX_SEED
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
@@ -20,9 +20,7 @@ from ccwsim.ui.session.address import show
 from ccwsim.ui.session.following import shown_of
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.grid_step import LARGEST
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import MAX_REALIZATIONS
 
 
 def study_of(choices: Choices) -> Study:
@@ -108,7 +106,7 @@ def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
 def _check(choices: Choices) -> None:
     for name, value, most in (
         ("realizations", choices.n_realizations, MAX_REALIZATIONS),
-        ("cells along a side of the grid", max(choices.grid.shape), LARGEST),
+        ("cells along a side of the grid", max(choices.grid.shape), MAX_GRID_SIDE_OFFERED),
         ("as seed", choices.seed, MAX_SEED),
     ):
         if value > most:

@@ -12,6 +12,7 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import data_png
+from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -171,7 +172,7 @@ def _sampled(state: State, current: DataChoice) -> None:
     )
     field(
         st.number_input, "How many data", key="data_n", value=current.n_sampled, min_value=1,
-        max_value=100_000, write=lambda n: use_data(state, replace(current, n_sampled=int(n))),
+        max_value=MAX_SAMPLED, write=lambda n: use_data(state, replace(current, n_sampled=int(n))),
     )  # fmt: skip
     field(
         st.number_input, "Their own seed", key="data_seed", value=current.seed_sampled,

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import streamlit as st
 
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.model.grid import Grid
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import pair, step_title
-
-LARGEST = 10_000
 
 
 def grid_step(state: State) -> None:
@@ -22,7 +21,7 @@ def grid_step(state: State) -> None:
         with place:
             field(
                 st.number_input, f"Cells {label}", key=f"grid_{name}", value=getattr(grid, name),
-                min_value=1, max_value=LARGEST, step=32,
+                min_value=1, max_value=MAX_GRID_SIDE_OFFERED, step=32,
                 help=f"Cells of the simulation grid {label}. Time grows with the cells.",
                 write=lambda n, name=name: change_grid(state, **{name: int(n)}),
             )  # fmt: skip

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import streamlit as st
 
+from ccwsim.model.bounds import (
+    MAX_CANDIDATES_OFFERED,
+    MAX_CO_TEMPLATE,
+    MAX_LOCATION_WEIGHT,
+    MAX_TEMPLATE_VARIATION,
+)
 from ccwsim.model.parameters import Parameters
 from ccwsim.ui.session.fitting import fitted, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.resolve import image_of
@@ -15,9 +21,9 @@ from ccwsim.ui.widgets.steps import pair, step_title
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
     "search_fraction": (0.01, 1.0, 0.01),
-    "co_template": (1, 4, 1),
-    "template_variation": (0.0, 0.5, 0.05),
-    "location_weight": (0.0, 10.0, 0.5),
+    "co_template": (1, MAX_CO_TEMPLATE, 1),
+    "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
+    "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
 }
 """Smallest, largest and step of the numbers behind the menu."""
 
@@ -50,7 +56,7 @@ def method_step(state: State) -> None:
         )  # fmt: skip
         field(
             st.number_input, "Candidates K", key="n_candidates", value=p.n_candidates,
-            min_value=1, max_value=10_000, write=change("n_candidates"),
+            min_value=1, max_value=MAX_CANDIDATES_OFFERED, write=change("n_candidates"),
             help=help_of("n_candidates"),
         )  # fmt: skip
     with st.popover("Advanced", key="method_menu"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.model.bounds import MAX_SEED
+from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.jobs.admission import Demand, check_limits
@@ -15,8 +15,6 @@ from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
-
-MAX_REALIZATIONS = 1000
 
 
 def run_step(state: State) -> None:

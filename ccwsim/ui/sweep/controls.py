@@ -9,6 +9,7 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.experiments.sweep import Settings
+from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.jobs.admission import Demand, check_limits
 from ccwsim.ui.results.facies import colours_of, pretty
@@ -23,7 +24,6 @@ from ccwsim.ui.widgets.fields import PARAMETERS, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
-MAX_REALIZATIONS = 50
 LABELS = {
     "template_size": "Template T (cells)",
     "wavelet_level": "Level",
@@ -56,7 +56,7 @@ def draw_controls(state: State) -> None:
     step_title(3, "Realizations")
     field(
         st.number_input, "Of each setting", key="n_swept", value=page_state.n_realizations,
-        min_value=1, max_value=MAX_REALIZATIONS,
+        min_value=1, max_value=MAX_REALIZATIONS_OF_SWEEP,
         help="More tell closer settings apart, and take proportionally longer.",
         write=lambda n: setattr(page_state, "n_realizations", int(n)),
     )  # fmt: skip

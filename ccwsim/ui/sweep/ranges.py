@@ -7,11 +7,12 @@ from typing import Any
 
 from ccwsim.experiments.sweep import Settings, expected_seconds, settings
 from ccwsim.experiments.sweep.cost import JUDGING
+from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.parameters import MAX_TEMPLATE, METHODS, Parameters
-from ccwsim.ui.session.fitting import SMALLEST_TEMPLATE, fitted, levels
+from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.state import SweepState
@@ -59,7 +60,7 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
     p, shape = choices.parameters, image_of(choices.image).shape
     near = (p.template_size // 2, p.template_size, p.template_size * 3 // 2)
     offered = values_on_offer(choices)
-    templates = [t for t in near if t >= SMALLEST_TEMPLATE and t in offered["template_size"]]
+    templates = [t for t in near if t >= MIN_TEMPLATE and t in offered["template_size"]]
     tried = [level for level in levels(shape) if level in DEFAULT_LEVELS] or [p.wavelet_level]
     return {
         "template_size": templates or [p.template_size],

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.metrics import RunningSummary, connectivity, variogram
+from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.jobs.job import held_up
@@ -28,7 +29,6 @@ from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 POLL_EVERY = 1.0
-MOST = 100_000
 
 
 def draw_long_run(state: State, colours: Sequence[str]) -> None:
@@ -44,7 +44,7 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         field(
             st.number_input, "Realizations", key="n_long", value=page_state.n_long,
-            min_value=10, max_value=MOST, step=100, width=180,
+            min_value=10, max_value=MAX_LARGE_ENSEMBLE, step=100, width=180,
             help="More make the probabilities more exact: the error halves with four times as "
             "many.", write=lambda n: setattr(page_state, "n_long", int(n)),
         )  # fmt: skip

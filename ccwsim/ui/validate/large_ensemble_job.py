@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ccwsim.metrics import RunningStatistics, RunningSummary
+from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import Cancelled
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -25,7 +26,6 @@ CELLS_A_BATCH = 4_000_000
 POLL_SECONDS = 1.0
 """Seconds between two summaries."""
 LOW, HIGH = 0.05, 0.95
-LARGEST_LAG = 100
 
 
 @dataclass
@@ -74,7 +74,7 @@ class LargeEnsembleRun(BackgroundRun):
 
     def _work(self, progress: Progress, cancel: Cancel) -> None:
         sides = (*self.grid.shape, *self.training_image.shape)
-        n_facies, lags = self.training_image.n_facies, min(LARGEST_LAG, min(sides) // 2)
+        n_facies, lags = self.training_image.n_facies, min(MAX_LAG, min(sides) // 2)
         running = RunningStatistics(self.grid.shape, n_facies, [self.facies], max_lag=lags)
         self.nbytes = running.nbytes
         batch, looked = self._batch, 0.0

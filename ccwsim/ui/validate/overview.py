@@ -11,8 +11,8 @@ import streamlit as st
 
 from ccwsim.figures import Bundle, curves_chart, scaling_chart
 from ccwsim.metrics import Anodi
+from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.bundles import MAX_CURVES
 from ccwsim.ui.results.curves_panel import said
 from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.titled_chart import titled_chart

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import streamlit as st
 
+from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.results.e_type import choose
 from ccwsim.ui.results.facies import colours_of_ran
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import MAX_REALIZATIONS, problem_of
+from ccwsim.ui.study.run_step import problem_of
 from ccwsim.ui.validate.overview import draw_curves_row, draw_look, shown_elsewhere
 from ccwsim.ui.validate.panel import begin
 from ccwsim.ui.validate.sections import draw_links, draw_sections

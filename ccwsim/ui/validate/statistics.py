@@ -26,10 +26,11 @@ from ccwsim.metrics import (
     variogram_map,
 )
 from ccwsim.metrics.directions import Direction, lag_offsets
+from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.statistics import Fraction, Task
-from ccwsim.ui.results.bundles import LARGEST_LAG, MAX_CURVES, bundle_of, e_type_of
+from ccwsim.ui.results.bundles import bundle_of, e_type_of
 
 MAP_LAG = 50
 MAX_COMPARED = 200
@@ -67,7 +68,7 @@ def longest_lag(ensemble: Ensemble, direction: Direction) -> int:
     sides = zip(ensemble.training_image.shape, ensemble.grid.shape, strict=True)
     rows, columns = (min(pair) for pair in sides)
     side = {"E-W": columns, "N-S": rows}.get(str(direction), min(rows, columns))
-    return max(1, min(LARGEST_LAG, side // 2))
+    return max(1, min(MAX_LAG, side // 2))
 
 
 def steps_along(
