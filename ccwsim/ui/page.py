@@ -13,7 +13,7 @@ from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_share
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.theme import own_colours, theme_name
@@ -80,7 +80,7 @@ def _top(title: str, state: State) -> None:
     if state.told:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.told))
-            st.button("Close", key="told_close", on_click=safely(_read), args=(state,))
+            button("Close", key="told_close", on_click=_read, args=(state,))
 
 
 def _read(state: State) -> None:

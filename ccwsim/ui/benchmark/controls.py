@@ -28,8 +28,7 @@ from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.words import said_plan
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.steps import step_note
 
 Kind = Literal["grids", "data"]
@@ -135,8 +134,8 @@ def _realizations(state: State, kind: Kind) -> None:
 
 
 def _button(state: State, kind: Kind) -> None:
-    st.button(
-        "Measure", key=f"measure_{kind}", type="primary", on_click=safely(start),
+    button(
+        "Measure", key=f"measure_{kind}", type="primary", on_click=start,
         args=(state, kind),
         disabled=state.page(Benchmark).running is not None,
     )  # fmt: skip

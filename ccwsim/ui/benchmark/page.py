@@ -17,8 +17,8 @@ from ccwsim.ui.benchmark.words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
 from ccwsim.ui.jobs.job import held_up
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 
@@ -67,7 +67,7 @@ def _follow(state: State, kind: Kind) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key=f"progress_{kind}"):
             st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
-            st.button("Cancel", key=f"cancel_{kind}", on_click=safely(run.job.cancel),
+            button("Cancel", key=f"cancel_{kind}", on_click=run.job.cancel,
                       disabled=run.job.cancelled)  # fmt: skip
         if run.disturbed:
             step_note(DISTURBED)

@@ -13,7 +13,7 @@ from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import nearest
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -29,9 +29,9 @@ def draw_curves(state: State, found: Comparison) -> None:
     image = found.ensembles[0].training_image
     if not has_curves(found, facies):
         if state.page(Comparing).job is None:
-            st.button(
+            button(
                 f"Work out the curves of {plain(image.facies_names[facies])}", key="want_curves",
-                on_click=safely(want_curves), args=(state,),
+                on_click=want_curves, args=(state,),
             )  # fmt: skip
         else:
             st.html('<div class="unseen curves"></div>')

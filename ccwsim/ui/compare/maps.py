@@ -15,8 +15,8 @@ from ccwsim.ui.compare.state import Asked, Comparing
 from ccwsim.ui.results.e_type import choose, e_type_field, uncertainty_map
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
 from ccwsim.ui.widgets.theme import chart_theme
@@ -62,8 +62,8 @@ def _controls(state: State, found: Comparison) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {state.page(Comparing).shown + 1} of {n}")
         for step, label, name in ((-1, "‹", "previous"), (1, "›", "next")):
-            st.button(
-                label, key=f"shown_{name}", on_click=safely(_step), args=(state, n, step),
+            button(
+                label, key=f"shown_{name}", on_click=_step, args=(state, n, step),
                 help=f"The {name} realization of all settings", disabled=n == 1,
             )  # fmt: skip
         st.html('<div class="panel below">E-type below</div>', width="content")

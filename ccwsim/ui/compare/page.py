@@ -27,8 +27,7 @@ from ccwsim.ui.results.facies import pretty
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.steps import step_note
 
 STYLE = Path(__file__).with_name("compare.css")
@@ -57,8 +56,8 @@ def draw_top(state: State, problem: str) -> None:
             help="More make small differences between settings surer.",
             write=lambda n: setattr(here, "n", int(n)),
         )  # fmt: skip
-        st.button(
-            "Compare", key="compare", type="primary", on_click=safely(start_comparison),
+        button(
+            "Compare", key="compare", type="primary", on_click=start_comparison,
             args=(state,),
             disabled=bool(problem), help=problem or None,
         )  # fmt: skip

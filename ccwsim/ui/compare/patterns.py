@@ -15,7 +15,7 @@ from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import said_ratio
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.scrolled import scrolled
 from ccwsim.ui.widgets.steps import panel_title, step_note
@@ -57,7 +57,7 @@ def _plot(state: State, found: Comparison) -> None:
 
         draw_point_key(found.names)
         st.plotly_chart(
-            chart, key=f"chart_{key}", theme=None, alt=alt, on_select=safely(chosen),
+            chart, key=f"chart_{key}", theme=None, alt=alt, on_select=catch_callback_errors(chosen),
             selection_mode="points",
             config={"displaylogo": False, "modeBarButtons": [["toImage"]]},
         )  # fmt: skip

@@ -15,7 +15,7 @@ from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import POLL_EVERY, failed
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 
 
 def asked_of(state: State) -> Asked:
@@ -128,10 +128,10 @@ def follow_comparison(state: State, n_parts: int) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key="progress"):
             st.progress(min(job.fraction, 1.0), text=said_progress(job))
-            st.button(
+            button(
                 "Cancel",
                 key="cancel",
-                on_click=safely(job.cancel),
+                on_click=job.cancel,
                 disabled=job.cancelled,
             )
 

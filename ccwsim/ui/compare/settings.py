@@ -25,8 +25,7 @@ from ccwsim.ui.session.fitting import levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.method_step import parameter_field
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import PARAMETERS, field, help_of
+from ccwsim.ui.widgets.fields import PARAMETERS, button, field, help_of
 from ccwsim.ui.widgets.steps import pair
 
 SIMULATE = "pages/simulate.py"
@@ -94,8 +93,8 @@ def _common(state: State, k: int, letter: str, p: Parameters) -> None:
 
 def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]) -> None:
     with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
-        if st.button(
-            "Use these", key=f"use_{letter}", on_click=safely(use_setting), args=(state, k),
+        if button(
+            "Use these", key=f"use_{letter}", on_click=use_setting, args=(state, k),
             help="Take this setting to Simulate"
             + ("." if k == 0 else "; what the study had takes its place here."),
         ):  # fmt: skip
@@ -103,21 +102,21 @@ def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]
         with st.popover("Copy from", key=f"copy_{letter}"):
             for j, other in enumerate(called(len(settings))):
                 if j != k:
-                    st.button(
+                    button(
                         f"Setting {other}", key=f"copy_{letter}_from_{other}", width="stretch",
-                        on_click=safely(copy_setting), args=(state, k, j),
+                        on_click=copy_setting, args=(state, k, j),
                     )  # fmt: skip
         if k:
-            st.button(
-                "Remove", key=f"remove_{letter}", on_click=safely(remove_setting), args=(state, k),
+            button(
+                "Remove", key=f"remove_{letter}", on_click=remove_setting, args=(state, k),
                 disabled=len(settings) == FEWEST,
                 help="Two settings are needed." if len(settings) == FEWEST else None,
             )  # fmt: skip
         elif len(settings) < MOST:
-            st.button(
+            button(
                 "Add a setting",
                 key="add_setting",
-                on_click=safely(add_setting),
+                on_click=add_setting,
                 args=(state,),
             )
 

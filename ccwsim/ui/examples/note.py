@@ -19,7 +19,7 @@ from ccwsim.ui.examples.open import (
 )
 from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
@@ -51,25 +51,25 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
     with st.container(horizontal=True, gap="small", key="opened_actions"):
         if following is not None and (not compared or following.others):
             act = compare_example if compared else open_example
-            st.button(
-                "Next example", key="next_example", on_click=safely(act), args=(state, following),
+            button(
+                "Next example", key="next_example", on_click=act, args=(state, following),
                 help=following.title,
             )  # fmt: skip
         if example.others and not compared:
-            pressed = st.button(
+            pressed = button(
                 "Compare its settings", key="compare_opened",
-                on_click=safely(compare_example), args=(state, example),
+                on_click=compare_example, args=(state, example),
                 help="This is A; the others beside it.",
             )  # fmt: skip
             if pressed:
                 go_to(COMPARE)
-        st.button(
-            "Back to my study", key="back_from_example", on_click=safely(back_to_own),
+        button(
+            "Back to my study", key="back_from_example", on_click=back_to_own,
             args=(state,),
             help="Brings back what you had before the first example, with its results.",
         )  # fmt: skip
-        st.button(
-            "Keep this one", key="keep_example", on_click=safely(keep_example), args=(state,),
+        button(
+            "Keep this one", key="keep_example", on_click=keep_example, args=(state,),
             help="Goes on with this study as your own; the earlier one is let go.",
         )  # fmt: skip
 

@@ -26,8 +26,7 @@ from ccwsim.ui.jobs.statistics import Failure
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -50,8 +49,8 @@ def draw_examples(state: State) -> None:
         )  # fmt: skip
         draw_class_link(state)
         if here.kept is not None:
-            st.button(
-                "Back to my study", key="back_to_own", on_click=safely(back_to_own), args=(state,),
+            button(
+                "Back to my study", key="back_to_own", on_click=back_to_own, args=(state,),
                 help="Brings back what you had before the first example, with its results.",
             )  # fmt: skip
     with st.container(key="results"):
@@ -96,13 +95,13 @@ def _card(state: State, number: int, example: Example, deadline: float) -> bool:
     if isinstance(found, Failure):
         step_note(f"No pictures: {found.reason}.")
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
-        opened = st.button(
+        opened = button(
             "Open", key=f"open_{example.name}", help="Makes it the study and runs it.",
-            on_click=safely(_guarded), args=(open_example, state, example),
+            on_click=_guarded, args=(open_example, state, example),
         )  # fmt: skip
-        compared = bool(example.others) and st.button(
+        compared = bool(example.others) and button(
             "Compare", key=f"compare_{example.name}",
-            on_click=safely(_guarded), args=(compare_example, state, example),
+            on_click=_guarded, args=(compare_example, state, example),
             help="Its settings side by side, with their figures.",
         )  # fmt: skip
     if opened or compared:

@@ -21,8 +21,7 @@ from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE, POLL_EVERY, failed
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field, help_of
+from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.steps import step_note
@@ -122,7 +121,7 @@ def _controls(state: State) -> None:
             st.checkbox, "Refine", key="quiz_refine", value=quiz.refine, write=change("refine"),
             help=help_of("refine"),
         )  # fmt: skip
-        st.button("Next round", key="quiz_next", type="primary", on_click=safely(begin_round),
+        button("Next round", key="quiz_next", type="primary", on_click=begin_round,
                   args=(state,))  # fmt: skip
 
 

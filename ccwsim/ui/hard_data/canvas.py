@@ -19,7 +19,7 @@ from ccwsim.ui.hard_data.actions import take_edits
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.results.e_type import uncertainty_map
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -70,7 +70,7 @@ def draw_canvas(
         if edits:
             take_edits(state, edits)
 
-    component()(key=KEY, data=content, on_edits_change=safely(edited))
+    component()(key=KEY, data=content, on_edits_change=catch_callback_errors(edited))
 
 
 def empty_map(grid: Grid) -> CellMap:

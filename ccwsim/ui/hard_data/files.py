@@ -16,16 +16,16 @@ from ccwsim.ui.session.resolve import imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_questions import ask_data
 from ccwsim.ui.study.data_step import TYPES, problem_of_data, use_data
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button, file_uploader
 from ccwsim.ui.widgets.literal import plain
 
 
 def draw_import(state: State) -> None:
     """Draw a menu to open a file of hard data, with its questions."""
     with st.popover("Import", key="import_menu"):
-        st.file_uploader(
+        file_uploader(
             "Points or a grid with gaps", type=TYPES, key="import_file",
-            on_change=safely(_uploaded),
+            on_change=_uploaded,
             args=(state,), help="CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; "
             "MATLAB v5",
         )  # fmt: skip
@@ -41,9 +41,9 @@ def draw_problem(state: State, problem: str) -> None:
         state.choices.data,
         lambda answers: state.change(data=replace(state.choices.data, answers=answers)),
     )
-    st.button(
+    button(
         "Start without data", key="start_empty",
-        on_click=safely(lambda: state.change(data=DataChoice("placed", placed=HardData()))),
+        on_click=lambda: state.change(data=DataChoice("placed", placed=HardData())),
     )  # fmt: skip
 
 
@@ -87,10 +87,10 @@ def _report(state: State, draft: DataChoice) -> None:
             st.caption(plain(note))
     ask_data(draft, lambda answers: use_file(state, replace(draft, answers=answers)))
     if state.data_draft is not None:
-        st.button(
+        button(
             "Keep the data as they are",
             key="import_drop",
-            on_click=safely(_drop),
+            on_click=_drop,
             args=(state,),
         )
 

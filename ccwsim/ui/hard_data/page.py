@@ -25,9 +25,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.study.run_step import problem_of
-from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title, step_note
@@ -89,8 +88,8 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
         draw_import(state)
         draw_sampling(state)
         draw_export(state, data)
-        st.button(
-            "Clear", key="clear", disabled=not data.n, on_click=safely(take),
+        button(
+            "Clear", key="clear", disabled=not data.n, on_click=take,
             args=(state, DataChoice("placed", placed=HardData())),
             help="Take all data away; undo brings them back.",
         )  # fmt: skip

@@ -19,8 +19,7 @@ from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_image
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field, file_uploader
 from ccwsim.ui.widgets.literal import plain
 
 WAYS = {
@@ -47,10 +46,10 @@ def draw_sampling(state: State) -> None:
         if own:
             _ask_reference(state)
         _ask_way(state)
-        st.button(
+        button(
             "Take these data",
             key="sample_take",
-            on_click=safely(sample),
+            on_click=sample,
             args=(state,),
         )
 
@@ -109,8 +108,8 @@ def _read_from(state: State, own: bool) -> None:
 
 def _ask_reference(state: State) -> None:
     choice = state.page(Editor).reference_choice
-    st.file_uploader(
-        "Reference image", type=TYPES, key="reference_file", on_change=safely(_uploaded),
+    file_uploader(
+        "Reference image", type=TYPES, key="reference_file", on_change=_uploaded,
         args=(state,),
         help="A field of the size of the grid, in any format of a training image.",
     )  # fmt: skip

@@ -17,7 +17,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.actions import take_data
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title
@@ -48,7 +48,7 @@ def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
     )
     st.data_editor(
         table.base, key=key, num_rows="dynamic", height=HEIGHT, width="stretch", hide_index=True,
-        on_change=safely(_edited), args=(state, key, image),
+        on_change=catch_callback_errors(_edited), args=(state, key, image),
         column_config={
             **{name: st.column_config.NumberColumn(width=72) for name in table.base.columns},
             "facies": st.column_config.NumberColumn(width=72, help=names),

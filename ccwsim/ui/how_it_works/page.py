@@ -18,7 +18,7 @@ from ccwsim.ui.how_it_works.trace import parameters_of, set_own, trace_of
 from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title
 from ccwsim.ui.widgets.theme import chart_theme
@@ -76,9 +76,9 @@ def _page(state: State) -> None:
     except CCWSIMError as error:
         page_state.leave()
         st.warning(plain(str(error)))
-        st.button(
+        button(
             "Follow ccwsim here", key="how_ccwsim", type="primary",
-            on_click=safely(lambda: set_own(state, method="ccwsim")),
+            on_click=lambda: set_own(state, method="ccwsim"),
         )  # fmt: skip
         return
     trace = trace_of(state)

@@ -15,8 +15,7 @@ from ccwsim.ui.how_it_works.words import said_shape
 from ccwsim.ui.session.fitting import levels, overlap_sizes
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field, help_of
+from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.maps import canvas_component
 
 EVERY = 0.8
@@ -38,9 +37,9 @@ def draw_player(state: State, trace: Trace) -> None:
     how, n = state.page(How), len(trace.patches)
     st.html(f'<p class="facts where">{where(trace, trace.patches[how.patch])}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
-        st.button(
+        button(
             "Previous", key="how_previous", icon=":material/chevron_left:",
-            disabled=how.patch == 0, on_click=safely(lambda: how.go(max(how.patch - 1, 0))),
+            disabled=how.patch == 0, on_click=lambda: how.go(max(how.patch - 1, 0)),
         )  # fmt: skip
         with st.container(key="how_slide"):
             field(
@@ -48,13 +47,13 @@ def draw_player(state: State, trace: Trace) -> None:
                 max_value=max(n, 2), write=lambda at: how.go(min(at, n) - 1), disabled=n < 2,
                 label_visibility="collapsed",
             )  # fmt: skip
-        st.button(
+        button(
             "Next", key="how_next", icon=":material/chevron_right:",
-            disabled=how.patch + 1 == n, on_click=safely(lambda: how.go(min(how.patch + 1, n - 1))),
+            disabled=how.patch + 1 == n, on_click=lambda: how.go(min(how.patch + 1, n - 1)),
         )  # fmt: skip
-        st.button(
+        button(
             "Stop" if how.playing else "Play", key="how_play", type="primary",
-            on_click=safely(_play), args=(how, n),
+            on_click=_play, args=(how, n),
         )  # fmt: skip
     _keys(how, n)
 
@@ -117,13 +116,13 @@ def draw_setting(state: State) -> None:
             write=lambda k: set_own(state, n_candidates=int(k)), help=help_of("n_candidates"),
         )  # fmt: skip
         if how.parameters is not None:
-            st.button(
-                "Use this setting", key="how_use", on_click=safely(use_own), args=(state,),
+            button(
+                "Use this setting", key="how_use", on_click=use_own, args=(state,),
                 help="Takes it to the study, and so to Simulate.",
             )  # fmt: skip
-            st.button(
+            button(
                 "Back to the study's",
                 key="how_back",
-                on_click=safely(forget_own),
+                on_click=forget_own,
                 args=(state,),
             )

@@ -21,8 +21,7 @@ from ccwsim.ui.paper.words import (
 )
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 
@@ -82,9 +81,9 @@ def _controls(state: State) -> None:
             help="The same seed gives the same realizations.",
             write=lambda seed: setattr(paper, "seed", int(seed)),
         )  # fmt: skip
-        st.button(
+        button(
             "Run the experiments" if paper.run is None else "Run again", key="paper_start",
-            type="primary", on_click=safely(start), args=(state,),
+            type="primary", on_click=start, args=(state,),
         )  # fmt: skip
         duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[paper.quick]}."
         st.html(f'<span class="takes">{duration}</span>')
@@ -98,7 +97,7 @@ def _follow(state: State) -> None:
             st.rerun()
         with st.container(horizontal=True, vertical_alignment="center", key="progress"):
             st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
-            st.button("Cancel", key="paper_cancel", on_click=safely(run.job.cancel),
+            button("Cancel", key="paper_cancel", on_click=run.job.cancel,
                       disabled=run.job.cancelled)  # fmt: skip
         st.html(verdict_list(run.finished))
 

@@ -14,9 +14,9 @@ from ccwsim.ui.widgets.errors import (
     TROUBLE,
     is_control_flow,
     logged,
-    safely,
     user_message,
 )
+from ccwsim.ui.widgets.fields import button
 
 DREW = "ccwsim_drew"
 """Where the session keeps the choices that a page was last drawn with, whole."""
@@ -56,9 +56,9 @@ def _way_back() -> None:
     """Offer the study that could be drawn, so that one that cannot never locks the reader out."""
     drew = st.session_state.get(DREW)
     if drew is not None and drew != session_state().choices:
-        st.button(
+        button(
             "Back to the study before", key="way_back", type="primary",
-            on_click=safely(_go_back), args=(drew,),
+            on_click=_go_back, args=(drew,),
         )  # fmt: skip
 
 

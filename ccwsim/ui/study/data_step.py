@@ -21,8 +21,7 @@ from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_questions import ask_data
 from ccwsim.ui.study.image_step import THUMB
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field, file_uploader
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
@@ -149,8 +148,8 @@ def _bundled(state: State, current: DataChoice) -> None:
 
 
 def _file(state: State, current: DataChoice) -> None:
-    st.file_uploader(
-        "Points or a grid with gaps", type=TYPES, key="data_file", on_change=safely(_uploaded),
+    file_uploader(
+        "Points or a grid with gaps", type=TYPES, key="data_file", on_change=_uploaded,
         args=(state,), help="CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; "
         "MATLAB v5",
     )  # fmt: skip
@@ -187,9 +186,9 @@ def _report(state: State, current: DataChoice) -> None:
     except CCWSIMError as error:
         st.error(plain(str(error)))
         if state.data_draft is not None:
-            st.button(
+            button(
                 "Keep the data as they were",
-                on_click=safely(_drop_draft),
+                on_click=_drop_draft,
                 args=(state,),
             )
     else:

@@ -12,7 +12,7 @@ from ccwsim.metrics import QUARTERS, Diagnosis
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.titled_chart import titled_chart
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.steps import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -84,8 +84,8 @@ def draw_advice(
     advised = {advice.parameter: advice.value for advice in found.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
-        st.button(
-            "Use these values", key="use_advice", on_click=safely(use), args=(advised,),
+        button(
+            "Use these values", key="use_advice", on_click=use, args=(advised,),
             help="Takes them into the study; run it to see what they change.",
         )  # fmt: skip
 

@@ -18,8 +18,7 @@ from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import ask_image
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field, file_uploader
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
@@ -80,8 +79,8 @@ def _menu(state: State) -> None:
     )  # fmt: skip
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
-    st.file_uploader(
-        "or a file of yours", type=TYPES, key="image_file", on_change=safely(_uploaded),
+    file_uploader(
+        "or a file of yours", type=TYPES, key="image_file", on_change=_uploaded,
         args=(state,),
         help="SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture",
     )  # fmt: skip
@@ -135,7 +134,7 @@ def _answers(state: State, current: ImageChoice) -> None:
         lambda answers: use_image(state, replace(current, answers=answers)),
     )  # fmt: skip
     if problem:
-        st.button("Keep the image as it was", on_click=safely(_drop_draft), args=(state,))
+        button("Keep the image as it was", on_click=_drop_draft, args=(state,))
 
 
 def _drop_draft(state: State) -> None:

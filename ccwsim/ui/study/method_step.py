@@ -14,8 +14,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.ui.session.fitting import fitted, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import PARAMETERS, field, help_of
+from ccwsim.ui.widgets.fields import PARAMETERS, button, field, help_of
 from ccwsim.ui.widgets.steps import pair, step_title
 
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
@@ -63,7 +62,7 @@ def method_step(state: State) -> None:
         for name in PARAMETERS:
             if name not in ON_TOP:
                 parameter_field(p, name, change(name))
-        st.button("Back to the defaults", on_click=safely(lambda: _reset(state)))
+        button("Back to the defaults", on_click=lambda: _reset(state))
 
 
 def set_parameters(state: State, **changes: object) -> None:

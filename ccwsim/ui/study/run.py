@@ -19,7 +19,8 @@ from ccwsim.ui.session.past_runs import PastRun
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.live_run import LiveRun, first_part
-from ccwsim.ui.widgets.errors import reason, safely
+from ccwsim.ui.widgets.errors import reason
+from ccwsim.ui.widgets.fields import button
 
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
@@ -166,10 +167,10 @@ def _follow(state: State) -> None:
         st.rerun()
     with st.container(horizontal=True, vertical_alignment="center", key="progress"):
         st.progress(min(job.fraction, 1.0), text=progress_text(job))
-        st.button(
+        button(
             "Cancel",
             key="cancel",
-            on_click=safely(job.cancel),
+            on_click=job.cancel,
             disabled=job.cancelled,
         )
 

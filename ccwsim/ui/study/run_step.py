@@ -12,8 +12,7 @@ from ccwsim.ui.jobs.limits import limits_of_environment
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
 
@@ -48,8 +47,8 @@ def run_step(state: State) -> None:
 def run_button(state: State, key: str) -> None:
     """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
     problem = problem_of(state)
-    st.button(
-        "Run", key=key, type="primary", on_click=safely(start_run), args=(state,),
+    button(
+        "Run", key=key, type="primary", on_click=start_run, args=(state,),
         disabled=bool(problem), help=problem or None, width="stretch",
     )  # fmt: skip
 

@@ -18,9 +18,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.ranges import MOST, plan_of, ranges_of, seconds_of, values_on_offer
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState
-from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds
-from ccwsim.ui.widgets.fields import PARAMETERS, field
+from ccwsim.ui.widgets.fields import PARAMETERS, button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
@@ -47,10 +46,10 @@ def draw_controls(state: State) -> None:
         with st.container(key=f"range_{name}"):
             _range(state, name, values, ranges[name])
     if page_state.ranges:
-        st.button(
+        button(
             "Back to what suits the study",
             key="ranges_back",
-            on_click=safely(_back),
+            on_click=_back,
             args=(state,),
         )
     step_title(3, "Realizations")
@@ -70,8 +69,8 @@ def sweep_button(state: State, key: str) -> None:
     going = run is not None and run.going
     n = 0 if problem else len(plan_of(state))
     label = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
-    st.button(
-        label, key=key, type="primary", on_click=safely(start), args=(state,), width="stretch",
+    button(
+        label, key=key, type="primary", on_click=start, args=(state,), width="stretch",
         disabled=bool(problem) or going, help="A sweep is running." if going else problem or None,
     )  # fmt: skip
 

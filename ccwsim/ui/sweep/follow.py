@@ -11,8 +11,9 @@ from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState
-from ccwsim.ui.widgets.errors import reason, safely
+from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.facts import seconds
+from ccwsim.ui.widgets.fields import button
 
 POLL_EVERY = 0.5
 POLL_SECONDS = 1.5
@@ -32,10 +33,10 @@ def follow_sweep(state: State, drawn_at: float) -> None:
         assert job is not None
         with st.container(horizontal=True, vertical_alignment="center", key="sweep_progress"):
             st.progress(min(job.fraction, 1.0), text=progress_text(run))
-            st.button(
+            button(
                 "Cancel",
                 key="sweep_cancel",
-                on_click=safely(job.cancel),
+                on_click=job.cancel,
                 disabled=job.cancelled,
             )
 

@@ -24,7 +24,7 @@ from ccwsim.ui.sweep.setting import draw_numbers, draw_realization, use_button
 from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.sweep.table import csv_button, draw_table
 from ccwsim.ui.sweep.tiles import draw_planned_tiles, draw_tiles
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title, step_note
@@ -190,7 +190,8 @@ def _selectable(state: State, chart: Any) -> None:
             choose(state, int(clicked[0]))
 
     st.plotly_chart(
-        chart, key="chart_sweep", theme=None, on_select=safely(chosen), selection_mode="points",
+        chart, key="chart_sweep", theme=None, on_select=catch_callback_errors(chosen),
+        selection_mode="points",
         alt="Settings by CPU time and error; a line joins those that no other beats",
         config={"displayModeBar": False},
     )  # fmt: skip

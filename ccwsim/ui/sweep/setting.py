@@ -14,8 +14,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.ranges import use_setting
 from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState
-from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import three_digits
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
 
@@ -31,8 +31,8 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
         for step, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
-            st.button(
-                sign, key=f"swept_{name}", on_click=safely(_step), args=(state, step, n),
+            button(
+                sign, key=f"swept_{name}", on_click=_step, args=(state, step, n),
                 disabled=n == 1,
                 help=f"The {name} realization; the first {n} are kept",
             )  # fmt: skip
@@ -80,8 +80,8 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
 
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
     """Draw a button that takes a setting into the study and goes to where it is simulated."""
-    pressed = st.button(
-        text, key=key, on_click=safely(use_setting), args=(state, parameters),
+    pressed = button(
+        text, key=key, on_click=use_setting, args=(state, parameters),
         type="primary" if key == "use_setting" else "secondary",
         help="Takes it into the study and goes to Simulate.",
     )  # fmt: skip

@@ -21,9 +21,8 @@ from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.uncertainty import draw_three
-from ccwsim.ui.widgets.errors import safely
 from ccwsim.ui.widgets.facts import seconds, three_digits
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -49,11 +48,11 @@ def draw_long_run(state: State, colours: Sequence[str]) -> None:
             "many.", write=lambda n: setattr(page_state, "n_long", int(n)),
         )  # fmt: skip
         if not going:
-            st.button(
+            button(
                 "Start",
                 key="long_start",
                 type="primary",
-                on_click=safely(start),
+                on_click=start,
                 args=(state,),
             )
     if page_state.long_message:
@@ -96,10 +95,10 @@ def _follow(state: State, colours: Sequence[str]) -> None:
             text += f" · {seconds(left)} left"
         with st.container(horizontal=True, vertical_alignment="center", key="long_progress"):
             st.progress(min(job.fraction, 1.0), text=held_up(job) or text)
-            st.button(
+            button(
                 "Stop",
                 key="long_stop",
-                on_click=safely(job.cancel),
+                on_click=job.cancel,
                 disabled=job.cancelled,
             )
         _show(run, state, colours)

@@ -21,7 +21,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.panel import begin, panel
 from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.statistics import MAX_COMPARED, curves, patterns
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title
 from ccwsim.ui.widgets.theme import chart_theme
@@ -76,8 +77,8 @@ def _realization(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}")
         for step, label, name in ((-1, "‹", "previous"), (1, "›", "next")):
-            st.button(
-                label, key=f"shown_{name}", on_click=safely(_step), args=(state, step),
+            button(
+                label, key=f"shown_{name}", on_click=_step, args=(state, step),
                 help=f"The {name} realization", disabled=ensemble.n == 1,
             )  # fmt: skip
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
@@ -121,7 +122,7 @@ def _selectable(state: State, n: int, chart: Any, key: str, alt: str) -> None:
             state.shown = min(max(int(clicked[0]), 0), n - 1)
 
     st.plotly_chart(
-        chart, key=f"chart_{key}", theme=None, alt=alt, on_select=safely(chosen),
+        chart, key=f"chart_{key}", theme=None, alt=alt, on_select=catch_callback_errors(chosen),
         selection_mode="points",
         config={"displaylogo": False, "modeBarButtons": [["toImage"]]},
     )  # fmt: skip

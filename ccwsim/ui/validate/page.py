@@ -18,8 +18,7 @@ from ccwsim.ui.validate.panel import begin
 from ccwsim.ui.validate.sections import draw_links, draw_sections
 from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.validate.summary import draw_summary
-from ccwsim.ui.widgets.errors import safely
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -73,7 +72,7 @@ def draw_controls(state: State, ensemble: Ensemble) -> None:
             help="How many the next run gives; a band of 5–95 % needs about 20 or more.",
         )  # fmt: skip
         problem = problem_of(state)
-        st.button(
-            "Run", key="run", type="primary", on_click=safely(start_run), args=(state,),
+        button(
+            "Run", key="run", type="primary", on_click=start_run, args=(state,),
             disabled=bool(problem), help=problem or None,
         )  # fmt: skip

@@ -13,7 +13,7 @@ from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.validate.state import Validation
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.steps import step_note
 
 Value = TypeVar("Value")
@@ -64,10 +64,10 @@ def panel(
             with st.container(key=f"dim_{place}"):
                 v.drawn[place]()
         if v.bench.stopped:
-            st.button(
+            button(
                 "Stopped: work it out",
                 key=f"go_on_{place}",
-                on_click=safely(v.bench.go_on),
+                on_click=v.bench.go_on,
             )
         else:
             st.html(
@@ -119,7 +119,7 @@ def _fill(state: State, waiting: dict[str, Task], begun: float) -> None:
             n = there.count(False)
             words = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
             st.html(f'<div class="note">{bench.waiting or words}</div>')
-            st.button("Stop", key="stop_work", on_click=safely(_stop), args=(state,))
+            button("Stop", key="stop_work", on_click=_stop, args=(state,))
 
 
 def _stop(state: State) -> None:

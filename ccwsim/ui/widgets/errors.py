@@ -22,7 +22,7 @@ TROUBLE = "ccwsim_trouble"
 LOG: logging.Logger = get_logger("ccwsim")
 
 
-def safely(act: Callable[..., Any]) -> Callable[..., None]:
+def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
     """Return what to do when a widget is used, so that an error is said when the page is drawn.
 
     Without it an error before the page is drawn would leave the reader with no page at all.
@@ -30,7 +30,7 @@ def safely(act: Callable[..., Any]) -> Callable[..., None]:
     Examples
     --------
     >>> said = []
-    >>> safely(said.append)("taken")
+    >>> catch_callback_errors(said.append)("taken")
     >>> said
     ['taken']
     """

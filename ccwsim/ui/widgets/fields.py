@@ -8,10 +8,22 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.model.parameters import parameter_table
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_VERSIONS = 16
 PARAMETERS = {row["name"]: row for row in parameter_table()}
+
+
+def button(
+    label: str, *, on_click: Callable[..., Any], key: str | None = None, **options: Any
+) -> bool:
+    """Draw a button; an error in `on_click` is said when the page is drawn."""
+    return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
+
+
+def file_uploader(label: str, *, on_change: Callable[..., Any], key: str, **options: Any) -> Any:
+    """Draw a file uploader; an error in `on_change` is said when the page is drawn."""
+    return st.file_uploader(label, key=key, on_change=catch_callback_errors(on_change), **options)
 
 
 def field(
@@ -51,7 +63,7 @@ def field(
     return widget(
         label,
         key=name,
-        on_change=safely(changed),
+        on_change=catch_callback_errors(changed),
         **starting_at(widget, value, options),
     )
 

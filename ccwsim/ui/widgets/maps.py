@@ -18,7 +18,7 @@ from ccwsim.figures import CIVIDIS, index_png, ramp
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.widgets.errors import safely
+from ccwsim.ui.widgets.errors import catch_callback_errors
 
 CANVAS = Path(__file__).parent / "canvas"
 N_STEPS = 200
@@ -187,7 +187,9 @@ def canvas_component(name: str) -> Any:
 
     def draw(**options: Any) -> Any:
         told: dict[str, Any] = {
-            name: safely(act) for name, act in options.items() if name.startswith("on_")
+            name: catch_callback_errors(act)
+            for name, act in options.items()
+            if name.startswith("on_")
         }
         return drawn(**{**options, **told})
 
