@@ -1,0 +1,126 @@
+"""The package: its metadata agree with the files beside it, and an installed wheel works alone."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+import tomllib
+import urllib.request
+import venv
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import ccwsim
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+
+
+def required(name: str) -> set[str]:
+    """Return the requirements of a file without those of files that it names."""
+    lines = (ROOT / name).read_text("utf-8").splitlines()
+    return {str(Requirement(line)) for line in lines if line and line[0] not in "#-"}
+
+
+def declared(requirements: list[str]) -> set[str]:
+    found = {str(Requirement(text)) for text in requirements}
+    return {text for text in found if not text.startswith("ccwsim")}
+
+
+@pytest.mark.parametrize(
+    ("file", "wanted"),
+    [
+        ("requirements.txt", PROJECT["dependencies"]),
+        ("requirements-dask.txt", EXTRAS["dask"]),
+        ("requirements-dev.txt", EXTRAS["dev"]),
+    ],
+)
+def test_requirements_are_those_of_the_project(file, wanted):
+    assert required(file) == declared(wanted)
+
+
+def test_the_citation_names_this_version_and_the_paper():
+    text = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {ccwsim.__version__}\n" in text
+    for name in ("Bavandsavadkoohi", "Gloaguen", "Tokhmechi", "Arab-Amiri", "Giroux"):
+        assert f"family-names: {name}" in text
+
+
+def test_the_licence_is_the_one_that_is_declared():
+    assert PROJECT["license"] == "BSD-3-Clause"
+    assert (ROOT / "LICENSE").read_text("utf-8").startswith("BSD 3-Clause License")
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory) -> Path:
+    """The folder of programs of a fresh environment in which the wheel is installed."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "build", "--wheel", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    venv.create(folder / "env", with_pip=True)
+    programs = folder / "env" / ("Scripts" if os.name == "nt" else "bin")
+    subprocess.run([programs / "pip", "install", "-q", wheel], check=True, capture_output=True)
+    return programs
+
+
+def run(program: Path, *arguments: str, cwd: Path) -> str:
+    """Run a program as a user does who knows nothing of this checkout; return what it prints."""
+    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "CCWSIM_DATA")}
+    done = subprocess.run(
+        [program, *arguments], cwd=cwd, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_script_of_the_readme_runs_from_an_empty_folder(installed, tmp_path):
+    readme = (ROOT / "README.md").read_text("utf-8")
+    script = next(code for code in re.findall(r"```python\n(.*?)```", readme, re.DOTALL))
+    (tmp_path / "script.py").write_text(script, "utf-8")
+    run(installed / "python", "script.py", cwd=tmp_path)
+    assert (tmp_path / "out.npz").exists()
+
+
+@pytest.mark.slow
+def test_the_command_line_runs_from_an_empty_folder(installed, tmp_path):
+    assert ccwsim.__version__ in run(installed / "ccwsim", "--version", cwd=tmp_path)
+    out = tmp_path / "out.npy"
+    run(
+        installed / "ccwsim",
+        "simulate",
+        "channels",
+        "--grid",
+        "60x50",
+        "--output",
+        str(out),
+        cwd=tmp_path,
+    )
+    assert out.exists()
+
+
+@pytest.mark.slow
+def test_the_dashboard_starts_from_an_empty_folder(installed, tmp_path):
+    port = 18_000 + os.getpid() % 2_000
+    command = [installed / "ccwsim", "dashboard", "--port", str(port), "--server.headless=true"]
+    server = subprocess.Popen(command, cwd=tmp_path)
+    try:
+        end = time.monotonic() + 120
+        while server.poll() is None and time.monotonic() < end:
+            try:
+                with urllib.request.urlopen(f"http://localhost:{port}/validate", timeout=5) as page:
+                    assert b"<title>" in page.read()
+                return
+            except OSError:
+                time.sleep(0.2)
+        pytest.fail(f"no answer from the dashboard; exit code {server.poll()}")
+    finally:
+        server.terminate()
+        server.wait(20)
