@@ -1,4 +1,10 @@
-"""The cores of a process that many serve at once: runs take turns on them, in slices of time."""
+"""The cores of a process that many runs share, in slices of time.
+
+Plain threads of several runs get the cores by chance: a quick run beside realizations of minutes
+waits for them. On an idle machine of two cores, twelve realizations of 512 × 512 with 400 hard data
+beside six runs of 3000 × 3000 take 0.57 to 0.81 s here (1.3 s once), 2.8 to 3.8 s with plain
+threads, and 0.46 s alone.
+"""
 
 from __future__ import annotations
 
@@ -7,203 +13,178 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Lock
 
-SLICE = 0.05
-"""Seconds that a task may compute while others wait; it looks up that often anyway."""
-CREDIT = 1.0
-"""Seconds that who comes new is ahead of who computes already: quick work is done at once."""
+SLICE_SECONDS = 0.05
+"""How long a task may compute while others wait; it checks for a stop that often anyway."""
+CREDIT_SECONDS = 1.0
+"""How far a new run is ahead of those that compute already: quick work is done at once."""
 
 
 class Usage:
-    """What somebody has used of the cores, in seconds, against the others that compute."""
+    """The core seconds of one user, comparable to those of the others that compute."""
 
     def __init__(self) -> None:
-        self.used = float("-inf")
-        self.n_present = 0
+        self.seconds = float("-inf")
+        self.n_tasks = 0
+        """Tasks that compute or wait."""
 
 
 class Cores:
-    """Gives so many tasks leave to compute at a time: whose account has used least is next.
+    """Lets `n` tasks compute at a time: the task whose user has used least is next.
 
-    Every run has its own `Lane`. A task that has used up its slice gives its core to one of another
-    run that waits and has used less, and waits itself: a realization of minutes holds nobody up.
-
-    Parameters
-    ----------
-    n : int
-        How many tasks compute at once.
-    clock : callable
-        Returns the time in seconds.
+    Every run has its own `RunSlot`. A task whose slice is over yields its core to a waiting task of
+    a user with less usage and waits itself. `clock` returns the time in seconds.
 
     Examples
     --------
-    >>> lane = Cores(2).lane()
-    >>> with lane.turn() as turn:
-    ...     turn.has_core
+    >>> slot = Cores(2).open_slot()
+    >>> with slot.lease() as lease:
+    ...     lease.has_core
     True
     """
 
     def __init__(self, n: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.clock = clock
-        self._free = n
+        self._n_free = n
         self._waiting: list[CoreLease] = []
         self._running: list[CoreLease] = []
         self._present: set[Usage] = set()
         self._lock = Lock()
 
-    def slot(self, account: Usage | None = None) -> RunSlot:
-        """Return a lane for one run; several of one account count as one."""
-        return RunSlot(self, account or Usage())
+    def open_slot(self, usage: Usage | None = None) -> RunSlot:
+        """Return a slot for one run; the slots of one usage count together."""
+        return RunSlot(self, usage or Usage())
 
-    def ask(self, lease: CoreLease) -> None:
-        """Let a task wait for a core; it may get one at once."""
+    def close_slot(self, slot: RunSlot) -> None:
+        """Stop all waiting of a slot's tasks, now and later."""
         with self._lock:
-            if not lease.slot.closed:
-                self._come(lease.slot.account)
-                self._waiting.append(lease)
-                self._hand_out()
+            slot.closed = True
+            for lease in [lease for lease in self._waiting if lease.slot is slot]:
+                self._waiting.remove(lease)
+                self._leave(slot.usage)
+                lease.answered.set()
+
+    def request(self, lease: CoreLease) -> None:
+        """Queue a task for a core, which it may get at once."""
+        with self._lock:
+            if lease.slot.closed:
+                lease.answered.set()
             else:
-                lease.called.set()
+                self._enter(lease.slot.usage)
+                self._waiting.append(lease)
+                self._assign()
 
-    def give_back(self, lease: CoreLease) -> None:
-        """Take a core back and hand it to the next."""
+    def release(self, lease: CoreLease) -> None:
+        """Take a core back and assign it to the next task."""
         with self._lock:
-            self._take(lease)
-            self._go(lease.slot.account)
-            self._hand_out()
+            self._revoke(lease)
+            self._leave(lease.slot.usage)
+            self._assign()
 
-    def swap(self, lease: CoreLease) -> bool:
-        """Give the core of a task to one that has used less, and return whether one waited."""
+    def yield_core(self, lease: CoreLease) -> bool:
+        """Pass a core on to a task with less usage; return whether one was waiting."""
         with self._lock:
             if lease.slot.closed:
                 return False
-            self._take(lease)
-            own = lease.slot.account.used
-            if all(other.slot.account.used >= own for other in self._waiting):
-                self._give(lease)
+            self._revoke(lease)
+            own = lease.slot.usage.seconds
+            if all(other.slot.usage.seconds >= own for other in self._waiting):
+                self._grant(lease)
                 return False
             self._waiting.append(lease)
-            self._hand_out()
+            self._assign()
             return True
-
-    def close(self, slot: RunSlot) -> None:
-        """Let no task of a lane wait any longer."""
-        with self._lock:
-            slot.closed = True
-            for lease in [t for t in self._waiting if t.slot is slot]:
-                self._waiting.remove(lease)
-                self._go(slot.account)
-                lease.called.set()
 
     @property
     def contended(self) -> bool:
         """Whether a task waits."""
         return bool(self._waiting)
 
-    def _come(self, account: Usage) -> None:
-        """Count an account among those present: never further ahead of them than the credit."""
+    def _enter(self, usage: Usage) -> None:
+        """Count a user as present, at most the credit ahead of the others."""
         for lease in self._running:
-            self._count(lease)
-        account.n_present += 1
-        self._present.add(account)
-        others = [other.used for other in self._present if other is not account]
-        account.used = max(account.used, min(others) - CREDIT if others else 0.0)
+            self._charge(lease)
+        usage.n_tasks += 1
+        self._present.add(usage)
+        others = [other.seconds for other in self._present if other is not usage]
+        usage.seconds = max(usage.seconds, min(others) - CREDIT_SECONDS if others else 0.0)
 
-    def _go(self, account: Usage) -> None:
-        account.n_present -= 1
-        if not account.n_present:
-            self._present.discard(account)
+    def _leave(self, usage: Usage) -> None:
+        usage.n_tasks -= 1
+        if not usage.n_tasks:
+            self._present.discard(usage)
 
-    def _count(self, lease: CoreLease) -> None:
+    def _charge(self, lease: CoreLease) -> None:
         now = self.clock()
-        lease.slot.account.used += now - lease.counted
-        lease.counted = now
+        lease.slot.usage.seconds += now - lease.charged_until
+        lease.charged_until = now
 
-    def _take(self, lease: CoreLease) -> None:
-        self._count(lease)
+    def _revoke(self, lease: CoreLease) -> None:
+        self._charge(lease)
         self._running.remove(lease)
         lease.has_core = False
-        lease.slot.n_busy -= 1
-        self._free += 1
+        lease.slot.n_running -= 1
+        self._n_free += 1
 
-    def _give(self, lease: CoreLease) -> None:
-        self._free -= 1
-        lease.slot.n_busy += 1
+    def _grant(self, lease: CoreLease) -> None:
+        self._n_free -= 1
+        lease.slot.n_running += 1
         self._running.append(lease)
         lease.has_core = True
-        lease.since = lease.counted = self.clock()
-        lease.called.set()
+        lease.since = lease.charged_until = self.clock()
+        lease.answered.set()
 
-    def _hand_out(self) -> None:
+    def _assign(self) -> None:
         def rank(lease: CoreLease) -> float:
-            return lease.slot.account.used + lease.slot.n_busy * SLICE
+            return lease.slot.usage.seconds + lease.slot.n_running * SLICE_SECONDS
 
-        while self._free and self._waiting:
-            lease = min(self._waiting, key=rank)  # the first of those alike
+        while self._n_free and self._waiting:
+            lease = min(self._waiting, key=rank)  # the first of equals
             self._waiting.remove(lease)
-            self._give(lease)
+            self._grant(lease)
 
 
 class RunSlot:
-    """The tasks of one run.
+    """The tasks of one run; none of them waits any longer once the slot is closed."""
 
-    Attributes
-    ----------
-    account : Account
-        Of whom they are.
-    n_busy : int
-        How many of them compute now.
-    closed : bool
-        Whether none is to wait any longer, as the run is stopped.
-    """
-
-    def __init__(self, cores: Cores, account: Usage) -> None:
+    def __init__(self, cores: Cores, usage: Usage) -> None:
         self._cores = cores
-        self.account = account
-        self.n_busy = 0
+        self.usage = usage
+        self.n_running = 0
         self.closed = False
 
     @contextmanager
     def lease(self) -> Iterator[CoreLease]:
-        """Wait for a core, and give it back at the end."""
+        """Wait for a core, and release it at the end."""
         lease = CoreLease(self, self._cores)
-        self._cores.ask(lease)
-        lease.called.wait()
+        self._cores.request(lease)
+        lease.answered.wait()
         try:
             yield lease
         finally:
             if lease.has_core:
-                self._cores.give_back(lease)
+                self._cores.release(lease)
 
     def close(self) -> None:
         """Let no task wait any longer: the run is stopped."""
-        self._cores.close(self)
+        self._cores.close_slot(self)
 
 
 class CoreLease:
-    """The leave of one task to compute.
-
-    Attributes
-    ----------
-    has_core : bool
-        False while it waits, and where its lane was closed meanwhile.
-    since, counted : float
-        When it got its core, and until when that was put to its account.
-    called : Event
-        Set when it need not wait any longer.
-    """
+    """The right of one task to compute; `has_core` is False while it waits."""
 
     def __init__(self, slot: RunSlot, cores: Cores) -> None:
         self.slot = slot
         self._cores = cores
         self.has_core = False
-        self.since = self.counted = 0.0
-        self.called = Event()
+        self.since = self.charged_until = 0.0
+        self.answered = Event()
+        """Set when the task need not wait: it has a core, or its slot is closed."""
 
-    def look_up(self) -> None:
-        """Let another task have the core, where one waits that has less and the slice is over."""
+    def yield_if_due(self) -> None:
+        """Pass the core on where the slice is over and a task with less usage waits."""
         cores = self._cores
-        if not cores.contended or not self.has_core or cores.clock() - self.since < SLICE:
+        if not cores.contended or not self.has_core or cores.clock() - self.since < SLICE_SECONDS:
             return
-        self.called.clear()
-        if cores.swap(self):
-            self.called.wait()
+        self.answered.clear()
+        if cores.yield_core(self):
+            self.answered.wait()

@@ -10,16 +10,14 @@ from pathlib import Path
 
 ROOT = Path("/")
 UNLIMITED = 1 << 60
-"""Version 1 of control groups says about so many bytes where there is no limit."""
+"""Version 1 of control groups reports about this many bytes where there is no limit."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
     """Return the bytes that can be had without swapping, None where the system does not tell.
 
-    Parameters
-    ----------
-    root : Path
-        Where /proc and /sys are looked for.
+    That is the least of what the machine and the control groups of this process leave. `root` has
+    the folders /proc and /sys.
 
     Examples
     --------
@@ -38,10 +36,9 @@ def used_memory(root: Path = ROOT) -> int | None:
 
 
 def give_back_memory() -> None:
-    """Give the system back what is free inside of this process, where its C library can.
-
-    What many threads took and freed otherwise stays with the process for a long time.
-    """
+    """Give the system back what is free inside of this process, where its C library can."""
+    # glibc keeps what threads freed in an arena of each thread, and gives it back only when asked:
+    # without this call a server holds the memory of its largest run for as long as it lives.
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
 
@@ -76,17 +73,16 @@ def _of_version_2(group: Path) -> int | None:
 
 
 def _of_version_1(group: Path) -> int | None:
-    return _left(
-        group, "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
-    )  # fmt: skip
+    limit, usage = "memory.limit_in_bytes", "memory.usage_in_bytes"
+    return _left(group, limit, usage, "total_inactive_file")
 
 
 def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
     """Return what is left of a limit; files that were read can be dropped, and do not count."""
-    most, used = _number(group / limit), _number(group / usage)
-    if most is None or used is None or most >= UNLIMITED:
+    maximum, used = _number(group / limit), _number(group / usage)
+    if maximum is None or used is None or maximum >= UNLIMITED:
         return None
-    return most - used + (_field(group / "memory.stat", reclaimable, unit=1) or 0)
+    return maximum - used + (_field(group / "memory.stat", reclaimable, unit=1) or 0)
 
 
 def _of_pages() -> int | None:

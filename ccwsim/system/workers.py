@@ -14,7 +14,7 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.system.cores import CoreLease, Cores, RunSlot, Usage
 
 POLL_SECONDS = 0.05
-"""Seconds between two looks at progress and cancel."""
+"""Seconds between two checks of progress and cancel."""
 
 Progress = Callable[[float, int], None]
 """Called as progress(fraction, n_done): share of all work, and how many tasks are finished."""
@@ -27,36 +27,36 @@ def n_cores() -> int:
     return os.cpu_count() or 1
 
 
-_shared: Cores | None = None
+_shared_cores: Cores | None = None
 
 
 def share_cores() -> None:
-    """Let all runs of this process take turns on its cores from now on, as a server should.
+    """Let all runs of this process share its cores from now on, as a server should.
 
-    However many runs there are, so many tasks compute at once as there are cores; a run gets no
+    However many runs there are, as many tasks compute at once as there are cores; a run gets no
     more threads than before.
     """
-    global _shared
-    if _shared is None:
-        _shared = Cores(n_cores())
+    global _shared_cores
+    if _shared_cores is None:
+        _shared_cores = Cores(n_cores())
 
 
 _asked_to_stop: ContextVar[Callable[[], bool] | None] = ContextVar("asked_to_stop", default=None)
-_account: ContextVar[Usage | None] = ContextVar("account", default=None)
+_usage: ContextVar[Usage | None] = ContextVar("usage", default=None)
 
 
 @contextmanager
 def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
     """Let `check_stop` end the work of this thread, and of tasks that it runs, when asked.
 
-    All runs of the work share one account of the cores.
+    All runs of the work share one `Usage` of the cores.
     """
-    token, account = _asked_to_stop.set(asked_to_stop), _account.set(Usage())
+    token, usage = _asked_to_stop.set(asked_to_stop), _usage.set(Usage())
     try:
         yield
     finally:
         _asked_to_stop.reset(token)
-        _account.reset(account)
+        _usage.reset(usage)
 
 
 def check_stop() -> None:
@@ -76,44 +76,30 @@ def check_stop() -> None:
 
 
 class Stop(Protocol):
-    """Something that says whether work is to stop, such as a `threading.Event`."""
+    """Something that tells whether work is to stop, such as a `threading.Event`."""
 
-    def is_set(self) -> bool:
-        """Say it."""
-        ...
+    def is_set(self) -> bool: ...
 
 
 class Watch:
-    """What a running task and its caller tell each other.
-
-    Attributes
-    ----------
-    share : float
-        How much of the task is done, 0 … 1.
-    turn : Turn or None
-        Its leave to compute, where it shares the cores with others.
-    """
+    """What a running task and its caller tell each other: progress, stop, the right to compute."""
 
     def __init__(self, stop: Stop) -> None:
         self.share = 0.0
+        """How much of the task is done, 0 … 1."""
         self.lease: CoreLease | None = None
+        """Where the task shares the cores with other runs."""
         self._stop = stop
 
     def report(self, share: float) -> None:
-        """Say how much of the task is done, 0 … 1.
-
-        Raises
-        ------
-        Cancelled
-            Where the task was asked to stop.
-        """
+        """Store how much of the task is done; raise `Cancelled` where it was asked to stop."""
         self.share = share
         self.check()
 
     def check(self) -> None:
         """Raise `Cancelled` in a task that was asked to stop; let others compute meanwhile."""
         if self.lease is not None and not self._stop.is_set():
-            self.lease.look_up()
+            self.lease.yield_if_due()
         if self._stop.is_set():
             raise Cancelled("the simulation was stopped")
 
@@ -132,7 +118,8 @@ def run_all(
     the others and is raised. `progress` and `cancel` are called in the caller's own thread.
     A `pool` that is given stays open.
     """
-    stop, slot = Event(), _shared.slot(_account.get()) if _shared else None
+    stop = Event()
+    slot = _shared_cores.open_slot(_usage.get()) if _shared_cores else None
     watches = [Watch(stop) for _ in range(n)]
     with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
         futures: list[Future[None]] = []
@@ -165,15 +152,15 @@ def _submit(
     slot: RunSlot | None,
 ) -> Future[None]:
     try:
-        return pool.submit(copy_context().run, _in_turn, task, number, watch, slot)
+        return pool.submit(copy_context().run, _run_with_core, task, number, watch, slot)
     except RuntimeError as error:
         raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
 
-def _in_turn(
+def _run_with_core(
     task: Callable[[int, Watch], None], number: int, watch: Watch, slot: RunSlot | None
 ) -> None:
-    """Run a task when it is its turn; one that was stopped before does not begin."""
+    """Run a task when it has a core; one that was stopped before does not begin."""
     if slot is None:
         task(number, watch)
         return

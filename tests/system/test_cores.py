@@ -9,7 +9,7 @@ import pytest
 
 from ccwsim import Cancelled, Grid, Parameters, TrainingImage, simulate
 from ccwsim.system import workers
-from ccwsim.system.cores import CREDIT, SLICE, CoreLease, Cores, Usage
+from ccwsim.system.cores import CREDIT_SECONDS, SLICE_SECONDS, CoreLease, Cores, Usage
 from ccwsim.system.workers import run_all
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -25,94 +25,94 @@ class Clock:
         return self.now
 
 
-def asked(cores: Cores, *lanes) -> list[CoreLease]:
-    turns = [CoreLease(slot, cores) for slot in lanes]
-    for lease in turns:
-        cores.ask(lease)
-    return turns
+def asked(cores: Cores, *slots) -> list[CoreLease]:
+    leases = [CoreLease(slot, cores) for slot in slots]
+    for lease in leases:
+        cores.request(lease)
+    return leases
 
 
-def having(turns: list[CoreLease]) -> list[bool]:
-    return [lease.has_core for lease in turns]
+def having(leases: list[CoreLease]) -> list[bool]:
+    return [lease.has_core for lease in leases]
 
 
 def test_who_has_used_least_is_next():
     clock = Clock()
     cores = Cores(2, clock)
-    one, two = cores.slot(), cores.slot()
-    turns = asked(cores, one, one, one, one, two)
-    assert having(turns) == [True, True, False, False, False]
+    one, two = cores.open_slot(), cores.open_slot()
+    leases = asked(cores, one, one, one, one, two)
+    assert having(leases) == [True, True, False, False, False]
     clock.now = 10.0
-    cores.give_back(turns[0])
-    assert having(turns) == [False, True, False, False, True]
+    cores.release(leases[0])
+    assert having(leases) == [False, True, False, False, True]
     clock.now = 12.0
-    cores.give_back(turns[4])
-    assert having(turns) == [False, True, True, False, False]  # nobody else waits
+    cores.release(leases[4])
+    assert having(leases) == [False, True, True, False, False]  # nobody else waits
 
 
 def test_two_that_have_used_alike_get_a_core_each():
     cores = Cores(2, Clock())
-    one, two = cores.slot(), cores.slot()
+    one, two = cores.open_slot(), cores.open_slot()
     (busy,) = asked(cores, one)
-    turns = [*asked(cores, one), *asked(cores, two), *asked(cores, one)]
-    assert having([busy, *turns]) == [True, True, False, False]
-    cores.give_back(busy)
-    assert having(turns) == [True, True, False]
+    leases = [*asked(cores, one), *asked(cores, two), *asked(cores, one)]
+    assert having([busy, *leases]) == [True, True, False, False]
+    cores.release(busy)
+    assert having(leases) == [True, True, False]
 
 
 def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
     clock = Clock()
     cores = Cores(1, clock)
-    long, quick = cores.slot(), cores.slot()
+    long, quick = cores.open_slot(), cores.open_slot()
     (lease,) = asked(cores, long)
     clock.now = 100.0
     (other,) = asked(cores, quick)
-    assert quick.account.used == 100.0 - CREDIT
-    assert cores.swap(lease)
+    assert quick.usage.seconds == 100.0 - CREDIT_SECONDS
+    assert cores.yield_core(lease)
     assert having([lease, other]) == [False, True]
-    clock.now += SLICE / 2
-    other.look_up()  # its slice is not over
-    clock.now += CREDIT / 2
-    other.look_up()  # and it has used less by far
+    clock.now += SLICE_SECONDS / 2
+    other.yield_if_due()  # its slice is not over
+    clock.now += CREDIT_SECONDS / 2
+    other.yield_if_due()  # and it has used less by far
     assert other.has_core
-    clock.now += CREDIT
-    assert cores.swap(other)
+    clock.now += CREDIT_SECONDS
+    assert cores.yield_core(other)
     assert having([lease, other]) == [True, False]
 
 
 def test_who_comes_new_is_ahead_by_the_credit_and_not_by_all_that_others_have_used():
     clock = Clock()
     cores = Cores(1, clock)
-    old, new = cores.slot(), cores.slot()
+    old, new = cores.open_slot(), cores.open_slot()
     (lease,) = asked(cores, old)
     clock.now = 100.0
-    cores.give_back(lease)
+    cores.release(lease)
     asked(cores, old)
     asked(cores, new)
-    assert new.account.used == old.account.used - CREDIT
+    assert new.usage.seconds == old.usage.seconds - CREDIT_SECONDS
 
 
-def test_the_runs_of_one_account_count_together():
-    account, clock = Usage(), Clock()
+def test_the_runs_of_one_usage_count_together():
+    usage, clock = Usage(), Clock()
     cores = Cores(1, clock)
-    first = cores.slot(account)
+    first = cores.open_slot(usage)
     (lease,) = asked(cores, first)
     clock.now = 10.0
-    cores.give_back(lease)
-    assert account.used == 10.0
-    (other,) = asked(cores, cores.slot())
+    cores.release(lease)
+    assert usage.seconds == 10.0
+    (other,) = asked(cores, cores.open_slot())
     assert other.has_core
-    asked(cores, cores.slot(account))
-    assert account.used == 10.0
+    asked(cores, cores.open_slot(usage))
+    assert usage.seconds == 10.0
 
 
-def test_a_lane_that_is_closed_lets_nobody_wait():
+def test_a_slot_that_is_closed_lets_nobody_wait():
     cores = Cores(1)
-    one, two = cores.slot(), cores.slot()
+    one, two = cores.open_slot(), cores.open_slot()
     asked(cores, one)
     (waiting,) = asked(cores, two)
     two.close()
-    assert waiting.called.is_set()
+    assert waiting.answered.is_set()
     assert not waiting.has_core
     with two.lease() as late:
         assert not late.has_core
@@ -122,21 +122,19 @@ def test_a_lane_that_is_closed_lets_nobody_wait():
 @pytest.fixture
 def shared(monkeypatch):
     cores = Cores(1)
-    monkeypatch.setattr(workers, "_shared", cores)
+    monkeypatch.setattr(workers, "_shared_cores", cores)
     return cores
 
 
 def test_two_runs_both_get_on_and_give_what_each_gives_alone(shared, monkeypatch):
     alone = [simulate(STRIPES, (400, 400), SMALL, n_realizations=4, seed=s) for s in (1, 2)]
-    monkeypatch.setattr(
-        "ccwsim.system.cores.SLICE", 0.0
-    )  # they change places whenever they look up
+    # Runs swap cores at every check:
+    monkeypatch.setattr("ccwsim.system.cores.SLICE_SECONDS", 0.0)
     found: dict[int, object] = {}
 
     def run(seed: int) -> None:
-        found[seed] = simulate(
-            STRIPES, (400, 400), SMALL, n_realizations=4, seed=seed, n_workers=2
-        ).digest  # fmt: skip
+        ensemble = simulate(STRIPES, (400, 400), SMALL, n_realizations=4, seed=seed, n_workers=2)
+        found[seed] = ensemble.digest
 
     threads = [Thread(target=run, args=(seed,)) for seed in (1, 2)]
     for thread in threads:
