@@ -1,30 +1,41 @@
 """Training images and hard data that come with the program.
 
-Every one is drawn by a seeded generator of this package, so all of them are free to use, can be
-made again, and can be made at other sizes and with other seeds.
+All of them are drawn by seeded generators (tools/datasets in the source repository), so all are
+free to use and can be made again.
 """
 
-from ccwsim.datasets.images import describe, generate, load, names
-from ccwsim.datasets.surveys import (
+from typing import Any
+
+from ccwsim.datasets.catalogue import (
+    describe,
     describe_hard_data,
-    generate_hard_data,
-    generate_truth,
     hard_data_grid_shape,
     hard_data_names,
     hard_data_training_image,
+    load,
     load_hard_data,
+    load_reference_field,
+    names,
 )
 
 __all__ = [
     "describe",
     "describe_hard_data",
-    "generate",
-    "generate_hard_data",
-    "generate_truth",
     "hard_data_grid_shape",
     "hard_data_names",
     "hard_data_training_image",
     "load",
     "load_hard_data",
+    "load_reference_field",
     "names",
 ]
+
+MOVED = ("generate", "generate_truth", "generate_hard_data")
+
+
+def __getattr__(name: str) -> Any:
+    where = "the generators are in tools/datasets of the source repository, "
+    where += "load_reference_field returns the field that bundled hard data were read from"
+    raise AttributeError(
+        f"module {__name__!r} has no attribute {name!r}" + (f": {where}" if name in MOVED else "")
+    )

@@ -1,32 +1,33 @@
-"""Which training images and hard data are bundled, and how each one was made."""
+"""The bundled training images, hard data and reference fields.
+
+Images are indexed PNG, so that any viewer shows them and the indices are the facies codes; rows are
+stored from the north, as pictures have them. Hard data are CSV with x, y (of cell centres, in cells
+from the south-west corner) and facies.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
-from numpy.random import RandomState
 from numpy.typing import NDArray
+from PIL import Image
 
-from ccwsim.datasets.barchans import barchans
-from ccwsim.datasets.bend import bend
-from ccwsim.datasets.channels import channels
-from ccwsim.datasets.delta import delta
-from ccwsim.datasets.dunes import dunes
-from ccwsim.datasets.fractures import fractures
-from ccwsim.datasets.lenses import lenses
-from ccwsim.datasets.levees import levees
-from ccwsim.datasets.stone_wall import stone_wall
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+
+ASSETS = Path(__file__).parents[1] / "assets"
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """A bundled training image: how to draw it, its size and seed, and what to say of it."""
+    """What is known of a bundled training image."""
 
-    draw: Callable[[tuple[int, int], RandomState], NDArray[np.uint8]]
     shape: tuple[int, int]
-    seed: int
     facies_names: tuple[str, ...]
     picture: str
     good_for: str
@@ -34,86 +35,64 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Survey:
-    """Bundled hard data: read off an image of the same kind as a TI, drawn with another seed."""
+    """What is known of bundled hard data."""
 
     training_image: str
     grid_shape: tuple[int, int]
-    truth_seed: int
-    seed: int
-    n: int
-    min_spacing: float
     picture: str
 
 
 DATASETS = {
     "channels": Dataset(
-        channels,
         (256, 256),
-        10,
         ("mud", "sand"),
         "Anastomosing sand channels that wind from west to east, split and join again",
         "the usual first test: whether the sand stays connected",
     ),
     "stone_wall": Dataset(
-        stone_wall,
         (200, 200),
-        11,
         ("stone", "mortar"),
         "Rounded stones of many sizes in mortar that is connected everywhere",
         "closed shapes: stones must not break, joints must not stop",
     ),
     "barchans": Dataset(
-        barchans,
         (400, 400),
-        5,
         ("interdune", "slip face", "sand body"),
         "Irregular sand bodies, each with a slip face on its north-eastern side",
         "three facies of which two always go together",
     ),
     "dunes": Dataset(
-        dunes,
         (256, 256),
-        1,
         ("interdune", "dune sand", "slip face"),
         "Long dunes whose crests fork and end, with a slip face to the south",
         "strong anisotropy and thin bands",
     ),
     "levees": Dataset(
-        levees,
         (320, 400),
-        11,
         ("flood plain", "levee", "crevasse splay", "channel"),
         "Meandering rivers between levees, broken by crevasse splays at outer bends",
         "four facies, long bends, large templates",
     ),
     "delta": Dataset(
-        delta,
         (300, 300),
-        11,
         ("mud", "channel", "mouth bar"),
         "A delta: one trunk in the west that divides into many channels with mouth bars",
         "a nonstationary image: every part of it differs",
     ),
     "bend": Dataset(
-        bend,
         (300, 300),
-        3,
         ("mud", "sand"),
         "Channels that sweep from north to east, thin and dense inside, wide and sparse outside",
         "direction, width and spacing that change across the image",
     ),
     "fractures": Dataset(
-        fractures,
         (256, 256),
-        2,
         ("rock", "fracture"),
         "Two sets of fractures, where the younger set stops at the older one",
         "thin lines with ends, which coarse wavelet levels may lose",
     ),
     "lenses": Dataset(
-        lenses,
         (200, 320),
-        5,
         ("shale", "sand", "gravel"),
         "A vertical section: sand lenses stacked in shale, with gravel at their bases",
         "bodies much wider than high, on a grid that is not square",
@@ -121,14 +100,215 @@ DATASETS = {
 }
 
 SURVEYS = {
-    "channels_60_wells": Survey(
-        "channels", (512, 512), 2024, 1, 60, 40.0, "60 wells, none close to another"
-    ),
-    "channels_400_data": Survey("channels", (512, 512), 2024, 2, 400, 0.0, "400 scattered data"),
-    "stone_wall_300_data": Survey(
-        "stone_wall", (512, 512), 2024, 3, 300, 0.0, "300 scattered data"
-    ),
-    "barchans_200_data": Survey(
-        "barchans", (512, 512), 2024, 4, 200, 12.0, "200 scattered data of three facies"
-    ),
+    "channels_60_wells": Survey("channels", (512, 512), "60 wells, none close to another"),
+    "channels_400_data": Survey("channels", (512, 512), "400 scattered data"),
+    "stone_wall_300_data": Survey("stone_wall", (512, 512), "300 scattered data"),
+    "barchans_200_data": Survey("barchans", (512, 512), "200 scattered data of three facies"),
 }
+
+FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
+"""Sides of the square reference fields, each drawn as its training image is with another seed."""
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of the bundled training images.
+
+    Examples
+    --------
+    >>> "channels" in names()
+    True
+    """
+    return tuple(DATASETS)
+
+
+@cache
+def load(name: str) -> TrainingImage:
+    """Read a bundled training image.
+
+    Parameters
+    ----------
+    name : str
+        One of `names()`.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown name (the message lists the names), or where the file is missing.
+
+    Examples
+    --------
+    >>> ti = load("channels")
+    >>> ti.shape, ti.facies_names
+    ((256, 256), ('mud', 'sand'))
+    """
+    facies_names = _dataset(name).facies_names
+    return TrainingImage(read_image(image_path(name)), name=name, facies_names=facies_names)
+
+
+def describe(name: str) -> str:
+    """Return one line on a bundled training image: what it is, its size, what it is good for.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown name.
+
+    Examples
+    --------
+    >>> print(describe("stone_wall"))
+    Rounded stones of many sizes in mortar that is connected everywhere (200 × 200 cells; stone,
+    mortar). Good for closed shapes: stones must not break, joints must not stop.
+    """
+    dataset = _dataset(name)
+    ny, nx = dataset.shape
+    facies = ", ".join(dataset.facies_names)
+    return f"{dataset.picture} ({nx} × {ny} cells; {facies}). Good for {dataset.good_for}."
+
+
+def hard_data_names() -> tuple[str, ...]:
+    """Return the names of the bundled hard data.
+
+    Examples
+    --------
+    >>> "channels_60_wells" in hard_data_names()
+    True
+    """
+    return tuple(SURVEYS)
+
+
+@cache
+def load_hard_data(name: str) -> HardData:
+    """Read bundled hard data, which are placed on a grid of `hard_data_grid_shape(name)`.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown name (the message lists the names), or where the file is missing.
+
+    Examples
+    --------
+    >>> load_hard_data("channels_60_wells")
+    HardData(n=60)
+    """
+    grid, path = Grid(*_survey(name).grid_shape), hard_data_path(name)
+    x, y, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
+    return HardData(grid.cells_of(x, y), facies)
+
+
+def hard_data_grid_shape(name: str) -> tuple[int, int]:
+    """Return rows and columns of the grid of bundled hard data.
+
+    Examples
+    --------
+    >>> hard_data_grid_shape("channels_60_wells")
+    (512, 512)
+    """
+    return _survey(name).grid_shape
+
+
+def hard_data_training_image(name: str) -> str:
+    """Return the name of the training image that bundled hard data go with.
+
+    Examples
+    --------
+    >>> hard_data_training_image("channels_60_wells")
+    'channels'
+    """
+    return _survey(name).training_image
+
+
+def describe_hard_data(name: str) -> str:
+    """Return one line on bundled hard data.
+
+    Examples
+    --------
+    >>> describe_hard_data("channels_60_wells")
+    '60 wells, none close to another (512 × 512 cells, for the training image channels).'
+    """
+    survey = _survey(name)
+    ny, nx = survey.grid_shape
+    return f"{survey.picture} ({nx} × {ny} cells, for the training image {survey.training_image})."
+
+
+def load_reference_field(name: str) -> TrainingImage:
+    """Read the field that bundled hard data were read from, to score realizations against.
+
+    It is of the same kind as the training image, drawn with another seed.
+
+    Parameters
+    ----------
+    name : str
+        One of `hard_data_names()`.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown name (the message lists the names), or where the file is missing.
+
+    Examples
+    --------
+    >>> field = load_reference_field("channels_60_wells")
+    >>> load_hard_data("channels_60_wells").n_mismatched(field.array)
+    0
+    """
+    survey = _survey(name)
+    return reference_field(survey.training_image, survey.grid_shape)
+
+
+@cache
+def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
+    """Return a field of the same kind as a training image, cut to a grid or as large as there is.
+
+    Examples
+    --------
+    >>> reference_field("channels", (144, 200)).shape
+    (144, 200)
+    """
+    sides = FIELD_SIDES[image]
+    side = next((side for side in sides if side >= max(shape)), sides[-1])
+    codes = read_image(field_path(image, side))[: shape[0], : shape[1]]
+    facies_names = [_dataset(image).facies_names[code] for code in np.unique(codes)]
+    return TrainingImage(codes, name=image, facies_names=facies_names)
+
+
+def image_path(name: str) -> Path:
+    """Return where a training image is stored."""
+    return ASSETS / "training_images" / f"{name}.png"
+
+
+def hard_data_path(name: str) -> Path:
+    """Return where hard data are stored."""
+    return ASSETS / "hard_data" / f"{name}.csv"
+
+
+def field_path(image: str, side: int) -> Path:
+    """Return where a reference field is stored."""
+    return ASSETS / "reference_fields" / f"{image}_{side}.png"
+
+
+def read_image(path: Path) -> NDArray[np.uint8]:
+    """Return the facies codes of a bundled image, shape (ny, nx), row 0 at the south."""
+    with Image.open(_present(path)) as image:
+        return np.asarray(image, np.uint8)[::-1]
+
+
+def _present(path: Path) -> Path:
+    if not path.is_file():
+        raise CCWSIMError(
+            f"bundled file {path} is missing; install ccwsim again, or write the file in a copy of "
+            "the source repository: python -m tools.datasets write"
+        )
+    return path
+
+
+def _dataset(name: str) -> Dataset:
+    if name not in DATASETS:
+        there = ", ".join(DATASETS)
+        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
+    return DATASETS[name]
+
+
+def _survey(name: str) -> Survey:
+    if name not in SURVEYS:
+        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(SURVEYS)}")
+    return SURVEYS[name]

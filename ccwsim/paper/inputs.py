@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import datasets
+from ccwsim.datasets.catalogue import reference_field
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.io import read_hard_data, read_training_image
 from ccwsim.model.errors import CCWSIMError
@@ -34,9 +35,6 @@ DATA = {
     ("three facies", 400): "paper/hd_three_facies_400_grid1000x1000",
 }
 DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
-TRUTH_SEED = 2024
-"""Bundled data are read off an image of the same kind, drawn with this seed."""
-LARGEST_TRUTH = 1024
 
 
 @dataclass(frozen=True)
@@ -129,15 +127,13 @@ class Inputs:
         return path if path.is_file() else None
 
     def _truth(self, name: str, shape: tuple[int, int]) -> TrainingImage:
-        bundled = IMAGES[name][1]
-        ny, nx = (min(max(side, 64), LARGEST_TRUTH) for side in shape)
-        return datasets.generate(bundled, shape=(ny, nx), seed=TRUTH_SEED)
+        return reference_field(IMAGES[name][1], shape)
 
     def _sampled(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         stem = DATA[name, n]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
         share = shape[0] * shape[1] / (ny * nx)
-        truth = self._truth(name, shape).array[: shape[0], : shape[1]]
+        truth = self._truth(name, shape).array
         return sample_random(truth, max(round(n * share), 1), seed=n)
 
 

@@ -6,12 +6,13 @@ from numpy.random import RandomState
 from scipy import ndimage
 
 from ccwsim import datasets
-from ccwsim.datasets.fields import wave, without_specks
-from ccwsim.datasets.files import read_image, write_image
-from ccwsim.datasets.surveys import scattered_data
+from ccwsim.datasets.catalogue import ASSETS, FIELD_SIDES, read_image, reference_field
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+from tools import datasets as tools
+from tools.datasets.__main__ import main
+from tools.datasets.fields import wave, without_specks
 
 SHARES = {
     "channels": [(0.70, 0.76), (0.24, 0.30)],
@@ -51,11 +52,38 @@ def test_every_image_has_its_range_of_shares_here():
 
 @pytest.mark.parametrize("name", datasets.names())
 def test_the_generator_makes_the_bundled_image(name):
-    made, bundled = datasets.generate(name), datasets.load(name)
+    made, bundled = tools.generate(name), datasets.load(name)
     assert made.shape == bundled.shape
     assert made.facies_names == bundled.facies_names
     # Another processor may round single cells at a bank the other way.
     assert np.mean(made.array == bundled.array) >= 0.999
+
+
+@pytest.mark.parametrize(
+    ("name", "side"), [(name, side) for name, sides in FIELD_SIDES.items() for side in sides]
+)
+def test_the_generator_makes_the_reference_field(name, side):
+    made, bundled = tools.generate_reference_field(name, side), reference_field(name, (side, side))
+    assert made.facies_names == bundled.facies_names == datasets.load(name).facies_names
+    assert np.mean(made.array == bundled.array) >= 0.999
+
+
+def test_help_writes_nothing(capsys, monkeypatch):
+    def refuse():
+        raise AssertionError("written")
+
+    monkeypatch.setattr("tools.datasets.__main__.write_assets", refuse)
+    for arguments in (["--help"], []):
+        monkeypatch.setattr("sys.argv", ["tools.datasets", *arguments])
+        with pytest.raises(SystemExit):
+            main()
+    assert str(ASSETS) in capsys.readouterr().out.replace("\n", "").replace(" ", "")
+
+
+@pytest.mark.parametrize("name", ["generate", "generate_truth", "generate_hard_data"])
+def test_a_generator_that_left_the_package_says_where_it_is(name):
+    with pytest.raises(AttributeError, match="tools/datasets"):
+        getattr(datasets, name)
 
 
 @pytest.mark.parametrize("name", datasets.names())
@@ -135,9 +163,9 @@ def test_every_slip_face_leans_on_sand(name):
 
 @pytest.mark.parametrize("name", datasets.names())
 def test_seeds_differ_and_repeat(name):
-    first = datasets.generate(name, shape=(96, 128), seed=5)
-    again = datasets.generate(name, shape=(96, 128), seed=5)
-    other = datasets.generate(name, shape=(96, 128), seed=6)
+    first = tools.generate(name, shape=(96, 128), seed=5)
+    again = tools.generate(name, shape=(96, 128), seed=5)
+    other = tools.generate(name, shape=(96, 128), seed=6)
     assert first.shape == (96, 128)
     assert first.digest == again.digest
     assert first.digest != other.digest
@@ -146,7 +174,7 @@ def test_seeds_differ_and_repeat(name):
 @pytest.mark.parametrize("name", datasets.names())
 def test_the_smallest_size_works(name):
     for seed in range(5):
-        assert datasets.generate(name, shape=(64, 64), seed=seed).shape == (64, 64)
+        assert tools.generate(name, shape=(64, 64), seed=seed).shape == (64, 64)
 
 
 @pytest.mark.parametrize("name", datasets.names())
@@ -159,7 +187,7 @@ def test_descriptions_are_one_line_with_the_size(name):
 
 @pytest.mark.parametrize(
     "call",
-    [datasets.load, datasets.generate, datasets.describe],
+    [datasets.load, tools.generate, datasets.describe],
 )
 def test_an_unknown_image_lists_the_names(call):
     with pytest.raises(CCWSIMError, match=r"'chanels' is unknown; there are channels, stone_wall"):
@@ -175,30 +203,30 @@ def test_unknown_hard_data_list_the_names(call):
 @pytest.mark.parametrize("shape", [(63, 100), (100, 1025), (100,), (100.0, 100), 100, (64, 64, 1)])
 def test_a_shape_out_of_range_is_refused(shape):
     with pytest.raises(CCWSIMError, match="shape = "):
-        datasets.generate("channels", shape=shape)
+        tools.generate("channels", shape=shape)
 
 
 @pytest.mark.parametrize("seed", [-1, 2**32, 1.5, True])
 def test_a_seed_out_of_range_is_refused(seed):
     with pytest.raises(CCWSIMError, match="seed = "):
-        datasets.generate("channels", seed=seed)
+        tools.generate("channels", seed=seed)
 
 
 @pytest.mark.parametrize("name", datasets.hard_data_names())
-def test_hard_data_fit_their_grid_image_and_truth(name):
+def test_hard_data_fit_their_grid_image_and_reference_field(name):
     data = datasets.load_hard_data(name)
     ti = datasets.load(datasets.hard_data_training_image(name))
     data.check(Grid(*datasets.hard_data_grid_shape(name)), ti)
-    truth = datasets.generate_truth(name)
-    assert truth.shape == datasets.hard_data_grid_shape(name)
-    assert data.n_mismatched(truth.array) <= 0.001 * data.n
+    field = datasets.load_reference_field(name)
+    assert field.shape == datasets.hard_data_grid_shape(name)
+    assert data.n_mismatched(field.array) <= 0.001 * data.n
     assert str(data.n) in datasets.describe_hard_data(name)
-    made = datasets.generate_hard_data(name)
+    made = tools.generate_hard_data(name)
     np.testing.assert_array_equal(made.cells, data.cells)
 
 
 def test_wells_keep_their_distance():
-    data = scattered_data(np.zeros((100, 100), int), 30, 9.0, RandomState(3))
+    data = tools.scattered_data(np.zeros((100, 100), int), 30, 9.0, RandomState(3))
     offsets = data.cells[:, None] - data.cells[None]
     distance = np.hypot(offsets[..., 0], offsets[..., 1])
     assert data.n == 30
@@ -206,17 +234,17 @@ def test_wells_keep_their_distance():
 
 
 def test_no_room_gives_fewer_data():
-    assert 0 < scattered_data(np.zeros((20, 20), int), 50, 10.0, RandomState(3)).n < 10
+    assert 0 < tools.scattered_data(np.zeros((20, 20), int), 50, 10.0, RandomState(3)).n < 10
 
 
 def test_image_files_keep_every_cell(tmp_path):
     facies = RandomState(1).randint(0, 4, (37, 51)).astype(np.uint8)
-    write_image(tmp_path / "a.png", facies)
+    tools.write_image(tmp_path / "a.png", facies)
     np.testing.assert_array_equal(read_image(tmp_path / "a.png"), facies)
 
 
 def test_a_missing_file_says_how_to_write_it(tmp_path):
-    with pytest.raises(CCWSIMError, match=r"python -m ccwsim\.datasets"):
+    with pytest.raises(CCWSIMError, match=r"python -m tools\.datasets write"):
         read_image(tmp_path / "none.png")
 
 

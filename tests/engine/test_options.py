@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, simulate
 from tests.small_images import noise, places_of
+from tools.datasets import generate
 
 CHANNELS = datasets.load("channels")
 NOISE = TrainingImage(noise((57, 71), 2))
@@ -15,7 +16,7 @@ N = 20
 @pytest.fixture(scope="module")
 def well_data() -> HardData:
     """Scattered data of another image of the same kind."""
-    truth = datasets.generate("channels", seed=77)
+    truth = generate("channels", seed=77)
     cells = np.unique(np.random.default_rng(0).integers(0, 256, (400, 2)), axis=0)
     return HardData(cells, np.asarray(truth.array)[cells[:, 0], cells[:, 1]])
 

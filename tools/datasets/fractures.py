@@ -7,8 +7,8 @@ from numpy.random import RandomState
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ccwsim.datasets.curves import Curve, painted
-from ccwsim.datasets.fields import wave, without_specks
+from tools.datasets.curves import Curve, painted
+from tools.datasets.fields import wave, without_specks
 
 CLOSEST = 9.0
 

@@ -10,7 +10,7 @@ from numpy.random import RandomState
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ccwsim.datasets.fields import Floats, wave
+from tools.datasets.fields import Floats, wave
 
 
 class Curve(NamedTuple):

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
-from ccwsim.datasets.curves import Curve, ease, painted
-from ccwsim.datasets.fields import Floats, gaussian_field, smoothed, wave, without_specks
+from tools.datasets.curves import Curve, ease, painted
+from tools.datasets.fields import Floats, gaussian_field, smoothed, wave, without_specks
 
 SPREAD = 0.9
 """Half the angle of the fan, in radians."""

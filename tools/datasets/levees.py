@@ -6,8 +6,8 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
-from ccwsim.datasets.curves import Curve, distance_to, meander, painted, varied_width
-from ccwsim.datasets.fields import Floats, gaussian_field, smoothed, wave, without_specks
+from tools.datasets.curves import Curve, distance_to, meander, painted, varied_width
+from tools.datasets.fields import Floats, gaussian_field, smoothed, wave, without_specks
 
 SPACING = 105.0
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
-from ccwsim.datasets.fields import Floats, gaussian_field, without_specks
+from tools.datasets.fields import Floats, gaussian_field, without_specks
 
 THINNEST = 2.6
 """The least joint, in cells: thinner ones would break up into dashes."""

@@ -1,0 +1,1 @@
+"""What makes the program's bundled files; no part of the installed package."""

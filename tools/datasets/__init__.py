@@ -1,0 +1,184 @@
+"""Generators of the bundled training images, reference fields and hard data.
+
+`python -m tools.datasets write` writes ccwsim/assets again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import RandomState
+from numpy.typing import NDArray
+from PIL import Image
+
+from ccwsim import datasets
+from ccwsim.datasets import catalogue
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+from tools.datasets.channels import bend, channels
+from tools.datasets.delta import delta
+from tools.datasets.deposits import barchans, dunes, lenses
+from tools.datasets.fractures import fractures
+from tools.datasets.levees import levees
+from tools.datasets.stone_wall import stone_wall
+
+PALETTE = [(235, 225, 200), (60, 90, 150), (190, 90, 50), (80, 140, 80)]
+MIN_SIDE, MAX_SIDE = 64, 1024
+FIELD_SEED = 2024
+"""Of every reference field."""
+
+
+class Generator(NamedTuple):
+    """How to draw an image of a shape, and the seed of the bundled one."""
+
+    draw: Callable[[tuple[int, int], RandomState], NDArray[np.uint8]]
+    seed: int
+
+
+class Sampling(NamedTuple):
+    """How hard data were read off their reference field."""
+
+    seed: int
+    n: int
+    min_spacing: float
+
+
+GENERATORS = {
+    "channels": Generator(channels, 10),
+    "stone_wall": Generator(stone_wall, 11),
+    "barchans": Generator(barchans, 5),
+    "dunes": Generator(dunes, 1),
+    "levees": Generator(levees, 11),
+    "delta": Generator(delta, 11),
+    "bend": Generator(bend, 3),
+    "fractures": Generator(fractures, 2),
+    "lenses": Generator(lenses, 5),
+}
+
+SAMPLINGS = {
+    "channels_60_wells": Sampling(1, 60, 40.0),
+    "channels_400_data": Sampling(2, 400, 0.0),
+    "stone_wall_300_data": Sampling(3, 300, 0.0),
+    "barchans_200_data": Sampling(4, 200, 12.0),
+}
+
+
+def generate(
+    name: str, *, shape: tuple[int, int] | None = None, seed: int | None = None
+) -> TrainingImage:
+    """Draw a training image with the generator that made the bundled one.
+
+    Parameters
+    ----------
+    name : str
+        One of `ccwsim.datasets.names()`.
+    shape : pair of int, optional
+        Rows and columns, each from 64 to 1024; the size of the bundled image where it is not given.
+    seed : int, optional
+        From 0 to 2³² − 1; that of the bundled image where it is not given.
+
+    Returns
+    -------
+    TrainingImage
+        The same for the same arguments. Another processor or library version may round a bank the
+        other way, which changes single cells.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown name, or a shape or seed out of range.
+    """
+    if name not in GENERATORS:
+        there = ", ".join(GENERATORS)
+        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
+    dataset, generator = catalogue.DATASETS[name], GENERATORS[name]
+    # RandomState, because its stream is frozen: newer generators may change with NumPy.
+    rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
+    facies = generator.draw(dataset.shape if shape is None else _checked_shape(shape), rng)
+    return TrainingImage(
+        facies, name=name, facies_names=[dataset.facies_names[code] for code in np.unique(facies)]
+    )
+
+
+def generate_reference_field(image: str, side: int) -> TrainingImage:
+    """Draw a square field of the same kind as a training image."""
+    return generate(image, shape=(side, side), seed=FIELD_SEED)
+
+
+def generate_hard_data(name: str) -> HardData:
+    """Read the bundled hard data off their reference field again."""
+    how, side = SAMPLINGS[name], datasets.hard_data_grid_shape(name)[0]
+    field = generate_reference_field(datasets.hard_data_training_image(name), side)
+    return scattered_data(field.array, how.n, how.min_spacing, RandomState(how.seed))
+
+
+def scattered_data(
+    field: NDArray[np.integer], n: int, min_spacing: float, rng: RandomState
+) -> HardData:
+    """Read n cells of a field, shape (ny, nx), that are at least `min_spacing` cells apart.
+
+    Fewer than n come back where the field has no room for more.
+    """
+    cells = np.empty((n, 2), np.int64)
+    found = 0
+    for candidate in rng.permutation(field.size):
+        cell = np.array(divmod(int(candidate), field.shape[1]))
+        if (np.hypot(*(cells[:found] - cell).T) >= min_spacing).all():
+            cells[found] = cell
+            found += 1
+            if found == n:
+                break
+    chosen = cells[:found]
+    return HardData(chosen, field[chosen[:, 0], chosen[:, 1]])
+
+
+def write_image(path: Path, facies: NDArray[np.integer]) -> None:
+    """Write facies codes 0, 1, … of shape (ny, nx), row 0 at the south, as an indexed PNG."""
+    image = Image.fromarray(np.ascontiguousarray(facies[::-1], np.uint8))
+    image.putpalette([channel for colour in PALETTE for channel in colour])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    image.save(path, optimize=True, bits=2)
+
+
+def write_hard_data(path: Path, data: HardData, grid: Grid) -> None:
+    """Write hard data as x, y, facies."""
+    rows = np.column_stack([grid.centers_of(data.cells), data.facies])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savetxt(
+        path, rows, fmt=("%.1f", "%.1f", "%d"), delimiter=",", header="x,y,facies", comments=""
+    )
+
+
+def write_assets() -> None:
+    """Draw every bundled image, field and data set and write it to ccwsim/assets."""
+    for name in datasets.names():
+        write_image(catalogue.image_path(name), generate(name).array)
+    for name, sides in catalogue.FIELD_SIDES.items():
+        for side in sides:
+            field = generate_reference_field(name, side)
+            write_image(catalogue.field_path(name, side), field.array)
+    for name in datasets.hard_data_names():
+        grid = Grid(*datasets.hard_data_grid_shape(name))
+        write_hard_data(catalogue.hard_data_path(name), generate_hard_data(name), grid)
+
+
+def _checked_seed(seed: int) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**32:
+        raise CCWSIMError(f"seed = {shown(seed)} must be a whole number from 0 to {2**32 - 1}")
+    return int(seed)
+
+
+def _checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    sides = shape if isinstance(shape, (tuple, list)) else ()
+    fitting = [n for n in sides if isinstance(n, (int, np.integer)) and MIN_SIDE <= n <= MAX_SIDE]
+    if len(sides) != 2 or len(fitting) != 2:
+        raise CCWSIMError(
+            f"shape = {shown(shape)} must be two whole numbers (rows, columns) from {MIN_SIDE} to "
+            f"{MAX_SIDE}"
+        )
+    return int(shape[0]), int(shape[1])
