@@ -1,24 +1,37 @@
 """CCWSIM: wavelet-based cross-correlation simulation of categorical fields.
 
 After Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024).
+
+Names and folders are loaded when they are first used, so that the command line answers at once.
 """
 
-from ccwsim.engine.revision import revise
-from ccwsim.io import (
-    Project,
-    read_hard_data,
-    read_project,
-    read_training_image,
-    save_project,
-    write_realizations,
-)
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ccwsim import datasets as datasets
+    from ccwsim import experiments as experiments
+    from ccwsim import figures as figures
+    from ccwsim import io as io
+    from ccwsim import metrics as metrics
+    from ccwsim.engine.revision import revise
+    from ccwsim.io import (
+        Project,
+        read_hard_data,
+        read_project,
+        read_training_image,
+        save_project,
+        write_realizations,
+    )
+    from ccwsim.model.ensemble import Ensemble
+    from ccwsim.model.errors import Cancelled, CCWSIMError
+    from ccwsim.model.grid import Grid
+    from ccwsim.model.hard_data import HardData
+    from ccwsim.model.parameters import Parameters
+    from ccwsim.model.training_image import TrainingImage
+    from ccwsim.run.simulation import simulate
 
 __version__ = "0.1.0"
 
@@ -39,3 +52,39 @@ __all__ = [
     "simulate",
     "write_realizations",
 ]
+
+_HOMES = {
+    "CCWSIMError": "model.errors",
+    "Cancelled": "model.errors",
+    "Ensemble": "model.ensemble",
+    "Grid": "model.grid",
+    "HardData": "model.hard_data",
+    "Parameters": "model.parameters",
+    "Project": "io",
+    "TrainingImage": "model.training_image",
+    "read_hard_data": "io",
+    "read_project": "io",
+    "read_training_image": "io",
+    "revise": "engine.revision",
+    "save_project": "io",
+    "simulate": "run.simulation",
+    "write_realizations": "io",
+}
+"""The module of each public name."""
+_FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
+"""Modules that `import ccwsim` alone makes available."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        value = getattr(import_module(f"ccwsim.{_HOMES[name]}"), name)
+    elif name in _FOLDERS:
+        value = import_module(f"ccwsim.{name}")
+    else:
+        raise AttributeError(f"module 'ccwsim' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_FOLDERS})

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import importlib
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -137,3 +139,10 @@ def test_the_core_can_be_imported_alone():
     module = importlib.import_module("ccwsim")
     for name in module.__all__:
         assert getattr(module, name) is not None
+
+
+def test_the_public_names_are_loaded_when_used():
+    ccwsim = importlib.import_module("ccwsim")
+    assert set(ccwsim._HOMES) == set(ccwsim.__all__)
+    code = "import sys, ccwsim; assert not {'numpy', 'numba'} & sys.modules.keys()"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
