@@ -11,9 +11,8 @@ from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.ui.how_it_works.fates import said_fate, xy_of
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
-from ccwsim.ui.how_it_works.words import said_shape
+from ccwsim.ui.how_it_works.words import describe_fate, describe_shape, xy_of
 from ccwsim.ui.session.resolve import data_of, image_of
 from tests.browser.hands import SLOW, at_rest, choose, fill, until
 from tests.browser.served import CHROMIUM
@@ -119,7 +118,7 @@ def check_step(page, trace: Trace, number: int) -> None:
     """Compare everything that is said of a patch with the core."""
     step = trace.at(number)
     told = fates(step)
-    assert said_shape(trace, step.patch.shape) in page.locator(WHERE).inner_text()
+    assert describe_shape(trace, step.patch.shape) in page.locator(WHERE).inner_text()
     said = text_of(page, ".st-key-how_steps")
     assert f"starts in the {trace.grid_frame.origin}" in said
     assert f"Drawn: CCW {told[0].ccw:.4g}." in said
@@ -141,12 +140,12 @@ def check_step(page, trace: Trace, number: int) -> None:
             if xy_of(trace, p.row, p.column, step.patch.size) == words[0]
         )  # fmt: skip
         assert words[1] == f"{place.ccw:.4g}"
-        assert words[-1] == said_fate(place, step, share)
+        assert words[-1] == describe_fate(place, step, share)
         if step.data is not None:
             assert words[2:4] == [str(place.missed + place.held), str(place.ahead)]
     assert len(rows) == min(len(told), 24)
     if kinds_told - {"drawn", "candidate"}:
-        assert any("fell out" in line for line in rows)
+        assert any("rejected" in line for line in rows)
     hover_drawn(page, trace, number)
 
 
@@ -259,7 +258,7 @@ def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
     expect(page.locator(".st-key-n_candidates input")).to_have_value("3", timeout=SLOW)
 
 
-def test_mending_is_told_window_by_window(page, trace):
+def test_local_resimulation_is_told_window_by_window(page, trace):
     from playwright.sync_api import expect
 
     windows = next(iter(windows_by_datum(trace.windows).values()))

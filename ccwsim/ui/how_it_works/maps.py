@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
+from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import CIVIDIS, Theme, ramp
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.widgets.maps import CellMap
@@ -21,8 +22,45 @@ DIM = 0.55
 MAX_MARKS = 400
 MAX_LIT = 100
 """Facies that can have a dim colour too."""
-OUT = "#D55E00"
+REJECTED = "#D55E00"
 CANDIDATE = "#ffffff"
+KEPT, PASTED = "#4C6E91", "#E9C46A"
+
+
+@dataclass(frozen=True)
+class PatchView:
+    """The patch that is shown: its realization, what happened to the locations, the colours."""
+
+    trace: Trace
+    step: TracedPatch
+    locations: list[PlaceFate]
+    colours: Sequence[str]
+    theme: Theme
+
+    @property
+    def image(self) -> TrainingImage:
+        """The training image."""
+        return self.trace.study.training_image
+
+    @property
+    def level(self) -> int:
+        """The wavelet level of the search."""
+        return self.trace.study.parameters.level
+
+    @property
+    def search_fraction(self) -> float:
+        """The share of the overlaps that is searched where there are data."""
+        return self.trace.study.parameters.search_fraction
+
+    @property
+    def block_frame(self) -> Frame:
+        """Turns arrays of one value a block of the image from path to grid coordinates."""
+        rows, columns = self.trace.oriented.pyramid.phases.shape[2:]
+        return Frame(self.trace.path.orientation, (rows, columns))
+
+    def patch_map(self, indices: NDArray[np.uint8], alt: str) -> CellMap:
+        """Return the map of a patch in the colours of the facies."""
+        return patch_map(indices, self.image, self.colours, self.theme, alt)
 
 
 def mixed(colour: str, ground: str, share: float) -> str:
@@ -36,27 +74,51 @@ def mixed(colour: str, ground: str, share: float) -> str:
     return ramp([colour, ground], 101)[round(100 * share)]
 
 
+def box_mark(box: Box, colour: str, label: str, kind: str = "box") -> dict:
+    """Return what is drawn on a map around a box."""
+    return {"kind": kind, **box._asdict(), "colour": colour, "label": label}
+
+
+def data_in(trace: Trace, box: Box) -> list[list[int]]:
+    """Return row, column and facies of the data in a box; rows and columns are the box's own."""
+    cells = (trace.study.hard_data.cells - [box.row, box.column]).tolist()
+    return [
+        [row, column, int(facies)]
+        for (row, column), facies in zip(cells, trace.study.facies_of_data, strict=True)
+        if 0 <= row < box.height and 0 <= column < box.width
+    ]
+
+
 def patch_map(
     indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
     """Return a map of facies, shape (ny, nx), where UNKNOWN cells are blank; no legend."""
-    n = image.n_facies
-    shown = np.where(indices == UNKNOWN, n, indices).astype(np.uint8)
-    return CellMap(shown, [*colours, theme.hairline], [*image.facies_names, "not simulated"], alt)
+    shown = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
+    names = [*image.facies_names, "not simulated"]
+    return CellMap(shown, [*colours, theme.hairline], names, alt)
 
 
-def value_map(
-    values: NDArray[np.float64], what: str, theme: Theme, alt: str, *,
-    low: float, high: float, colours: Sequence[str] = CIVIDIS, absent: str = "no value",
-) -> CellMap:  # fmt: skip
-    """Return a map of numbers, shape (ny, nx); NaN is blank and said to be `absent`."""
-    span = high - low
+@dataclass(frozen=True)
+class Scale:
+    """What the numbers of a map are, from which to which, and in which colours."""
+
+    name: str
+    low: float
+    high: float
+    colours: Sequence[str] = CIVIDIS
+    absent: str = "no value"
+
+
+def value_map(values: NDArray[np.float64], scale: Scale, theme: Theme, alt: str) -> CellMap:
+    """Return a map of numbers, shape (ny, nx); NaN is blank."""
+    low, span = scale.low, scale.high - scale.low
     share = np.clip((values - low) / span, 0, 1) if span else np.zeros(values.shape)
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
-    labels = [f"{what} {low + span * k / N_STEPS:.3g}" for k in range(N_STEPS + 1)]
-    strip = {"colours": list(colours), "low": f"{low:.3g}", "high": f"{high:.3g}"}
-    steps = [*_steps(tuple(colours)), theme.hairline]
-    return CellMap(indices.astype(np.uint8), steps, [*labels, absent], alt, strip=strip)
+    labels = [f"{scale.name} {low + span * k / N_STEPS:.3g}" for k in range(N_STEPS + 1)]
+    ends = {"low": f"{low:.3g}", "high": f"{scale.high:.3g}"}
+    strip = {"colours": list(scale.colours), **ends}
+    steps = [*_steps(tuple(scale.colours)), theme.hairline]
+    return CellMap(indices.astype(np.uint8), steps, [*labels, scale.absent], alt, strip=strip)
 
 
 @cache
@@ -64,10 +126,10 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
     return ramp(colours, N_STEPS + 1)
 
 
-def grid_map(trace: Trace, step: TracedPatch, colours: Sequence[str], theme: Theme) -> CellMap:
-    """Return the grid before a patch is laid: the overlap lit, the patch outlined, the path."""
-    image, p, frame = trace.study.training_image, step.patch, trace.grid_frame
-    n = image.n_facies
+def grid_map(view: PatchView) -> CellMap:
+    """Return the grid before the patch: the overlap lit, the patch outlined, the path."""
+    step, p, frame = view.step, view.step.patch, view.trace.grid_frame
+    n = view.image.n_facies
     lit = np.zeros(step.before.shape, bool)
     lit[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size] = step.in_overlap
     known = step.before != UNKNOWN
@@ -75,28 +137,29 @@ def grid_map(trace: Trace, step: TracedPatch, colours: Sequence[str], theme: The
     indices = np.where(known, step.before, n).astype(int)
     if has_dim:
         indices = np.where(known & ~lit, n + 1 + indices, indices)
-    dim = [mixed(c, theme.paper, DIM) for c in colours] if has_dim else []
-    names = list(image.facies_names)
+    dim = [mixed(c, view.theme.paper, DIM) for c in view.colours] if has_dim else []
+    names = list(view.image.facies_names)
     box = frame.box_to_world(p.y0, p.x0, p.size, p.size)
-    marks = [{"kind": "box", **box._asdict(), "colour": theme.reference, "label": "the patch"}]
     return CellMap(
-        frame.map_to_world(indices.astype(np.uint8)),
-        [*colours, theme.hairline, *dim],
-        [*names, "not simulated yet", *(names if has_dim else [])],
-        f"The grid before patch {p.number + 1}, with its overlap in full colour",
-        keys=list(zip(names, colours, strict=True))[:6],
-        points=_seen(trace, step), point_colours=colours,
-        marks=marks, trail=_trail(trace, step),
-    )  # fmt: skip
+        indices=frame.map_to_world(indices.astype(np.uint8)),
+        colours=[*view.colours, view.theme.hairline, *dim],
+        labels=[*names, "not simulated yet", *(names if has_dim else [])],
+        alt=f"The grid before patch {p.number + 1}, with its overlap in full colour",
+        keys=list(zip(names, view.colours, strict=True))[:6],
+        points=_conditioning_points(view),
+        point_colours=view.colours,
+        marks=[box_mark(box, view.theme.reference, "the patch")],
+        trail=_trail(view.trace, step),
+    )
 
 
-def _seen(trace: Trace, step: TracedPatch) -> list[list[int]]:
-    """Return the data that have a say in this patch as points of the grid."""
-    found = []
-    for datum in step.data.seen if step.data is not None else ():
-        box = trace.grid_frame.box_to_world(datum.row, datum.column, 1, 1)
-        found.append([box.row, box.column, datum.facies, 0])
-    return found
+def _conditioning_points(view: PatchView) -> list[list[int]]:
+    """Return the data that condition this patch as points of the grid."""
+    points = []
+    for datum in view.step.data.seen if view.step.data is not None else ():
+        box = view.trace.grid_frame.box_to_world(datum.row, datum.column, 1, 1)
+        points.append([box.row, box.column, datum.facies, 0])
+    return points
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
@@ -116,79 +179,74 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
     return [centre(tile) for tile in ends]
 
 
-def score_map(trace: Trace, step: TracedPatch, theme: Theme, with_data: bool) -> CellMap:
-    """Return the CCW score of each place, in blocks of the image; best is bright."""
-    shown = step.ccw
-    if with_data and step.totals is not None:
-        shown = (step.totals + step.energy) / step.unit**2
-        if step.data is not None:
-            shown = np.where(step.data.ruled_out, np.nan, shown)
-    rows, columns = trace.oriented.pyramid.phases.shape[2:]
-    whole = np.full((rows, columns), np.nan)
+def score_map(view: PatchView, with_data: bool) -> CellMap:
+    """Return the CCW score of each location, in blocks of the image; best is bright."""
+    step, frame = view.step, view.block_frame
+    shown, name, absent = step.ccw, "CCW", "no location for a whole patch"
+    if with_data:
+        name, absent = "CCW + data", f"{absent}, or not searched"
+        if step.totals is not None:
+            shown = (step.totals + step.energy) / step.unit**2
+            if step.data is not None:
+                shown = np.where(step.data.ruled_out, np.nan, shown)
+    whole = np.full(frame.shape, np.nan)
     whole[: shown.shape[0], : shown.shape[1]] = shown
-    frame = Frame(trace.path.orientation, (rows, columns))
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
-    best_high = step.correlation and not with_data
-    ramped = CIVIDIS if best_high else CIVIDIS[::-1]
-    found = value_map(
-        frame.map_to_world(whole), "CCW + data" if with_data else "CCW", theme,
-        f"CCW score map of patch {step.patch.number + 1}", low=low, high=high, colours=ramped,
-        absent="no place for a whole patch" + (", or not looked at" if with_data else ""),
-    )  # fmt: skip
+    colours = CIVIDIS if step.correlation and not with_data else CIVIDIS[::-1]
+    scale = Scale(name, low, high, colours, absent)
+    alt = f"CCW score map of patch {step.patch.number + 1}"
+    found = value_map(frame.map_to_world(whole), scale, view.theme, alt)
     if not step.patch.shape and low == high:
         return replace(found, strip=None)
     return found
 
 
-def fate_marks(
-    frame: Frame, scale: int, step: TracedPatch, told: list[PlaceFate], theme: Theme,
-    said: Sequence[str],
-) -> list[dict]:  # fmt: skip
-    """Return the marks of the places: rings for candidates, crosses for those that fell out.
+def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
+    """Return the marks of the locations: rings for candidates, crosses for rejected ones.
 
-    Parameters
-    ----------
-    frame : Frame
-        Of the map, which has `scale` cells a block.
-    said : sequence of str
-        What the hover says of each place.
+    The map of `frame` has `scale` cells a block; `labels` are what the hover says of each.
     """
+    step, drawn = view.step, view.theme.reference
 
-    def mark(place: PlaceFate, kind: str, colour: str, label: str) -> dict:
-        box = frame.box_to_world(place.row * scale, place.column * scale, scale, scale)
-        return {"kind": kind, **box._asdict(), "colour": colour, "label": label}
+    def box_of(location: PlaceFate) -> Box:
+        return frame.box_to_world(location.row * scale, location.column * scale, scale, scale)
 
     marks = []
-    for place, words in list(zip(told, said, strict=True))[1:MAX_MARKS]:
-        out = place.fate != "candidate"
-        marks.append(mark(place, "cross" if out else "ring", OUT if out else CANDIDATE, words))
+    for location, label in list(zip(view.locations, labels, strict=True))[1:MAX_MARKS]:
+        is_candidate = location.fate == "candidate"
+        colour, kind = (CANDIDATE, "ring") if is_candidate else (REJECTED, "cross")
+        marks.append(box_mark(box_of(location), colour, label, kind))
     marks.sort(key=lambda m: m["kind"])  # rings over crosses
-    ty, tx = step.drawn_place
     shift = scale / step.unit
+    row, column = (int(at * shift) for at in step.drawn_place)
     side = round(step.patch.size * shift)
-    box = frame.box_to_world(int(ty * shift), int(tx * shift), side, side)
-    marks.append({"kind": "box", **box._asdict(), "colour": theme.reference, "label": "drawn"})
-    marks.append(mark(told[0], "disc", theme.reference, said[0]))
+    marks.append(box_mark(frame.box_to_world(row, column, side, side), drawn, "drawn"))
+    marks.append(box_mark(box_of(view.locations[0]), drawn, labels[0], "disc"))
     return marks
 
 
-def error_map(trace: Trace, step: TracedPatch, theme: Theme) -> CellMap:
+def error_map(view: PatchView) -> CellMap:
     """Return where patch and grid differ in the overlap."""
-    indices = np.where(step.in_overlap, step.error, 2).astype(np.uint8)
-    colours = [mixed(theme.quiet, theme.paper, 0.75), OUT, theme.hairline]
-    labels = ["same", "differs", "not in the overlap"]
-    return CellMap(
-        trace.grid_frame.patch_to_world(indices), colours, labels, "Error surface",
-        keys=list(zip(labels[:2], colours, strict=False)),
-    )  # fmt: skip
+    indices = np.where(view.step.in_overlap, view.step.error, 2)
+    colours = [mixed(view.theme.quiet, view.theme.paper, 0.75), REJECTED, view.theme.hairline]
+    return _classes(
+        view, indices, colours, ["same", "differs", "not in the overlap"], "Error surface"
+    )
 
 
-def cut_map(trace: Trace, step: TracedPatch, theme: Theme) -> CellMap:
+def cut_map(view: PatchView) -> CellMap:
     """Return which cells of the patch stay as they were, and which are pasted."""
-    indices = np.where(step.kept, 0, np.where(step.in_overlap, 1, 2)).astype(np.uint8)
-    colours = ["#4C6E91", "#E9C46A", mixed("#E9C46A", theme.paper, 0.6)]
-    labels = ["kept", "pasted", "pasted, beyond the overlap"]
+    indices = np.where(view.step.kept, 0, np.where(view.step.in_overlap, 1, 2))
+    colours = [KEPT, PASTED, mixed(PASTED, view.theme.paper, 0.6)]
+    return _classes(
+        view, indices, colours, ["kept", "pasted", "pasted, beyond the overlap"], "Cut mask"
+    )
+
+
+def _classes(
+    view: PatchView, indices: NDArray, colours: list[str], labels: list[str], alt: str
+) -> CellMap:
+    shown = view.trace.grid_frame.patch_to_world(indices.astype(np.uint8))
     return CellMap(
-        trace.grid_frame.patch_to_world(indices), colours, labels, "Cut mask",
-        keys=list(zip(labels[:2], colours, strict=False)),
-    )  # fmt: skip
+        shown, colours, labels, alt, keys=list(zip(labels[:2], colours[:2], strict=True))
+    )

@@ -1,48 +1,97 @@
-"""The page that follows a realization patch by patch, put together."""
+"""The page How it works: a realization patch by patch, with its steps side by side."""
 
 from __future__ import annotations
 
+import time
+from html import escape
 from pathlib import Path
 
+import numpy as np
 import streamlit as st
+from numpy.typing import NDArray
 
-from ccwsim.engine.trace import Trace, check_traceable, fates
+from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.pyramid import decompose
+from ccwsim.engine.trace import Patch, Trace, check_traceable, fates
+from ccwsim.figures.lag_maps import DIFFERENCE
+from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.how_it_works.bands import draw_bands
-from ccwsim.ui.how_it_works.fates import candidate_words, draw_fates
-from ccwsim.ui.how_it_works.player import EVERY, draw_player, draw_setting, tick
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.how_it_works.maps import (
+    PatchView,
+    Scale,
+    box_mark,
+    cut_map,
+    data_in,
+    error_map,
+    grid_map,
+    location_marks,
+    score_map,
+    value_map,
+)
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
-from ccwsim.ui.how_it_works.state import How
-from ccwsim.ui.how_it_works.steps import draw_steps
-from ccwsim.ui.how_it_works.trace import parameters_of, set_own, trace_of
+from ccwsim.ui.how_it_works.run import (
+    How,
+    forget_own,
+    parameters_of,
+    set_own,
+    trace_of,
+    use_own,
+)
+from ccwsim.ui.how_it_works.words import (
+    describe_cut,
+    describe_draw,
+    describe_fate,
+    describe_inverse,
+    describe_overlap,
+    describe_path,
+    describe_scores,
+    describe_shape,
+    draw_locations,
+    is_rejected,
+    say,
+    say_candidates,
+)
 from ccwsim.ui.results.facies import colours_of
+from ccwsim.ui.session.fitting import levels, overlap_sizes
 from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map
+from ccwsim.ui.widgets.steps import pair, panel_title
 from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("how.css")
-
 DRAWING = "drawing"
-"""Stands for what the part on mending shows while the whole page is drawn."""
-
-
-def draw_style() -> None:
-    """Write what is particular to the look of this page."""
-    theme = chart_theme()
-    own = f":root {{ --drawn: {theme.reference} }}"
-    st.html(f"<style>{own}\n{STYLE.read_text('utf-8')}</style>")
+"""Stands for what the part on local re-simulation shows while the whole page is drawn."""
+PLAY_SECONDS = 0.8
+"""How long a patch is shown while the page plays."""
+WIDTHS = [1.25, 0.72, 1.25, 1.0]
+LARGE, SMALL = 460, 200
+SUBSCRIPTS = "₀₁₂₃₄₅₆"
+GROUNDS = {"score": "CCW", "costs": "with data", "image": "image"}
+MARKS = (
+    '<p class="marks"><span><i class="mark drawn"></i>drawn</span><span><i class="mark candidate">'
+    "</i>candidate</span>{}</p>"
+)
+REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
+BANDS = {
+    "cA": "approximation",
+    "cH": "horizontal detail",
+    "cV": "vertical detail",
+    "cD": "diagonal detail",
+}
 
 
 def draw_how(state: State) -> None:
     """Draw the page; while it plays, it draws itself again and again."""
-    page_state = state.page(How)
-    draw_style()
-    how, playing = page_state, page_state.playing
-    how.mended = DRAWING
-    st.fragment(_draw, run_every=EVERY if playing else None)(state, playing)
+    how = state.page(How)
+    own_colours = f":root {{ --drawn: {chart_theme().reference} }}"
+    st.html(f"<style>{own_colours}\n{STYLE.read_text('utf-8')}</style>")
+    how.resimulated = DRAWING
+    st.fragment(_draw, run_every=PLAY_SECONDS if how.playing else None)(state, how.playing)
     with st.container(key="how_after"):
         _after(state)
 
@@ -50,54 +99,292 @@ def draw_how(state: State) -> None:
 def _draw(state: State, timed: bool) -> None:
     how = state.page(How)
     with error_boundary():
-        _page(state)
+        _draw_top(state)
     # a fragment's clock is wound up, and what lies below it drawn anew, only from outside of it
-    if how.playing != timed or how.mended not in (DRAWING, how.traced):
+    if how.playing != timed or how.resimulated not in (DRAWING, how.traced):
         st.rerun()
 
 
 @st.fragment
 def _after(state: State) -> None:
-    """Draw what mending did: it is the same for all patches, so stepping leaves it alone."""
+    """Draw the local re-simulation: the same for all patches, so stepping leaves it alone."""
     how = state.page(How)
-    how.mended = how.traced
+    how.resimulated = how.traced
     with error_boundary():
         if how.trace is not None:
-            draw_resimulation(state, how.trace, colours_of(state), chart_theme())
+            draw_resimulation(how, how.trace, colours_of(state), chart_theme())
 
 
-def _page(state: State) -> None:
-    page_state = state.page(How)
+def _draw_top(state: State) -> None:
+    how = state.page(How)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="large", key="how_top"):
         player = st.container(key="how_player", gap="small")
-        draw_setting(state)
+        _draw_setting(state)
     try:
         check_traceable(parameters_of(state))
     except CCWSIMError as error:
-        page_state.leave()
+        how.stop(trace=None, traced=None)
         st.warning(plain(str(error)))
-        button(
-            "Follow ccwsim here", key="how_ccwsim", type="primary",
-            on_click=lambda: set_own(state, method="ccwsim"),
-        )  # fmt: skip
+        to_ccwsim = {"on_click": lambda: set_own(state, method="ccwsim"), "type": "primary"}
+        button("Follow CCWSIM here", key="how_ccwsim", **to_ccwsim)
         return
     trace = trace_of(state)
-    tick(page_state, len(trace.patches))
+    tick(how, len(trace.patches))
     with player:
-        draw_player(state, trace)
+        _draw_player(how, trace)
     with st.container(key="results"):
-        _patch(state, trace)
+        _draw_patch(how, trace, colours_of(state))
 
 
-def _patch(state: State, trace: Trace) -> None:
-    step = trace.at(state.page(How).patch)
-    told, colours, theme = fates(step), colours_of(state), chart_theme()
-    draw_steps(state, trace, step, told, colours, theme)
+def tick(how: How, n: int) -> None:
+    """While it plays, go on to the next patch when it is time; stop at the last one."""
+    if not how.playing or time.monotonic() - how.ticked < 0.7 * PLAY_SECONDS:
+        return
+    how.ticked = time.monotonic()
+    if how.patch + 1 < n:
+        how.patch += 1
+    how.playing = how.patch + 1 < n
+
+
+def _draw_player(how: How, trace: Trace) -> None:
+    """Draw the row that steps through the patches: buttons, a slider, play, arrow keys."""
+    n = len(trace.patches)
+
+    def step(by: int) -> None:
+        how.go(min(max(how.patch + by, 0), n - 1))
+
+    def jump(number: int) -> None:
+        how.go(min(number, n) - 1)
+
+    def play() -> None:
+        how.playing = not how.playing
+        if how.playing and how.patch + 1 >= n:
+            how.patch = 0
+        how.ticked = time.monotonic()
+
+    def on_arrow() -> None:
+        by = st.session_state["how_arrows"].step
+        if by:
+            step(int(by))
+
+    st.html(f'<p class="facts where">{_position(trace, trace.patches[how.patch])}</p>')
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
+        ends = {"icon": ":material/chevron_left:", "disabled": how.patch == 0}
+        button("Previous", key="how_previous", on_click=lambda: step(-1), **ends)
+        with st.container(key="how_slide"):
+            track = {"value": how.patch + 1, "min_value": 1, "max_value": max(n, 2)}
+            look = {"disabled": n < 2, "label_visibility": "collapsed"}
+            field(st.slider, "Patch", key="how_patch", write=jump, **track, **look)
+        ends = {"icon": ":material/chevron_right:", "disabled": how.patch + 1 == n}
+        button("Next", key="how_next", on_click=lambda: step(1), **ends)
+        button("Stop" if how.playing else "Play", key="how_play", on_click=play, type="primary")
+    canvas_component("arrows")(key="how_arrows", data={}, on_step_change=on_arrow)
+
+
+def _position(trace: Trace, patch: Patch) -> str:
+    """Return which patch is shown and where it is, in HTML."""
+    path = trace.path
+    at = f"row {patch.row + 1} of {path.n_rows}, column {patch.column + 1} of {path.n_columns}"
+    facts = [
+        f"<b>Patch {patch.number + 1} of {len(trace.patches)}</b>",
+        escape(describe_shape(trace, patch.shape)),
+        f"{at} of the path",
+    ]
+    if patch.parts > 1:
+        facts.append(f"part {patch.part + 1} of {patch.parts**2}, as the tile is full of data")
+    dot = ' <span class="dot">·</span> '
+    return dot.join(f'<span class="fact">{fact}</span>' for fact in facts)
+
+
+def _draw_setting(state: State) -> None:
+    """Draw the controls of this page's own setting, and a way to take it to the study."""
+    how, p = state.page(How), parameters_of(state)
+    shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
+
+    def parameter(widget, label: str, name: str, key: str, **options) -> None:
+        def write(value: int) -> None:
+            set_own(state, **{name: value})
+
+        field(widget, label, key=f"how_{key}", write=write, help=help_of(name), **options)
+
+    def follow(number: int) -> None:
+        how.stop(number=number - 1, datum=0)
+
+    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
+        numbers = {"value": how.number + 1, "min_value": 1, "max_value": MAX_REALIZATIONS}
+        look = {"help": "Each has its own random numbers; numbered as on Simulate.", "width": 124}
+        field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
+        offered = {"options": [0] if is_ccsim else levels(shape), "disabled": is_ccsim, "width": 96}
+        parameter(st.selectbox, "Level J", "wavelet_level", "level", value=p.level, **offered)
+        offered = {"options": overlap_sizes(p.level, p.template_size), "width": 116}
+        size = p.overlap_size
+        parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", value=size, **offered)
+        numbers = {"value": p.n_candidates, "min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+        named = "n_candidates", "candidates"
+        parameter(st.number_input, "Candidates K", *named, width=136, **numbers)
+        if how.parameters is not None:
+            use = "Takes it to the study, and so to Simulate."
+            button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)
+            button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
+
+
+def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
+    """Draw the steps of the patch that is shown, the table of locations, and the sub-bands."""
+    step = trace.at(how.patch)
+    view = PatchView(trace, step, fates(step), colours, chart_theme())
+    with st.container(key="how_steps"):
+        grid, overlap, score, patch = st.columns(WIDTHS, gap="medium")
+    with grid:
+        _draw_grid(how, view)
+    with overlap:
+        _draw_overlap(how, view)
+    with score:
+        _draw_scores(how, view)
+    with patch:
+        _draw_pasting(view)
     with st.container(key="how_more"):
         left, right = st.columns([1, 1.6], gap="large")
     with left:
         panel_title("Candidates" if step.data is None else "Candidates and hard data")
-        candidate_words(trace, step, told)
-        draw_fates(trace, step, told)
+        say_candidates(view)
+        draw_locations(view)
     with right:
-        draw_bands(state, trace, step, theme)
+        _draw_bands(how, view)
+
+
+def _draw_grid(how: How, view: PatchView) -> None:
+    panel_title("1 Grid so far", "overlap lit")
+    trace = view.trace
+
+    def jump(row: int, column: int) -> None:
+        how.go(trace.patch_of_cell(row, column))
+
+    options = {"grid": trace.study.grid, "max_height": LARGE, "name": "grid_so_far"}
+    draw_map(grid_map(view), "how_map_grid", on_cell=jump, **options)
+    say(describe_path(trace), "section 4.1 · Algorithm 1, line 3")
+
+
+def _draw_overlap(how: How, view: PatchView) -> None:
+    step, image, frame = view.step, view.image, view.trace.grid_frame
+    panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if view.level else "2 Overlap")
+    old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
+    shown = view.patch_map(frame.patch_to_world(old), "The overlap")
+    draw_map(shown, "how_map_overlap", max_height=SMALL, tools=False)
+    if view.level:
+        plane = facies = how.facies
+        if len(step.blocks) == 1:
+            plane, facies = 0, min(1, image.n_facies - 1)
+        name = image.facies_names[facies]
+        scale = Scale(f"cA of {name}:", 0.0, float(step.unit), absent="not in the overlap")
+        values = frame.patch_to_world(step.approximation[plane])
+        shown = value_map(values, scale, view.theme, f"Approximation of {name}")
+        draw_map(shown, "how_map_approximation", max_height=SMALL, tools=False)
+    say(describe_overlap(view), "section 4.2 · Algorithm 1, lines 8 and 9")
+
+
+def _draw_scores(how: How, view: PatchView) -> None:
+    step, trace, image = view.step, view.trace, view.image
+    offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
+    ground = how.ground if how.ground in offered else "score"
+    with st.container(horizontal=True, vertical_alignment="center", key="how_score_row"):
+        panel_title("3 CCW score map")
+        options = {"value": ground, "options": offered, "format_func": lambda key: GROUNDS[key]}
+        options |= {"write": lambda key: how.stop(ground=key), "label_visibility": "collapsed"}
+        field(st.segmented_control, "Ground", key="how_ground", **options)
+    if ground == "image":
+        alt = f"Training image {image.name}"
+        shown = facies_map(image.indices, image, view.colours, alt)
+        frame, scale = trace.image_frame, trace.search.unit
+    else:
+        shown = score_map(view, ground == "costs")
+        frame, scale = view.block_frame, 1
+    share = view.search_fraction
+    labels = [f"CCW {at.ccw:.4g}, {describe_fate(at, step, share)}" for at in view.locations]
+    shown.marks.extend(location_marks(view, frame, scale, labels))
+    draw_map(shown, "how_map_score", max_height=LARGE, name="ccw_score_map")
+    st.html(MARKS.format(REJECTED_MARK if any(map(is_rejected, view.locations)) else ""))
+    say(describe_scores(step), "section 4.3 · Algorithm 1, line 10")
+
+
+def _draw_pasting(view: PatchView) -> None:
+    step, frame, p = view.step, view.trace.grid_frame, view.step.patch
+    panel_title("4 Drawn patch → cut → pasted")
+    part = np.s_[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size]
+    new, after = (frame.patch_to_world(a) for a in (step.cells, step.after[part]))
+    inside = frame.box_to_world(p.y0, p.x0, p.size, p.size)
+    shown = {
+        "drawn patch": view.patch_map(new, "The drawn patch"),
+        "error surface": error_map(view),
+        "cut": cut_map(view),
+        "pasted": view.patch_map(after, "The grid with the patch pasted"),
+    }
+    if inside.height == inside.width == p.size:  # whole: data can be shown where they are
+        shown["pasted"].points.extend([*at, 0] for at in data_in(view.trace, inside))
+    with st.container(key="how_small_maps"):
+        places = [*pair(), *pair()]
+    for place, (title, small) in zip(places, shown.items(), strict=True):
+        with place:
+            st.html(f'<p class="caption">{title}</p>')
+            draw_map(small, f"how_map_{title.replace(' ', '_')}", max_height=SMALL, tools=False)
+    say(describe_draw(view), "section 4.4 · Algorithm 1, line 12")
+    say(describe_cut(step), "section 2 (the cut) · Algorithm 1, line 14")
+
+
+def _draw_bands(how: How, view: PatchView) -> None:
+    """Draw the sub-bands of the image at the level of the search, the drawn location marked."""
+    image, level, unit = view.image, view.level, view.step.unit
+    with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
+        panel_title("The training image in wavelets", f"level {level}")
+        if image.n_facies > 2:
+            options = {"value": how.facies, "options": list(range(image.n_facies)), "width": 140}
+            options |= {"write": lambda k: setattr(how, "facies", k)}
+            options |= {"format_func": lambda k: image.facies_names[k]}
+            options |= {"label_visibility": "collapsed"}
+            field(st.selectbox, "Facies", key="how_facies", **options)
+    if not level:
+        none = "At level 0 the image is compared as it is: there are no sub-bands."
+        say(f"{none} Choose level 1 or more to see them.", "section 3.1")
+        return
+    bands = _bands(image.digest, how.facies, level, image)
+    box = view.trace.image_frame.box_to_world(*view.step.drawn_place, *view.step.cells.shape)
+    in_blocks = box._replace(**{side: size / unit for side, size in box._asdict().items()})
+    mark = box_mark(in_blocks, view.theme.reference, "the drawn patch")
+    with st.container(key="how_bands"):
+        places = st.columns(4, gap="medium")
+    for place, (name, meaning) in zip(places, BANDS.items(), strict=True):
+        with place:
+            panel_title(f"{name}{SUBSCRIPTS[level]}", meaning)
+            scale = _band_scale(name, bands[name], unit)
+            shown = value_map(bands[name], scale, view.theme, f"{name}, {meaning}")
+            shown.marks.append(mark)
+            key, group = f"how_map_{name}", "how_bands"
+            draw_map(shown, key, max_height=300, scale=group, link=group, name=name)
+    say(
+        f"Each block of {unit} × {unit} cells gives one number a band. The approximation is what "
+        f"the search compares; the three details are what it leaves out, and what the inverse "
+        f"transform puts back. {describe_inverse(view.step, _largest_difference(how, view))}",
+        "sections 3.1 and 4.2, Figs. 2 and 4 · Algorithm 1, lines 2 and 13",
+    )
+
+
+def _band_scale(name: str, values: NDArray[np.float64], unit: int) -> Scale:
+    if name == "cA":
+        return Scale(name, 0.0, float(unit))
+    largest = float(abs(values).max()) or 1.0
+    return Scale(name, -largest, largest, DIFFERENCE)
+
+
+@st.cache_resource(max_entries=16, show_spinner=False)
+def _bands(
+    digest: str, facies: int, level: int, _image: TrainingImage
+) -> dict[str, NDArray[np.float64]]:
+    approximation, details, *_ = decompose(_image.indices == facies, level)
+    return dict(zip(BANDS, (approximation, *details), strict=True))
+
+
+def _largest_difference(how: How, view: PatchView) -> float:
+    """Return how far the inverse transform is from the slice of the image."""
+    patch = view.trace.reconstructed(view.step, how.facies)
+    (ty, tx), n = view.step.drawn_place, len(patch)
+    own = view.trace.oriented.pyramid.image[ty : ty + n, tx : tx + n] == how.facies
+    return float(abs(patch - own).max(initial=0.0))

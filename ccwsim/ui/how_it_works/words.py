@@ -1,4 +1,4 @@
-"""What the page says beside each step, for someone who sees the method for the first time."""
+"""What the page says beside each step, with where the paper has it, and the table of locations."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from html import escape
 import streamlit as st
 
 from ccwsim.engine.stages.similarity import LEFT, TOP
-from ccwsim.engine.trace import PlaceFate, Trace, TracedPatch
+from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
+from ccwsim.ui.how_it_works.maps import PatchView
+from ccwsim.ui.widgets.scrolled import scrolled
 
-BEHIND = {
-    "south-west": ("south", "west"), "south-east": ("south", "east"),
-    "north-west": ("north", "west"), "north-east": ("north", "east"),
-}  # fmt: skip
+MAX_ROWS = 24
+DATA = "datum", "data"
 OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
 
-def say(text: str, where: str) -> None:
+def say(text: str, source: str) -> None:
     """Write the words of a panel, with where the paper has it; `text` is HTML."""
-    st.html(f'<p class="say">{text} <span class="ref">{escape(where)}</span></p>')
+    st.html(f'<p class="say">{text} <span class="ref">{escape(source)}</span></p>')
 
 
-def counted(n: int, one: str, many: str = "") -> str:
+def format_count(n: int, one: str, many: str = "") -> str:
     """Return a number with its noun.
 
     Examples
     --------
-    >>> counted(1, "cell"), counted(3, "cell"), counted(2, "datum", "data")
+    >>> format_count(1, "cell"), format_count(3, "cell"), format_count(2, "datum", "data")
     ('1 cell', '3 cells', '2 data')
     """
     return f"{n:,} {one if n == 1 else many or one + 's'}".replace(",", "\u202f")
 
 
-def said_shape(trace: Trace, shape: int) -> str:
-    """Say what the overlap looks like in the world: the strips lie where the path came from."""
+def describe_shape(trace: Trace, shape: int) -> str:
+    """Return on which sides of the patch the overlap is: where the path came from."""
     frame = trace.grid_frame
     beside = OPPOSITE[frame.direction]
-    behind = next(side for side in BEHIND[frame.origin] if side not in (beside, frame.direction))
+    behind = next(s for s in frame.origin.split("-") if s not in (beside, frame.direction))
     if shape == LEFT | TOP:
         return f"L-shaped overlap, {behind} and {beside}"
     if not shape:
@@ -44,101 +44,219 @@ def said_shape(trace: Trace, shape: int) -> str:
     return f"overlap in the {beside if shape == LEFT else behind}"
 
 
-def path_words(trace: Trace) -> str:
-    """Say where the path comes from and goes to."""
+def describe_path(trace: Trace) -> str:
+    """Return where the path comes from and goes to."""
     frame, p = trace.grid_frame, trace.study.parameters
     drawn = "drawn at random for each realization" if p.random_path else "the same for all"
     step = trace.template - p.overlap_size
     return (
         f"The path starts in the <b>{frame.origin}</b> and runs <b>{frame.direction}</b>, row "
-        f"after row ({drawn}). Patches of T = {trace.template} cells are laid T − OR = {step} "
+        f"after row ({drawn}). Patches of T = {trace.template} cells are placed T − OR = {step} "
         f"cells apart, so each overlaps what is there by OR = {p.overlap_size}: the part in full "
         "colour. Click the grid to jump to a patch; left and right arrow keys step."
     )
 
 
-def overlap_words(trace: Trace, step: TracedPatch) -> str:
-    """Say what the overlap is, and how few numbers its approximation has."""
-    level, cells = trace.study.parameters.level, int(step.in_overlap.sum())
-    if not cells:
+def describe_overlap(view: PatchView) -> str:
+    """Return what the overlap is, and how few numbers its approximation has."""
+    step, level = view.step, view.level
+    n_cells = int(step.in_overlap.sum())
+    if not n_cells:
         return "Nothing has been simulated yet, so there is nothing to compare the image with."
     if level == 0:
         return (
-            f"The overlap is {counted(cells, 'cell')}. At level 0 there is no wavelet transform: "
-            "cells are compared one by one, as CCSIM does."
+            f"The overlap is {format_count(n_cells, 'cell')}. At level 0 there is no wavelet "
+            "transform: cells are compared one by one, as CCSIM does."
         )
     n = int((step.approximation == step.approximation)[0].sum())
     return (
-        f"The overlap is {counted(cells, 'cell')}. Its Haar approximation at level {level} keeps "
-        f"one number a block of {step.unit} × {step.unit} cells, {step.unit} times their mean: "
-        f"<b>{counted(n, 'coefficient')}</b> instead of {counted(cells, 'number')}."
+        f"The overlap is {format_count(n_cells, 'cell')}. Its Haar approximation at level {level} "
+        f"keeps one number a block of {step.unit} × {step.unit} cells, {step.unit} times their "
+        f"mean: <b>{format_count(n, 'coefficient')}</b> instead of "
+        f"{format_count(n_cells, 'number')}."
     )
 
 
-def score_words(step: TracedPatch) -> str:
-    """Say what the score map is."""
-    places = counted(step.scores.size, "place")
+def describe_scores(step: TracedPatch) -> str:
+    """Return what the score map is."""
+    locations = format_count(step.scores.size, "location")
     if not step.patch.shape:
         decide = " The hard data alone decide." if step.data is not None else ""
-        return f"Without an overlap all {places} of the image fit equally well.{decide}"
+        return f"Without an overlap all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
-    best = ccw.max() if step.correlation else ccw.min()
-    how = (
-        "the cross-correlation ΣA·B; the largest fits best"
-        if step.correlation
-        else "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB², whose middle term is the cross-correlation; the "
-        "smallest fits best"
-    )
+    if step.correlation:
+        best, how = ccw.max(), "the cross-correlation ΣA·B; the largest fits best"
+    else:
+        best = ccw.min()
+        how = (
+            "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB², whose middle term is the cross-correlation; the "
+            "smallest fits best"
+        )
     return (
         f"The coefficients B of the overlap are compared with those of the image, A, at all "
-        f"{places}: {how}. Bright is a good fit; the best is {best:.4g}, the middle of all "
+        f"{locations}: {how}. Bright is a good fit; the best is {best:.4g}, the median of all "
         f"{float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
     )
 
 
-def draw_words(step: TracedPatch, told: list[PlaceFate]) -> str:
-    """Say what was drawn, and what the shift did."""
-    drawn = told[0]
-    n = step.n_candidates
-    chance = (
-        "It is the only candidate."
-        if n == 1
-        else f"One of {n} candidates, all equally likely: that is where realizations differ."
-    )
+def describe_draw(view: PatchView) -> str:
+    """Return what was drawn, and what the shift did."""
+    step, n = view.step, view.step.n_candidates
+    chance = f"One of {n} candidates, all equally likely: that is where realizations differ."
+    if n == 1:
+        chance = "It is the only candidate."
     (a, b), (c, d) = step.drawn_place, step.place
-    shifted = max(abs(a - c), abs(b - d))
-    moved = (
-        f" Then it was shifted by {counted(shifted, 'cell')} to where it fits best at full "
-        "resolution."
-        if shifted
-        else ""
-    )
-    return f"Drawn: CCW {drawn.ccw:.4g}. {chance}{moved}"
+    shift, moved = max(abs(a - c), abs(b - d)), ""
+    if shift:
+        cells = format_count(shift, "cell")
+        moved = f" Then it was shifted by {cells} to where it fits best at full resolution."
+    return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}{moved}"
 
 
-def cut_words(step: TracedPatch) -> str:
-    """Say what the cut keeps."""
+def describe_cut(step: TracedPatch) -> str:
+    """Return what the cut keeps."""
     if not step.patch.shape:
         return "Nothing to cut: the whole patch is pasted."
     wrong, kept = int(step.error.sum()), int(step.kept.sum())
-    cells = int(step.in_overlap.sum())
+    n_cells = int(step.in_overlap.sum())
     return (
-        f"Patch and grid differ in {wrong} of {counted(cells, 'cell')} of the overlap. The "
+        f"Patch and grid differ in {wrong} of {format_count(n_cells, 'cell')} of the overlap. The "
         f"cheapest boundary through that error surface is found by dynamic programming: before it "
-        f"{counted(kept, 'cell')} stay as they were, from it on the patch is pasted."
+        f"{format_count(kept, 'cell')} stay as they were, from it on the patch is pasted."
     )
 
 
-def inverse_words(trace: Trace, step: TracedPatch, largest: float) -> str:
-    """Say what the inverse transform of the drawn place gives."""
-    level = trace.study.parameters.level
-    if level == 0:
-        return "At level 0 the patch is a slice of the image."
-    n = step.cells.shape[0] // step.unit
+def describe_inverse(step: TracedPatch, largest: float) -> str:
+    """Return what the inverse transform gives: how far, at most, it is from the image's slice."""
+    size, n = len(step.cells), len(step.cells) // step.unit
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
         f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
-        f"DWT puts back all {step.cells.shape[0]} × {step.cells.shape[0]} cells; for Haar it "
-        f"equals the slice of the image (largest difference {shown}), so nothing is lost by "
-        "searching the approximation only."
+        f"DWT puts back all {size} × {size} cells; for Haar it equals the slice of the image "
+        f"(largest difference {shown}), so nothing is lost by searching the approximation only."
     )
+
+
+def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
+    """Return what happened to a location, and why."""
+    best = f"{100 * search_fraction:.3g}"
+    return {
+        "drawn": "drawn",
+        "candidate": "a candidate that was not drawn",
+        "fraction": f"rejected: its overlap is not among the best {best} %",
+        "slack": "rejected: too much worse than the best",
+        "data": f"rejected: {_misses(location)}",
+        "location": "rejected: too far from its own position in the image",
+        "tie": "rejected: others of equal score were chosen at random",
+    }[location.fate]
+
+
+def _misses(location: PlaceFate) -> str:
+    missed = {
+        "in the patch": location.missed,
+        "that the cut would have to keep": location.held,
+        "ahead": location.ahead,
+    }
+    parts = [f"misses {format_count(n, *DATA)} {where}" for where, n in missed.items() if n]
+    return ", ".join(parts) or "may miss data ahead, where the image ends"
+
+
+def is_rejected(location: PlaceFate) -> bool:
+    """Return whether a location that fits the overlap could not be drawn."""
+    return location.fate not in ("drawn", "candidate")
+
+
+def xy_of(trace: Trace, row: int, column: int, size: int) -> str:
+    """Return the south-west cell in the image of a patch at a location in blocks, as (x, y)."""
+    unit = trace.search.unit
+    box = trace.image_frame.box_to_world(row * unit, column * unit, size, size)
+    return f"({box.column}, {box.row})"
+
+
+def draw_locations(view: PatchView) -> None:
+    """Draw the table of locations: what each scored, what it would miss, what happened to it."""
+    has_data = view.step.data is not None
+    rejected = [location for location in view.locations if is_rejected(location)]
+    shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
+    shown += [location for location in rejected if location not in shown][: MAX_ROWS - len(shown)]
+    names = ["location (x, y)", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
+    head = "".join(f"<th>{escape(name)}</th>" for name in names)
+    body = "".join(_row(view, location) for location in shown)
+    table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    left = len(view.locations) - len(shown)
+    tail = f'<p class="note">and {format_count(left, "location")} more</p>' if left else ""
+    st.html(scrolled(f'<table class="numbers fates">{table}</table>', "Locations") + tail)
+
+
+def _row(view: PatchView, location: PlaceFate) -> str:
+    at = xy_of(view.trace, location.row, location.column, view.step.patch.size)
+    cells = [at, f"{location.ccw:.4g}"]
+    if view.step.data is not None:
+        cells += [str(location.missed + location.held), str(location.ahead)]
+    kind = "out" if is_rejected(location) else location.fate
+    fate = escape(describe_fate(location, view.step, view.search_fraction))
+    numbers = "".join(f"<td>{cell}</td>" for cell in cells)
+    reason = f'<td class="reason"><i class="mark {kind}"></i>{fate}</td>'
+    return f'<tr class="{kind}">{numbers}{reason}</tr>'
+
+
+def say_candidates(view: PatchView) -> None:
+    """Say how the candidates were chosen, with and without data."""
+    step, k = view.step, len(view.step.places)
+    if step.data is not None:
+        say(_conditional_candidates(view), "section 4.4")
+        return
+    text = f"The K = {k} locations with the best scores are the candidates."
+    source = "section 4.4 · Algorithm 1, line 11"
+    if not step.patch.shape:
+        text = f"All locations being equal, K = {k} of them are chosen at random."
+        source = "Algorithm 1, lines 5 and 6"
+    if view.trace.study.hard_data.n:
+        text += " No hard data are in this patch or just ahead of it, so none conditions it."
+    say(text, source)
+
+
+def _conditional_candidates(view: PatchView) -> str:
+    d, k = view.step.data, len(view.step.places)
+    assert d is not None
+    n_inside = sum(datum.inside for datum in d.seen)
+    searched = "All locations are searched."
+    if d.weights.everywhere:
+        searched = "All locations are searched, as data are dense here."
+    elif d.ruled_out.any():
+        n = format_count(int((~d.ruled_out).sum()), "location")
+        best = f"{100 * view.search_fraction:.3g}"
+        searched = f"Only the locations of the best {best} % of overlaps are searched ({n})."
+    n_rejected = sum(map(is_rejected, view.locations))
+    were = "was" if n_rejected == 1 else "were"
+    rejected = f" {format_count(n_rejected, 'location')} that fit the overlap {were} rejected."
+    return (
+        f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
+        f"ahead of the path, in a square of {d.reach} cells, condition it. {searched} Each datum "
+        f"that a location would miss costs as much as {d.weights.missed} wrong cells of overlap "
+        f"({d.weights.held} where the grid has it right already, {d.weights.ahead} ahead). Of the "
+        f"K = {k} best, the draw is among those within {d.weights.slack} cells of the very best: "
+        f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
+    )
+
+
+def describe_window(w: ResimulatedWindow) -> str:
+    """Return what came of a window of local re-simulation.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> cells = np.zeros((8, 8), np.uint8)
+    >>> window = ResimulatedWindow(0, 8, 0, 0, cells, cells, cells.astype(np.int32), False, False)
+    >>> describe_window(window)
+    'Window of 8 cells: no patch of the image honours all its data and fits.'
+    """
+    if w.size == 1:
+        return "Forced: no window fitted, so the cell alone was changed."
+    if not w.fits:
+        outcome = "no patch of the image honours all its data and fits"
+    elif w.scar:
+        outcome = "joins an isolated datum, honoured already, to its surroundings"
+    else:
+        outcome = "a patch fits and honours all its data"
+    return f"Window of {w.size} cells: {outcome}."

@@ -11,15 +11,14 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
-from ccwsim.engine.trace import Frame, Trace, fates
+from ccwsim.engine.trace import Trace, fates
 from ccwsim.figures import theme_named
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
-from ccwsim.ui.how_it_works.fates import xy_of
-from ccwsim.ui.how_it_works.maps import N_STEPS, fate_marks, grid_map, score_map
+from ccwsim.ui.how_it_works.maps import N_STEPS, PatchView, grid_map, location_marks, score_map
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
-from ccwsim.ui.how_it_works.state import How
-from ccwsim.ui.how_it_works.words import said_shape
+from ccwsim.ui.how_it_works.run import How
+from ccwsim.ui.how_it_works.words import describe_shape, xy_of
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
 
@@ -90,7 +89,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         step, said = trace.at(number), text(seen(app))
         told = fates(step)
         assert f"Patch {number + 1} of {len(shapes)}" in said
-        assert said_shape(trace, step.patch.shape) in said
+        assert describe_shape(trace, step.patch.shape) in said
         assert f"Drawn: CCW {told[0].ccw:.4g}" in said
         first = re.search(r'<tr class="drawn"><td>(.*?)</td><td>(.*?)</td>', html(app))
         assert first is not None
@@ -103,7 +102,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
-            assert f"very best are drawn from: {step.n_candidates}" in said
+            assert f"cells of the very best: {step.n_candidates}." in said
 
 
 def test_next_previous_and_the_ends():
@@ -150,7 +149,7 @@ def test_the_setting_is_the_pages_own_until_it_is_used():
         5,
     )
     assert state.page(How).trace is not first
-    assert "K = 5 places" in text(app)
+    assert "K = 5 locations" in text(app)
     assert "cA₂" in text(app)
     press(app, "how_use")
     state = app.session_state[KEY]
@@ -191,7 +190,7 @@ def test_a_study_that_cannot_be_simulated_is_said():
     assert len(app.error) == 1
 
 
-def test_mending_is_shown_datum_by_datum():
+def test_local_resimulation_is_shown_datum_by_datum():
     by_datum = windows_by_datum(trace_of(MANY).windows)
     assert by_datum
     app = launched(MANY)
@@ -200,11 +199,11 @@ def test_mending_is_shown_datum_by_datum():
     chosen.select(len(by_datum) - 1).run()
     windows = by_datum[list(by_datum)[-1]]
     for window in windows:
-        kind = "Set by force" if window.size == 1 else f"Window of {window.size} cells"
+        kind = "Forced" if window.size == 1 else f"Window of {window.size} cells"
         assert kind in text(seen(app))
-    assert "nothing to mend" in text(launched(SMALL))
+    assert "nothing to correct" in text(launched(SMALL))
     off = replace(WITH_DATA, parameters=replace(OWN, exact_data=False))
-    assert "Exact data is off" in text(launched(off))
+    assert "“Honour data exactly” is off" in text(launched(off))
 
 
 def test_three_facies_choose_whose_coefficients_are_shown():
@@ -221,7 +220,9 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
     colours = ["#000000", "#ffffff"]
     for patch in (0, 3, 8, len(trace.patches) - 1):
         step = trace.at(patch)
-        shown = grid_map(trace, step, colours, theme)
+        locations = fates(step)
+        view = PatchView(trace, step, locations, colours, theme)
+        shown = grid_map(view)
         assert shown.indices.shape == trace.study.grid.shape
         world = trace.grid_frame.map_to_world(step.before)
         lit = shown.indices < 2
@@ -234,16 +235,13 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
         assert lit.sum() == n_lit
         assert shown.marks[0]["row"] == within.row
 
-        scored = score_map(trace, step, theme, with_data=False)
-        rows, columns = trace.oriented.pyramid.phases.shape[2:]
-        frame = Frame(trace.path.orientation, (rows, columns))
+        scored = score_map(view, with_data=False)
         assert np.count_nonzero(scored.indices <= N_STEPS) == step.scores.size
-        told = fates(step)
-        marks = fate_marks(frame, 1, step, told, theme, ["said"] * len(told))
+        marks = location_marks(view, view.block_frame, 1, ["said"] * len(locations))
         assert marks[-1]["kind"] == "disc"
         at = scored.indices[marks[-1]["row"], marks[-1]["column"]]
         low, high = step.ccw.min(), step.ccw.max()
-        wanted = (told[0].ccw - low) / (high - low) * N_STEPS if high > low else 0
+        wanted = (locations[0].ccw - low) / (high - low) * N_STEPS if high > low else 0
         assert at == round(wanted)
 
 

@@ -1,7 +1,8 @@
-"""The realization that the page follows, and how its setting is chosen."""
+"""What the page remembers, and the realization that it follows."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import streamlit as st
@@ -10,13 +11,47 @@ from ccwsim.engine.stages.similarity import L_SHAPE
 from ccwsim.engine.trace import Trace
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.ui.how_it_works.state import How
 from ccwsim.ui.session.fitting import fitted
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
-"""How far along the path the patch lies that is shown first."""
+"""How far along the path the patch is that is shown first."""
+
+
+@dataclass
+class How:
+    """What the page remembers.
+
+    `parameters` are the page's own setting, None follows the study's; `number` is the realization
+    and `patch` the patch that is shown; `ticked` is when it last played on. `ground` is what the
+    marked locations are shown on: "score", "costs" (with those of data) or "image"; `facies` is
+    the one whose coefficients are shown, `datum` which of the corrected data. `trace` is None
+    where the study cannot be followed; `traced` is what it was made from, and `resimulated` what
+    that was when the part on local re-simulation was drawn.
+    """
+
+    parameters: Parameters | None = None
+    number: int = 0
+    patch: int = -1
+    playing: bool = False
+    ticked: float = 0.0
+    ground: str = "score"
+    facies: int = 1
+    datum: int = 0
+    trace: Trace | None = None
+    traced: Any = None
+    resimulated: Any = None
+
+    def stop(self, **changes: Any) -> None:
+        """Change what is shown; whatever the user does stops the play."""
+        for name, value in changes.items():
+            setattr(self, name, value)
+        self.playing = False
+
+    def go(self, patch: int) -> None:
+        """Show another patch."""
+        self.stop(patch=patch)
 
 
 def parameters_of(state: State) -> Parameters:
@@ -28,10 +63,7 @@ def parameters_of(state: State) -> Parameters:
 def trace_of(state: State) -> Trace:
     """Return the realization that is followed; another setting is followed anew.
 
-    Raises
-    ------
-    CCWSIMError
-        Where the study cannot be simulated, or not followed.
+    Raises CCWSIMError where the study cannot be simulated, or not followed.
     """
     how, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
@@ -59,11 +91,9 @@ def usual_patch(trace: Trace) -> int:
 
 def set_own(state: State, **changes: Any) -> None:
     """Change the page's own setting; sizes that do not fit any more go to the nearest that do."""
-    page_state = state.page(How)
     shape = image_of(state.choices.image).shape
     own = fitted(parameters_of(state), shape, **changes)
-    page_state.parameters = None if own == state.choices.parameters else own
-    page_state.playing = False
+    state.page(How).stop(parameters=None if own == state.choices.parameters else own)
 
 
 def use_own(state: State) -> None:
@@ -74,11 +104,4 @@ def use_own(state: State) -> None:
 
 def forget_own(state: State) -> None:
     """Go back to the study's setting."""
-    page_state = state.page(How)
-    page_state.parameters = None
-    page_state.playing = False
-
-
-def follow(how: How, number: int) -> None:
-    """Follow another realization, at the same patch."""
-    how.number, how.playing, how.datum = number, False, 0
+    state.page(How).stop(parameters=None)
