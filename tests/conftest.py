@@ -1,8 +1,14 @@
-"""Fixtures of all tests."""
+"""Fixtures of all tests, and what two workers need to share the work well.
+
+Kernels are compiled once, before the workers start, who then find them on disk. Each worker has one
+server of the dashboard and one browser. Files that take long go first, so that none is the last.
+"""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,29 +16,55 @@ from hypothesis import settings
 
 from tests.browser.served import browser, served
 
+ROOT = Path(__file__).parents[1]
+FIRST = ("tests/browser/", "tests/ui/", "tests/io/", "tests/engine/", "tests/")
+"""Folders whose files take longest, from the longest."""
+
 settings.register_profile("patient", deadline=None)  # a test never fails for being slow
 settings.load_profile("patient")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put files that take long first."""
+
+    def rank(item: pytest.Item) -> int:
+        return next((k for k, name in enumerate(FIRST) if item.nodeid.startswith(name)), len(FIRST))
+
+    items.sort(key=rank)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes(config: pytest.Config) -> None:
+    """Compile all kernels before workers start, unless only some tests were asked for."""
+    if config.args_source is not pytest.Config.ArgsSource.ARGS:
+        terminal = config.pluginmanager.get_plugin("terminalreporter")
+        if terminal is not None:
+            terminal.write_line("compiling kernels, about a minute where there are none yet")
+        subprocess.run([sys.executable, "-m", "tests.compiled"], cwd=ROOT, check=True)
 
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder of published training images and data, where it is at hand."""
-    beside = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+    beside = ROOT.parent / "shared" / "data"
     folder = Path(os.environ["CCWSIM_DATA"]) if os.environ.get("CCWSIM_DATA") else beside
     if not folder.is_dir():
         pytest.skip("no folder of published data; set CCWSIM_DATA")
     return folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def address():
-    """The address of the dashboard, served for one file of tests."""
+    """The address of the dashboard, served for all tests of a worker."""
     with served() as there:
         yield there
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def chromium():
-    """A headless browser for one file of tests."""
+    """A headless browser for all tests of a worker in one folder.
+
+    Not for longer: while it is there, an event loop runs in the main thread.
+    """
     with browser() as launched:
         yield launched

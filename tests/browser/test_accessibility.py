@@ -16,35 +16,81 @@ pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHR
 
 LOOKS = 3
 """A finding is one that lasts."""
+SMALL = "grid=96x64&data=sampled&data-n=30&template=16&overlap=4&realizations=3"
+LONG = ("benchmark", "paper", "sweep")
+"""Pages that start empty and are filled by a run of their own."""
+CONTRAST = "color-contrast"
+SIGHTS = (
+    (1440, "light", {}),
+    (1440, "dark", {"runOnly": [CONTRAST]}),  # a theme changes colours alone
+    (390, "light", {"rules": {CONTRAST: {"enabled": False}}}),  # a width changes anything else
+)
+"""Width, theme, and options of axe."""
 
 
-def findings(page) -> list[str]:
+def findings(page, **options) -> list[str]:
     """What axe-core calls serious or critical, with the elements."""
-    found = axe.Axe().run(page, options={"resultTypes": ["violations"]}).response["violations"]
+    found = axe.Axe().run(page, options={"resultTypes": ["violations"], **options})
+    violations = found.response["violations"]
     return [
         f"{v['id']} ({v['impact']}): {node['target']} {node['html'][:160]}"
-        for v in found if v["impact"] in ("serious", "critical")
+        for v in violations if v["impact"] in ("serious", "critical")
         for node in v["nodes"]
     ]  # fmt: skip
 
 
-# on a phone the colours are those of a wide screen: once is enough there
-@pytest.mark.parametrize(("width", "theme"), [(1440, "light"), (1440, "dark"), (390, "light")])
-@pytest.mark.parametrize("path", [Path(path).stem for _, path in PAGES])
-def test_a_page_has_no_serious_finding(chromium, address, path, width, theme):
-    size = {"width": width, "height": SIZES[width]}
-    context = chromium.new_context(viewport=size, color_scheme=theme)
-    page = context.new_page()
-    page.goto(f"{address}/{path}")
-    page.wait_for_selector(".st-key-menu", timeout=SLOW)
-    FILLED.get(path, fill_with_maps)(page)
-    page.wait_for_function(SETTLED, timeout=SLOW)
+def lasting_findings(page, width: int, theme: str, options: dict) -> list[str]:
+    """Findings at a width and in a theme; on a slow machine a part may just be fading in."""
+    page.set_viewport_size({"width": width, "height": SIZES[width]})
+    page.emulate_media(color_scheme=theme)
     found: list[str] = []
-    for _ in range(LOOKS):  # on a slow machine a part may be fading in while axe looks
+    for look in range(LOOKS):
+        page.wait_for_timeout(1000 * look)
         at_rest(page)
-        found = findings(page)
+        found = findings(page, **options)
         if not found:
             break
-        page.wait_for_timeout(1000)
-    assert not found
+    return [f"{width} {theme}: {each}" for each in found]
+
+
+@pytest.fixture(scope="module")
+def page(chromium, address):
+    """One tab for all pages, so that the study is run once."""
+    context = chromium.new_context(viewport={"width": 1440, "height": SIZES[1440]})
+    page = context.new_page()
+    page.goto(f"{address}/simulate?{SMALL}")
+    fill_with_maps(page)
+    yield page
+    context.close()
+
+
+def looked_through(page) -> list[str]:
+    """The findings of a page at all widths and in all themes."""
+    page.wait_for_function(SETTLED, timeout=SLOW)
+    found = [each for sight in SIGHTS for each in lasting_findings(page, *sight)]
+    page.set_viewport_size({"width": 1440, "height": SIZES[1440]})
+    page.emulate_media(color_scheme="light")
+    return found
+
+
+@pytest.mark.parametrize("title", [title for title, _ in PAGES])
+def test_a_page_has_no_serious_finding(page, title):
+    name = Path(dict(PAGES)[title]).stem
+    page.locator(".st-key-menu").get_by_role("link", name=title, exact=True).click(timeout=SLOW)
+    page.wait_for_url(f"**/{name}*", timeout=SLOW)
+    at_rest(page)
+    if name not in LONG:
+        FILLED.get(name, fill_with_maps)(page)
+    assert not looked_through(page)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LONG)
+def test_a_page_that_was_filled_has_no_serious_finding(chromium, address, name):
+    context = chromium.new_context(viewport={"width": 1440, "height": SIZES[1440]})
+    page = context.new_page()
+    page.goto(f"{address}/{name}")
+    page.wait_for_selector(".st-key-menu", timeout=SLOW)
+    FILLED[name](page)
+    assert not looked_through(page)
     context.close()

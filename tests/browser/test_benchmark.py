@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from ccwsim import Parameters, datasets, simulate
 from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, until
 from tests.browser.served import CHROMIUM
 
@@ -20,13 +19,6 @@ DRAWN = """(key) => {
   if (!chart || !chart._fullData) return null;
   return Object.fromEntries(chart._fullData.map((trace) => [trace.name, trace.x.length]));
 }"""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Compile what the tests need before a browser waits for it; the server finds it on disk."""
-    for level in (1, 2, 3):
-        simulate(datasets.load("channels"), (64, 64), Parameters(wavelet_level=level))
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +38,7 @@ def plan(page, largest: int, n: int, words: str) -> None:
     page.locator(".note", has_text=words).first.wait_for(timeout=SLOW)
 
 
+@pytest.mark.slow
 def test_the_smallest_run_becomes_a_figure_beside_the_paper(page):
     plan(page, 512, 1, "6 settings × 1 realization on one thread: about")
     assert set(page.evaluate(DRAWN, "times_grid")) == {f"paper, level {k}" for k in (1, 2, 3)}
@@ -63,6 +56,7 @@ def test_the_smallest_run_becomes_a_figure_beside_the_paper(page):
     assert page.locator("[data-testid=stException], [data-testid=stAlert]").count() == 0
 
 
+@pytest.mark.slow
 def test_the_times_can_be_taken_home(page):
     save = page.locator(".st-key-download_times").get_by_role("button")
     save.wait_for(timeout=SLOW)

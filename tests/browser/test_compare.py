@@ -98,6 +98,7 @@ def compared(page, address: str) -> None:
     page.wait_for_selector(IDLE, timeout=SLOW)
 
 
+@pytest.mark.slow
 def test_three_settings_are_compared_and_one_is_used(page, address, core):
     compared(page, address)
 

@@ -174,8 +174,15 @@ def length(a: tuple[int, int], b: tuple[int, int]) -> int:
     return max(abs(b[0] - a[0]), abs(b[1] - a[1])) + 1
 
 
-@pytest.mark.parametrize(("nx", "ny"), [(100, 80), (1000, 1000)])
-@pytest.mark.parametrize("zooms", [0, 5])
+@pytest.mark.parametrize(
+    ("nx", "ny", "zooms"),
+    [
+        (100, 80, 0),
+        (1000, 1000, 5),
+        pytest.param(1000, 1000, 0, marks=pytest.mark.slow),
+        pytest.param(100, 80, 5, marks=pytest.mark.slow),
+    ],
+)
 def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, zooms):
     editor = opened(page, address, nx, ny)
     editor.zoom_in(zooms)
@@ -218,6 +225,7 @@ def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, z
     assert editor.data() == drawn
 
 
+@pytest.mark.slow
 def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     editor = opened(page, address, 100, 80)
     editor.brush("sand")
@@ -237,6 +245,7 @@ def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     assert editor.data() == {editor.cell(spot): SAND for spot in spots[4:7]}
 
 
+@pytest.mark.slow
 def test_keys_alone_place_change_and_erase(page, address):
     editor = opened(page, address, 100, 80)
     editor.canvas.focus()
@@ -268,6 +277,7 @@ def test_rows_pasted_over_and_below_the_table_are_data(page, address):
     assert editor.data() == {editor.cell(editor.spot(0.5, 0.5)): SAND}
 
 
+@pytest.mark.slow
 def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     editor = opened(page, address, 1000, 1000)
     spot = editor.spot(0.31, 0.62)

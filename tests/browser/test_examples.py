@@ -46,6 +46,7 @@ def told(page):
     return page.locator(".verdict")
 
 
+@pytest.mark.slow
 def test_an_example_opens_as_the_study_and_the_own_one_comes_back(page, address):
     page.goto(f"{address}/simulate?seed=7&realizations=3&data=none&grid=64x48")
     see(page.locator(".st-key-results .facts", has_text="3 realizations"))
@@ -93,6 +94,7 @@ def test_a_round_of_the_quiz_is_told_and_counted(page, address):
     assert page.locator(".quiz button.answer").count() == 0
 
 
+@pytest.mark.slow
 def test_two_students_open_one_link_and_have_different_seeds(chromium, address):
     seeds = []
     for _ in range(2):

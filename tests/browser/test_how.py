@@ -174,6 +174,7 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
     expect(readout).to_contain_text(f"({at.column}, {at.row})")
 
 
+@pytest.mark.slow
 def test_every_kind_of_patch_says_what_the_core_says(page, trace):
     for number in kinds(trace).values():
         click_grid(page, trace, number)
@@ -236,6 +237,7 @@ def test_scrub_step_play_and_stop(page, trace):
     expect(play).to_have_text("Play", timeout=SLOW)
 
 
+@pytest.mark.slow
 def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
     from playwright.sync_api import expect
 
@@ -278,6 +280,7 @@ def test_local_resimulation_is_told_window_by_window(page, trace):
     )
 
 
+@pytest.mark.slow
 def test_it_works_on_a_phone(chromium, address, trace):
     context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
     page = context.new_page()

@@ -10,30 +10,12 @@ import pytest
 
 from ccwsim import Parameters, datasets, read_hard_data, read_training_image, simulate
 from ccwsim.io import write_training_image
-from ccwsim.metrics import connectivity, etype, variogram
 from ccwsim.model.grid import Grid
 from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu, upload
 from tests.browser.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Compile what the tests need before a browser waits for it; the server finds it on disk."""
-    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
-    for level in (0, 2):
-        ensemble = simulate(image, (512, 512), Parameters(wavelet_level=level), data)
-    for measure in (variogram, connectivity):
-        measure(ensemble.indices, 1, "E-W", 10)
-    etype(ensemble.indices, 2)
-
-
-@pytest.fixture(scope="module")
-def address(compiled):
-    with served() as there:
-        yield there
 
 
 @pytest.fixture
@@ -43,7 +25,7 @@ def page(chromium):
     context.close()
 
 
-def opened(page, address, path="/simulate"):
+def opened(page, address, path="/simulate?grid=200x150&data=none"):
     page.goto(address + path)
     page.wait_for_selector(".facts", timeout=SLOW)
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
@@ -98,7 +80,7 @@ def data_file(tmp_path) -> Path:
 
 
 def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
-    opened(page, address)
+    opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)
     upload(page, "data", data_file, note="60 data")
     fill(page, "n_realizations", 10)
@@ -146,7 +128,7 @@ def downloaded(page, name):
 
 
 def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
-    opened(page, address)
+    opened(page, address, "/simulate")
     before = page.locator(".facts").inner_text()
     fill(page, "n_realizations", 1000)
     run(page)
@@ -179,8 +161,9 @@ def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
     facts(page, "12 realizations in")
 
 
+@pytest.mark.slow
 def test_a_menu_opens_with_what_the_study_says_and_changes_nothing(page, address):
-    opened(page, address)
+    opened(page, address, "/simulate")
     menu(page, "data_row")
     assert page.locator(".st-key-data_source input").input_value() == "bundled"
     assert page.locator(".st-key-data_bundled input").input_value() == "channels 400 data"
@@ -194,6 +177,7 @@ def test_a_menu_opens_with_what_the_study_says_and_changes_nothing(page, address
     facts(page, "400 of 400 data honoured.*4 realizations in")
 
 
+@pytest.mark.slow
 def test_quick_changes_are_all_kept(page, address):
     opened(page, address)
     edits = {"grid_nx": 300, "grid_ny": 200, "n_candidates": 5, "n_realizations": 2, "seed": 99}
@@ -222,6 +206,7 @@ def test_hover_says_cell_and_facies(page, address):
     assert re.search(r"P\((mud|sand)\) = [01]\.\d\d", linked)
 
 
+@pytest.mark.slow
 def test_live_runs_after_a_change(page, address):
     opened(page, address)
     page.locator(".st-key-live label").click()
@@ -229,6 +214,7 @@ def test_live_runs_after_a_change(page, address):
     facts(page, "3 realizations in")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["/", "/simulate"])
 def test_every_address_opens_cold(chromium, path):
     with served() as fresh:

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Parameters, datasets, simulate
-from ccwsim.metrics import connectivity, etype, variogram
 from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu, until
-from tests.browser.served import CHROMIUM, served
+from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
@@ -39,24 +38,6 @@ KEPT = """
   (key) => window.canvas(key).made === 'before')
 """
 PICTURE = "() => window.canvas('map_realization').toDataURL()"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Compile what the tests need before a browser waits for it; the server finds it on disk."""
-    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
-    simulate(image, (512, 512), Parameters(), data)
-    for level in (1, 2):
-        ensemble = simulate(image, (SIDE, SIDE), Parameters(wavelet_level=level))
-    for measure in (variogram, connectivity):
-        measure(ensemble.indices, 1, "E-W", 10)
-    etype(ensemble.indices, 2)
-
-
-@pytest.fixture(scope="module")
-def address(compiled):
-    with served() as there:
-        yield there
 
 
 def own(seed: int, level: int = 2):

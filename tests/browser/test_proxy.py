@@ -114,6 +114,7 @@ def asked(url: str, **options):
     return urllib.request.urlopen(request, timeout=60, context=trusting())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["/", "/validate", "/_stcore/health", "/_stcore/host-config"])
 def test_pages_come_with_the_headers_that_protect_them(proxy, path):
     with asked(proxy[0] + path) as answer:
@@ -124,6 +125,7 @@ def test_pages_come_with_the_headers_that_protect_them(proxy, path):
         assert not any(sign.isdigit() for sign in answer.headers["server"])
 
 
+@pytest.mark.slow
 def test_a_missing_page_and_closed_doors(proxy):
     for path in ("/_stcore/metrics", "/_stcore/agent/interact"):
         with pytest.raises(urllib.error.HTTPError, match="404") as error:
@@ -131,6 +133,7 @@ def test_a_missing_page_and_closed_doors(proxy):
         assert error.value.headers["x-content-type-options"] == "nosniff"
 
 
+@pytest.mark.slow
 def test_plain_http_leads_to_https(proxy):
     import http.client
 
@@ -151,6 +154,7 @@ class Secure(Session):
         return urllib.request.urlopen(request, timeout=60, context=trusting())
 
 
+@pytest.mark.slow
 def test_a_study_runs_and_a_file_is_taken_through_the_proxy(proxy):
     with Secure(proxy[0], "simulate", SMALL) as session:
         session.open()
@@ -161,6 +165,7 @@ def test_a_study_runs_and_a_file_is_taken_through_the_proxy(proxy):
         assert "96 × 96" in "".join(session.words())
 
 
+@pytest.mark.slow
 def test_a_file_that_is_too_large_and_a_foreign_page_are_refused(proxy):
     with pytest.raises(urllib.error.HTTPError, match="413"):
         asked(f"{proxy[0]}/simulate", data=b"0" * (2 << 20), method="POST")
@@ -169,6 +174,7 @@ def test_a_file_that_is_too_large_and_a_foreign_page_are_refused(proxy):
         connect(where, ssl=trusting(), additional_headers={"Origin": "https://e.vil"})
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 def test_a_browser_finds_nothing_forbidden_by_the_policy(proxy):
     pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

@@ -16,6 +16,7 @@ STUDY = f"grid=200x150&data=none&template=16&overlap=4&realizations={N}&seed=31"
 SAME = f"(before) => ({PIXELS})('map_realization') === before"
 
 
+@pytest.mark.slow
 def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chromium):
     context, port = context_of(chromium), free_port()
     with started(port=port) as first:

@@ -152,6 +152,7 @@ def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chr
     context.close()
 
 
+@pytest.mark.slow
 def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chromium, address):
     context = context_of(chromium)
     page = opened(context, f"{address}/simulate?{SMALL}")
@@ -173,6 +174,7 @@ def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chrom
     context.close()
 
 
+@pytest.mark.slow
 def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_path):
     array = np.kron(np.random.default_rng(2).integers(0, 2, (10, 12)) * 5, np.ones((5, 5), int))
     np.save(tmp_path / "wall.npy", array)
@@ -205,7 +207,7 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
     context.close()
 
 
-@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize("width", [pytest.param(1440, marks=pytest.mark.slow), 390])
 def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path, width):
     from playwright.sync_api import expect
 

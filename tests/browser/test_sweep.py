@@ -6,10 +6,8 @@ import re
 
 import pytest
 
-from ccwsim import Parameters, datasets, simulate
-from ccwsim.metrics import judge
 from tests.browser.hands import at_rest, fill, until
-from tests.browser.served import CHROMIUM, served
+from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
@@ -23,19 +21,6 @@ PLACES = """() => {
   return [...trace.x].map((x, k) => [box.x + xaxis._offset + xaxis.d2p(x),
     box.y + yaxis._offset + yaxis.d2p(trace.y[k])]);
 }"""
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Compile what the sweep needs; the server finds it on disk."""
-    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
-    judge(simulate(image, (512, 512), Parameters(), data))
-
-
-@pytest.fixture(scope="module")
-def address(compiled):
-    with served() as there:
-        yield there
 
 
 @pytest.fixture
@@ -85,6 +70,7 @@ def label_of(page, k: int) -> str:
     return page.locator(TILES).nth(k).locator(".label").inner_text()
 
 
+@pytest.mark.slow
 def test_a_sweep_is_stopped_half_way_and_one_setting_is_taken(page):
     twelve_settings(page, "12")
     page.locator(".st-key-sweep").get_by_role("button").click()

@@ -25,7 +25,7 @@ def shows(page, selector: str, bright: bool) -> None:
     page.wait_for_function(BRIGHT, arg=[selector, bright], timeout=SLOW)
 
 
-@pytest.mark.parametrize("first", ["light", "dark"])
+@pytest.mark.parametrize("first", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_a_switch_of_the_theme_repaints_style_and_charts(chromium, address, first):
     then = "dark" if first == "light" else "light"
     context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme=first)

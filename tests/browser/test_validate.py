@@ -14,7 +14,7 @@ from tests.browser.served import CHROMIUM
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
-N = 100
+N = 30
 CURVES = ("variogram_E", "variogram_N", "connection_E", "connection_N")
 
 DRAWN = """(key) => {
@@ -46,7 +46,7 @@ INK = """(key) => {
 
 @pytest.fixture(scope="module")
 def judged(chromium, address, request):
-    """The page with a hundred realizations of channels that honour four hundred data."""
+    """The page with some realizations of channels that honour four hundred data."""
     context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     page = context.new_page()
     files = published(request)
@@ -205,6 +205,7 @@ def taken_home(page, key: str, kind: str) -> bytes:
     return Path(waiting.value.path()).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_long_run_settles_on_the_page(judged):
     show(judged, "Long run")
     number = judged.locator(".st-key-n_long input")

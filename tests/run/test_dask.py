@@ -53,6 +53,7 @@ def test_the_cluster_gives_the_same(client):
     assert seen[-1] == (1.0, 20)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes cannot be killed here")
 @pytest.mark.parametrize("which", ["one", "all"])
 def test_realizations_of_a_killed_worker_are_done_again(client, which):
@@ -73,6 +74,7 @@ def test_realizations_of_a_killed_worker_are_done_again(client, which):
     assert same(found, study(300))
 
 
+@pytest.mark.slow
 def test_cancel_stops_what_runs(client):
     study(2, executor=client)  # compiled
     start = time.monotonic()
@@ -84,6 +86,7 @@ def test_cancel_stops_what_runs(client):
     assert same(study(4, executor=client), study(4))
 
 
+@pytest.mark.slow
 def test_the_share_of_a_large_realization_is_told_before_it_is_finished(client):
     seen: list[tuple[float, int]] = []
     with pytest.raises(Cancelled, match="0 of 1"):
@@ -94,6 +97,7 @@ def test_the_share_of_a_large_realization_is_told_before_it_is_finished(client):
     assert 0 < seen[-1][0] < 1
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_the_address_of_a_scheduler(client, tmp_path):
     line = ["simulate", "channels", "--grid", "60x40", "--template", "16", "--overlap", "4"]
     line += ["--level", "1", "--realizations", "3", "--quiet"]

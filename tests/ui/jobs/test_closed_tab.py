@@ -59,6 +59,7 @@ def wait_for(looking: Session, wanted: str) -> None:
         said = looking.open(query="look=1").words()[0].removeprefix("<p>").removesuffix("</p>")
 
 
+@pytest.mark.slow
 def test_the_job_of_a_closed_tab_ends_and_its_memory_is_given_back(address):
     with Session(address, page="") as looking:
         with Session(address, page="") as working:

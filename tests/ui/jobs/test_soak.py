@@ -16,6 +16,7 @@ def outcome() -> Outcome:
     return soak(sessions=4, minutes=0.3, ttl=5, warming=15)
 
 
+@pytest.mark.slow
 def test_no_session_sees_an_error_or_the_picture_of_another(outcome):
     tally = outcome.tally
     assert tally.errors == Counter()
@@ -26,6 +27,7 @@ def test_no_session_sees_an_error_or_the_picture_of_another(outcome):
     assert 0 < outcome.start <= outcome.peak
 
 
+@pytest.mark.slow
 def test_it_is_told_as_a_table(outcome):
     lines = report(outcome).splitlines()
     assert lines[0].startswith("| what was asked for | times | median (s) | 95 % (s) |")

@@ -1,0 +1,84 @@
+"""Compile what tests need, in two processes: `python -m tests.compiled`.
+
+Only for speed: a kernel that is missing here is compiled by the first test that needs it.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from ccwsim import HardData, Parameters, TrainingImage, metrics, simulate
+from ccwsim.engine.trace import Trace
+from ccwsim.model.grid import Grid
+from ccwsim.model.study import Study
+
+SIZE = 64
+BASE = Parameters(16, 4, 2)
+OTHERS = (
+    Parameters(32, 16, 3),  # 32-bit scores
+    Parameters(32, 16, 4),  # other scores
+    Parameters(16, 4, 2, method="ms-ccsim"),
+    Parameters(16, 4, 2, similarity="correlation"),
+)
+
+
+def noise(seed: int = 0) -> TrainingImage:
+    return TrainingImage(np.random.default_rng(seed).integers(0, 2, (SIZE, SIZE)))
+
+
+def data() -> HardData:
+    """Data that not all can be met, so that they are simulated again locally."""
+    rng = np.random.default_rng(1)
+    flat = rng.choice(SIZE * SIZE, 200, replace=False)
+    return HardData(np.stack(np.divmod(flat, SIZE), axis=1), rng.integers(0, 2, len(flat)))
+
+
+def search(parameters: Parameters) -> None:
+    simulate(noise(), (SIZE, SIZE), parameters, data())
+
+
+def follow(level: int) -> None:
+    """Work out patches one by one, as How it works does."""
+    study = Study(noise(), Grid(SIZE, SIZE), Parameters(16, 4, level), data(), 0)
+    Trace(study, 0).at(3)
+
+
+def measure() -> None:
+    """Work out all measures of some images as they are kept, and of one as a user has it."""
+    image = noise()
+    for stack in (np.stack([noise(seed).indices for seed in range(3)]), image.indices):
+        metrics.etype(stack, 2)
+        metrics.geobody_statistics(stack, 1)
+        metrics.transiograms(stack, 2, "E-W", 5)
+        for curve in (metrics.variogram, metrics.connectivity):
+            curve(stack, 1, "E-W", 5)
+    metrics.variogram(image.array, 1, "E-W", 5)
+    metrics.etype(image.array, 2)
+
+
+def judge() -> None:
+    """Work out what Validate, Compare and Sweep say of realizations."""
+    image = noise()
+    ensemble = simulate(image, (SIZE, SIZE), BASE, data(), 3, keep_sources=True)
+    metrics.judge(ensemble)
+    if ensemble.sources is not None:
+        metrics.copying(ensemble.sources[0], (SIZE, SIZE))
+    stack = np.concatenate([ensemble.indices, image.indices[None]])
+    metrics.divergences(metrics.pyramid_histograms(stack, 2))
+
+
+def main() -> None:
+    """Compile what others build on, beside measures; then the rest."""
+    with ProcessPoolExecutor(2) as pool:
+        measured = pool.submit(measure)
+        pool.submit(search, BASE).result()
+        rest = [pool.submit(search, parameters) for parameters in OTHERS]
+        rest += [pool.submit(follow, level) for level in (0, 2)]
+        for each in (measured, pool.submit(judge), *rest):
+            each.result()
+
+
+if __name__ == "__main__":
+    main()
