@@ -1,16 +1,26 @@
-"""Curves of an ensemble against the training image: bundle, band, median, and the TI on top."""
+"""Curves: of ensembles against the training image, of methods, and small ones beside a map."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from plotly.subplots import make_subplots
 
-from ccwsim.figures.style import Theme, blank_chart
+from ccwsim.figures.palette import with_opacity
+from ccwsim.figures.style import DASHES, Theme, as_written, blank_chart, line, setting_colours
 
 Floats = NDArray[np.float64]
+BAND_OPACITY = 0.13
+"""Of the bands of settings: four of them still show each other."""
+ROW_HEIGHT = 172
+"""Pixels of a row of transiograms."""
+SIDE, MARGIN = 100, 4
+"""Of a sparkline, in its own units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +34,7 @@ class Bundle:
     reference : ndarray, shape (m,)
         The training image's curve.
     each : ndarray, shape (n, m)
-        One curve a realization.
+        One curve a realization; n may be 0.
     low, median, high : ndarray, shape (m,)
         The 5 %, 50 % and 95 % quantiles over the realizations.
     """
@@ -37,8 +47,31 @@ class Bundle:
     high: Floats
 
 
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One line.
+
+    Attributes
+    ----------
+    name : str
+    x, y : ndarray
+    colour : str
+    dash : str
+        "solid", "dash" or "dot"; "none" draws the points alone.
+    points : bool
+        Whether each value is marked.
+    """
+
+    name: str
+    x: NDArray
+    y: NDArray
+    colour: str
+    dash: str = "solid"
+    points: bool = False
+
+
 def curves_chart(
-    bundle: Bundle,
+    bundles: Bundle | Mapping[str, Bundle],
     theme: Theme,
     *,
     y_title: str,
@@ -46,59 +79,239 @@ def curves_chart(
     x_title: str = "lag (cells)",
     height: int = 196,
 ) -> go.Figure:
-    """Return the chart of a bundle: realizations grey, band, median dark, TI red on top.
+    """Return the curves of one ensemble or of several settings, the training image red on top.
 
     Parameters
     ----------
-    bundle : Bundle
+    bundles : Bundle, or mapping of str to Bundle
+        One ensemble: realizations and band grey, median dark. Up to four settings by name: a band
+        and a median each, in the setting's colour and dash.
     theme : Theme
     y_title, x_title : str
         What the axes measure, with the unit.
     y_range : pair of float, optional
         Give the same one to panels that are compared.
+    height : int
+        Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> lags, each = np.arange(3.0), np.ones((2, 3))
+    >>> bundle = Bundle(lags, each[0], each, each[0], each[0], each[0])
+    >>> [trace.name for trace in curves_chart(bundle, LIGHT, y_title="γ").data]
+    ['5–95 %', 'realizations', 'median', 'training image']
     """
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
-    chart.add_trace(_band(bundle, theme))
-    chart.add_trace(_threads(bundle, theme))
-    for name, values, colour, width in (
-        ("median", bundle.median, theme.ink, 1.5),
-        ("training image", bundle.reference, theme.reference, 2.0),
-    ):
-        chart.add_trace(
-            go.Scatter(
-                x=bundle.lags, y=values, name=name, mode="lines",
-                line={"color": colour, "width": width},
-                hovertemplate="%{y:.3g}",
-            )
-        )  # fmt: skip
-    chart.update_xaxes(range=[0, float(bundle.lags[-1])])
+    if isinstance(bundles, Bundle):
+        first = bundles
+        traces = [_band(first, "5–95 %", theme.band), _threads(first, theme)]
+        traces.append(_median(first, "median", theme.ink, 1.5))
+    else:
+        first = next(iter(bundles.values()))
+        marked = list(zip(bundles.items(), setting_colours(theme), DASHES, strict=False))
+        traces = [
+            _band(bundle, f"{name}, 5–95 %", with_opacity(colour, BAND_OPACITY))
+            for (name, bundle), colour, _ in marked
+        ]
+        traces += [
+            _median(bundle, name, colour, 2.0, dash) for (name, bundle), colour, dash in marked
+        ]
+    image = line(
+        "training image", first.lags, first.reference, theme.reference, 2, hovertemplate="%{y:.3g}"
+    )
+    chart.add_traces([*traces, image])
+    chart.update_xaxes(range=[0, max(float(first.lags[-1]), 1.0)])
     if y_range is not None:
         chart.update_yaxes(range=list(y_range))
     return chart
 
 
-def _band(bundle: Bundle, theme: Theme) -> go.Scatter:
-    return go.Scatter(
-        x=np.concatenate([bundle.lags, bundle.lags[::-1]]),
-        y=np.concatenate([bundle.high, bundle.low[::-1]]),
-        name="5–95 %",
-        fill="toself",
-        fillcolor=theme.band,
-        line={"width": 0},
-        mode="lines",
-        hoverinfo="skip",
+def lines_chart(
+    lines: Sequence[Line],
+    theme: Theme,
+    *,
+    x_title: str,
+    y_title: str,
+    y_range: tuple[float, float] | None = None,
+    logarithmic: bool = False,
+    height: int = 230,
+) -> go.Figure:
+    """Return lines of several methods, each in its own colour and dash.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> line = Line("a", np.arange(3), np.arange(3), "#173F6B")
+    >>> chart = lines_chart([line], LIGHT, x_title="x", y_title="y", y_range=(0, 2))
+    >>> chart.data[0].name
+    'a'
+    """
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    for one in lines:
+        alone = one.dash == "none"
+        drawn = line(
+            one.name,
+            one.x,
+            one.y,
+            one.colour,
+            1.8,
+            mode="markers" if alone else "lines+markers" if one.points else "lines",
+            dash="solid" if alone else one.dash,
+            hovertemplate=f"{one.name}: %{{y:.3g}}<extra></extra>",
+        )
+        symbol = "diamond" if alone else "circle"
+        drawn.update(marker={"color": one.colour, "size": 8, "symbol": symbol})
+        chart.add_trace(drawn)
+    if logarithmic:
+        chart.update_xaxes(type="log", dtick=1)
+        chart.update_yaxes(type="log", dtick=1)
+    if y_range is not None:
+        chart.update_yaxes(range=[np.log10(v) for v in y_range] if logarithmic else list(y_range))
+    return chart
+
+
+def transiogram_chart(
+    bundles: Mapping[tuple[int, int], Bundle],
+    tails: Sequence[int],
+    heads: Sequence[int],
+    names: Sequence[str],
+    theme: Theme,
+) -> go.Figure:
+    """Return transiograms, P(head at x + h | tail at x): one panel a pair, tails in rows.
+
+    Parameters
+    ----------
+    bundles : mapping
+        By (tail, head), indices into `names`.
+    tails, heads : sequence of int
+        Which facies have a row and a column.
+    names : sequence of str
+        Of all facies.
+    theme : Theme
+    """
+    names = as_written(names)
+    titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
+    rows, spacing = len(tails), {"horizontal": 0.03, "vertical": 0.28 / (len(tails) + 1)}
+    chart = make_subplots(
+        rows,
+        len(heads),
+        subplot_titles=titles,
+        shared_xaxes=True,
+        shared_yaxes=True,
+        **{f"{way}_spacing": share for way, share in spacing.items()},
     )
+    blank = blank_chart(theme, height=40 + ROW_HEIGHT * rows, x_title="", y_title="").layout
+    layout = blank.to_plotly_json()
+    axes = {axis: layout.pop(axis) for axis in ("xaxis", "yaxis")}
+    chart.update_layout(**layout, margin_t=28)
+    chart.update_xaxes(**axes["xaxis"])
+    chart.update_yaxes(**axes["yaxis"])
+    for row, tail in enumerate(tails, 1):
+        for column, head in enumerate(heads, 1):
+            pair = f"{names[tail]} → {names[head]}"
+            drawn = cast(Any, curves_chart(bundles[tail, head], theme, y_title=""))
+            for trace in drawn.data:
+                chart.add_trace(trace.update(name=f"{pair}, {trace.name}"), row, column)
+    longest = max(float(bundle.lags[-1]) for bundle in bundles.values())
+    chart.update_xaxes(range=[0, longest], title_text="")
+    chart.update_xaxes(title_text="lag (cells)", row=rows)
+    chart.update_yaxes(range=[0, 1.03], nticks=4, title_text="")
+    chart.update_yaxes(title_text="probability", col=1)
+    return chart.update_annotations(font={"size": 13, "color": theme.ink})
 
 
-def _threads(bundle: Bundle, theme: Theme) -> go.Scatter:
+def repetition_chart(
+    lags: NDArray[np.integer],
+    east_west: Floats,
+    north_south: Floats,
+    marks: Mapping[str, int],
+    theme: Theme,
+    *,
+    height: int = 250,
+) -> go.Figure:
+    """Return the autocorrelation of the facies of a training image, with lengths marked.
+
+    Parameters
+    ----------
+    lags : ndarray of int, shape (m,)
+    east_west, north_south : ndarray, shape (m,)
+        1 at lag 0, about 0 where cells are independent; a peak is the distance from feature to
+        feature.
+    marks : mapping of str to int
+        Lengths in cells to mark, such as {"T 32": 32}.
+    theme : Theme
+    """
+    chart = blank_chart(theme, height=height, x_title="lag (cells)", y_title="correlation")
+    for name, values, dash in (("E–W", east_west, "solid"), ("N–S", north_south, "dash")):
+        chart.add_trace(
+            line(name, lags, values, theme.reference, 2, dash=dash, hovertemplate="%{y:.2f}")
+        )
+    chart.add_hline(y=0, line={"color": theme.hairline, "width": 1})
+    for name, length in marks.items():
+        label = {"text": name, "font": {"size": 12, "color": theme.ink}}
+        style = {"color": theme.ink, "width": 1, "dash": "dot"}
+        chart.add_vline(x=length, line=style, annotation=label)
+    low = min(float(np.min(east_west)), float(np.min(north_south)), 0.0)
+    chart.update_yaxes(range=[1.1 * low - 0.05, 1.05])
+    chart.update_xaxes(range=[0, max(float(lags[-1]), *(float(v) * 1.08 for v in marks.values()))])
+    return chart
+
+
+def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
+    """Return a square SVG picture of curves over equal lags, from zero to the largest value of all.
+
+    Parameters
+    ----------
+    curves : array_like, shape (n, n_lags)
+        One a realization.
+    reference : array_like, shape (n_lags,)
+        That of the training image, which is in front.
+    theme : Theme
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> svg = sparkline([[0, 1], [0, 2]], [0, 1.5], LIGHT)
+    >>> svg.count(b"<polyline")
+    3
+    """
+    every = [*np.asarray(curves, float), np.asarray(reference, float)]
+    top = max(float(np.nanmax(curve)) for curve in every) or 1.0
+    thin = f'stroke="{theme.each}" stroke-width="0.8"'
+    thick = f'stroke="{theme.reference}" stroke-width="1.6"'
+    lines = [_polyline(curve, top, thin) for curve in every[:-1]]
+    lines.append(_polyline(every[-1], top, thick))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIDE} {SIDE}" fill="none">'
+        f"{''.join(lines)}</svg>"
+    ).encode()
+
+
+def _polyline(curve: np.ndarray, top: float, stroke: str) -> str:
+    room = SIDE - 2 * MARGIN
+    x = MARGIN + room * np.arange(len(curve)) / max(len(curve) - 1, 1)
+    y = SIDE - MARGIN - room * curve / top
+    known = np.isfinite(y)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[known], y[known], strict=True))
+    return f'<polyline points="{points}" {stroke}/>'
+
+
+def _median(bundle: Bundle, name: str, colour: str, width: float, dash: str | None = None) -> Any:
+    hover = "%{y:.3g}"
+    return line(name, bundle.lags, bundle.median, colour, width, dash=dash, hovertemplate=hover)
+
+
+def _band(bundle: Bundle, name: str, colour: str) -> Any:
+    x = np.concatenate([bundle.lags, bundle.lags[::-1]])
+    y = np.concatenate([bundle.high, bundle.low[::-1]])
+    return line(name, x, y, colour, 0, fill="toself", fillcolor=colour)
+
+
+def _threads(bundle: Bundle, theme: Theme) -> Any:
     """All realizations as one trace with gaps: one trace each would be slow beyond fifty."""
     n = len(bundle.each)
-    gap = np.full((n, 1), np.nan)
-    return go.Scatter(
-        x=np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n),  # whole numbers: exact
-        y=np.hstack([bundle.each, gap]).ravel(),
-        name="realizations",
-        mode="lines",
-        line={"color": theme.each, "width": 0.8},
-        hoverinfo="skip",
-    )
+    # lags as float32: exact for whole numbers, and half the bytes to send
+    x = np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n)
+    y = np.hstack([bundle.each, np.full((n, 1), np.nan)]).ravel()
+    return line("realizations", x, y, theme.each, 0.8)

@@ -41,15 +41,17 @@ def facies_colours(
     ['#173F6B', '#ff0000']
     """
     chosen = chosen or {}
-    colours = [chosen.get(int(code), usual(k)) for k, code in enumerate(training_image.codes)]
+    colours = [
+        chosen.get(int(code), default_colour(k)) for k, code in enumerate(training_image.codes)
+    ]
     for colour in colours:
         if not HEX.fullmatch(colour):
             raise CCWSIMError(f'colour "{colour}" must be written as #rrggbb, like #173F6B')
     return colours
 
 
-def usual(place: int) -> str:
-    """Return the colour of the facies at a place in the sorted codes; past six, hues go round."""
+def default_colour(place: int) -> str:
+    """Return the colour of a facies by its index in the sorted codes; past six, hues go round."""
     if place < len(FACIES):
         return FACIES[place]
     hue = (place * GOLDEN_ANGLE) % 1.0
@@ -69,12 +71,26 @@ def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
     return [(int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16)) for c in colours]
 
 
+DIFFERENCE = ("#2C6FB0", "#F4F2ED", "#B5452C")
+"""Below zero, zero and above zero of a difference."""
+
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)
 """Steps of the cividis ramp, for probabilities."""
 
-
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 """Steps of a single-hue ramp, for entropy: pale where all is certain."""
+
+
+def with_opacity(colour: str, opacity: float) -> str:
+    """Return a colour "#rrggbb" that lets what is below show.
+
+    Examples
+    --------
+    >>> with_opacity("#0072B2", 0.2)
+    'rgba(0, 114, 178, 0.2)'
+    """
+    red, green, blue = bytes_of([colour])[0]
+    return f"rgba({red}, {green}, {blue}, {opacity:g})"
 
 
 def ramp(steps: Sequence[str], n: int) -> list[str]:

@@ -1,26 +1,38 @@
-"""Facies proportions: the training image's, and the realizations' spread."""
+"""Facies proportions: those of the training image, and how the realizations spread around them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.names import as_written
-from ccwsim.figures.style import Theme, blank_chart
+from ccwsim.figures.style import (
+    SYMBOLS,
+    Theme,
+    as_written,
+    blank_chart,
+    dots,
+    line,
+    name_rows,
+    setting_colours,
+)
+
+Floats = NDArray[np.float64]
+LINE = 18
+"""Pixels of a line of dots."""
 
 
 def proportions_height(n_facies: int) -> int:
-    """Return how high the chart is, in pixels."""
+    """Return how high the chart of one ensemble is, in pixels."""
     return 76 + 30 * n_facies
 
 
 def proportions_chart(
-    names: Sequence[str],
-    reference: NDArray[np.float64],
-    each: NDArray[np.float64],
+    facies: Sequence[str],
+    reference: Floats,
+    each: Floats,
     colours: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
@@ -28,8 +40,8 @@ def proportions_chart(
 
     Parameters
     ----------
-    names : sequence of str
-        Facies names.
+    facies : sequence of str
+        Names.
     reference : ndarray, shape (n_facies,)
         Shares of cells in the training image, 0 to 1.
     each : ndarray, shape (n, n_facies)
@@ -37,37 +49,66 @@ def proportions_chart(
     colours : sequence of str
         One "#rrggbb" a facies.
     theme : Theme
+
+    Examples
+    --------
+    >>> from ccwsim.figures import FACIES, LIGHT
+    >>> shares = np.array([[0.7, 0.3], [0.6, 0.4]])
+    >>> chart = proportions_chart(["mud", "sand"], shares[0], shares, FACIES, LIGHT)
+    >>> list(chart.layout.yaxis.ticktext)
+    ['mud', 'sand']
     """
-    names = as_written(names)
-    chart = blank_chart(
-        theme, height=proportions_height(len(names)), x_title="share of cells (%)", y_title=""
-    ).update_layout(hovermode="closest")
+    names, height = as_written(facies), proportions_height(len(facies))
+    chart = blank_chart(theme, height=height, x_title="share of cells (%)", y_title="")
     for k, name in enumerate(names):
-        chart.add_trace(
-            go.Scatter(
-                x=100 * each[:, k], y=[k] * len(each), mode="markers", cliponaxis=False, name=name,
-                marker={
-                    "size": 11, "color": colours[k], "opacity": 0.75,
-                    "line": {"width": 0.8, "color": theme.quiet},
-                },
-                hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
-            )
-        )  # fmt: skip
-    chart.add_trace(
-        go.Scatter(
-            x=100 * reference, y=np.arange(len(names)), mode="markers",
-            name="training image", cliponaxis=False,
-            marker={
-                "symbol": "line-ns", "size": 20, "line": {"width": 2.5, "color": theme.reference},
-            },
-            hovertemplate="training image: %{x:.1f} %<extra></extra>",
-        )
-    )  # fmt: skip
-    chart.update_yaxes(
-        tickvals=list(range(len(names))), ticktext=list(names),
-        range=[len(names) - 0.4, -0.6], showline=False, ticks="",
-        tickfont={"size": 13, "color": theme.ink},
-    )  # fmt: skip
+        trace = dots(name, 100 * each[:, k], [k] * len(each), colours[k], 11, cliponaxis=False)
+        trace.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
+        chart.add_trace(trace.update(hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>"))
+    stroke = {"width": 2.5, "color": theme.reference}
+    rows = np.arange(len(names))
+    image = dots("training image", 100 * reference, rows, None, 20, cliponaxis=False)
+    image.update(marker={"symbol": "line-ns", "line": stroke})
+    chart.add_trace(image.update(hovertemplate="training image: %{x:.1f} %<extra></extra>"))
+    name_rows(chart, theme, names, (len(names) - 0.4, -0.6))
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
     chart.update_xaxes(range=[-0.08 * largest, largest])
-    return chart
+    return chart.update_layout(hovermode="closest")
+
+
+def compared_proportions_chart(
+    facies: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
+) -> go.Figure:
+    """Return a block of lines a facies, in it one line of dots a setting.
+
+    Dots are differences from the training image, which is the red stroke at 0: shares themselves
+    would cover each other.
+
+    Parameters
+    ----------
+    facies : sequence of str
+        Names.
+    reference : ndarray, shape (n_facies,)
+        Shares of cells in the training image, 0 to 1.
+    settings : mapping of str to ndarray, shape (n, n_facies)
+        Shares of cells in the realizations of each setting.
+    theme : Theme
+    """
+    names = as_written(facies)
+    n, block = len(names), len(settings) + 1
+    height = 64 + LINE * n * block
+    chart = blank_chart(theme, height=height, x_title="difference (% of cells)", y_title="")
+    starts = np.arange(n) * block
+    for k, (name, shares) in enumerate(settings.items()):
+        x, y = 100 * (shares - reference).ravel(), np.tile(starts + k, len(shares))
+        trace = dots(name, x, y, setting_colours(theme)[k], 8, cliponaxis=False)
+        trace.update(marker={"opacity": 0.7, "symbol": SYMBOLS[k]}, customdata=100 * shares.ravel())
+        chart.add_trace(trace.update(hovertemplate=f"{name}: %{{customdata:.1f}} %<extra></extra>"))
+    ends = [-0.7, n * block - 1.3]
+    chart.add_trace(line("training image", [0, 0], ends, theme.reference, 2.5))
+    labels = [f"{f}<br>{100 * share:.1f} %" for f, share in zip(names, reference, strict=True)]
+    middle = starts + (len(settings) - 1) / 2
+    name_rows(chart, theme, labels, (n * block - 1, -1), middle)
+    off = [float(np.abs(shares - reference).max()) for shares in settings.values()]
+    reach = 115 * max(*off, 0.002)
+    chart.update_xaxes(range=[-reach, reach], nticks=5)
+    return chart.update_layout(hovermode="closest")

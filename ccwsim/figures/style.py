@@ -1,12 +1,27 @@
-"""How charts look: one type, hairlines, transparent ground, for paper and for ink."""
+"""How charts look: one type, hairlines, transparent ground, on paper and on ink.
+
+Also the marks that tell settings apart, and charts outside the dashboard.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from html import escape
+from typing import Any
 
 import plotly.graph_objects as go
+from numpy.typing import ArrayLike
+from plotly.offline import get_plotlyjs
 
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
+CLEAR = "rgba(0,0,0,0)"
+ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
+ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
+DASHES = ("solid", "dash", "dot", "dashdot")
+SYMBOLS = ("circle", "square", "triangle-up", "cross")
+"""Colours, dashes and symbols of four settings; red is left to the training image."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +62,28 @@ def theme_named(name: str | None) -> Theme:
     return DARK if name == "dark" else LIGHT
 
 
+def setting_colours(theme: Theme) -> tuple[str, ...]:
+    """Return one "#rrggbb" for each of four settings.
+
+    Examples
+    --------
+    >>> setting_colours(DARK)[1]
+    '#56B4E9'
+    """
+    return ON_INK if theme == DARK else ON_PAPER
+
+
+def as_written(names: Sequence[str]) -> list[str]:
+    """Return names for a chart, which takes tags, entities and %{...} for its own.
+
+    Examples
+    --------
+    >>> as_written(["sand", "<b>mud", "%{x}"])
+    ['sand', '&lt;b&gt;mud', '%&#123;x}']
+    """
+    return [escape(name, quote=False).replace("%{", "%&#123;") for name in names]
+
+
 def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.Figure:
     """Return an empty chart: axes with their units, and a ground that shows the page."""
     axis = {
@@ -62,20 +99,74 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "fixedrange": True,
         "automargin": True,
     }
+    label = {"bgcolor": theme.paper, "bordercolor": theme.hairline, "font": {"size": 13}}
     layout = {
         "height": height,
         "margin": {"l": 8, "r": 12, "t": 8, "b": 8},
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "plot_bgcolor": "rgba(0,0,0,0)",
+        "paper_bgcolor": CLEAR,
+        "plot_bgcolor": CLEAR,
         "font": {"family": FONT, "size": 13, "color": theme.ink},
         "showlegend": False,
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": theme.quiet, "activecolor": theme.ink},
+        "modebar": {"bgcolor": CLEAR, "color": theme.quiet, "activecolor": theme.ink},
         "hovermode": "x unified",
-        "hoverlabel": {
-            "bgcolor": theme.paper, "bordercolor": theme.hairline, "font": {"size": 13},
-        },
+        "hoverlabel": label,
         "xaxis": {**axis, "title": {**axis["title"], "text": x_title}},
         "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": y_title}},
-    }  # fmt: skip
-    # plotly takes ten times as long to look over a layout as to make a chart of it
+    }
+    # plotly takes ten times as long to validate a layout as to make a chart of it
     return go.Figure(layout=layout, _validate=False)
+
+
+def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
+    """Return a line as a trace; `more` are plotly's own arguments. It says nothing on hover."""
+    more = {"mode": "lines", "hoverinfo": "skip", **more}
+    if "hovertemplate" in more:
+        del more["hoverinfo"]
+    style = {"color": colour, "width": width, "dash": more.pop("dash", None)}
+    return go.Scatter(name=name, x=x, y=y, line=style, **more)
+
+
+def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
+    """Return points as a trace; `more` are plotly's own arguments."""
+    return go.Scatter(
+        name=name, x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
+    )
+
+
+def name_rows(
+    chart: go.Figure, theme: Theme, names: Sequence[str], ends: tuple[float, float], at: Any = None
+) -> None:
+    """Name the rows of a chart on its y axis, which has no line of its own."""
+    chart.update_yaxes(
+        tickvals=list(range(len(names))) if at is None else at,
+        ticktext=list(names),
+        range=ends,
+        showline=False,
+        ticks="",
+        tickfont={"size": 13, "color": theme.ink},
+    )
+
+
+def figure_json(figure: go.Figure) -> str:
+    """Return a figure as JSON that plotly's script draws, without plotly's own template.
+
+    Examples
+    --------
+    >>> figure_json(go.Figure())
+    '{"data":[],"layout":{}}'
+    """
+    bare = go.Figure(figure).update_layout(template="none")
+    bare.layout.template = None
+    return str(bare.to_json())
+
+
+@cache
+def plotly_script() -> str:
+    """Return plotly's own script, to be written into a page once.
+
+    Examples
+    --------
+    >>> len(plotly_script()) > 1_000_000
+    True
+    """
+    return get_plotlyjs()

@@ -1,4 +1,4 @@
-"""Settings of a sweep by time and error, with the front that none beats."""
+"""Settings of a sweep by time and error, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -8,11 +8,23 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.figures.label_room import Box, label_sides
-from ccwsim.figures.style import Theme, blank_chart
+from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line
 
+WIDTH, HEIGHT, GAP = 6.6, 15.0, 9.0
+"""Pixels of a letter at size 12, of a line, and from a point to its label."""
+Box = tuple[float, float, float, float]
+SIDES = {
+    "middle right": (1, 0),
+    "top center": (0, -1),
+    "bottom center": (0, 1),
+    "middle left": (-1, 0),
+    "top right": (1, -1),
+    "bottom right": (1, 1),
+    "top left": (-1, -1),
+    "bottom left": (-1, 1),
+}
 NARROW = 400.0
 """Pixels that the chart has at least on a usual screen, for which labels are placed."""
 SPREAD = 4.0
@@ -48,64 +60,45 @@ def sweep_chart(
         What the error is.
     """
     on_front = [int(k) for k in front]
-    chart = blank_chart(
-        theme, height=height, x_title="CPU time of a realization (ms)", y_title=y_title
-    )
+    x_title = "CPU time of a realization (ms)"
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     across, up = _axis(milliseconds, 0.12), _axis(errors, 0.12)
     chart.update_xaxes(**across)
     chart.update_yaxes(**up)
     room = (NARROW, height - 60.0)
-    pixels = np.column_stack([
-        _shares(milliseconds, across) * room[0], (1 - _shares(errors, up)) * room[1],
-    ])  # fmt: skip
+    x, y = _shares(milliseconds, across) * room[0], (1 - _shares(errors, up)) * room[1]
+    pixels = np.column_stack([x, y])
     first = [k for k in (recommended, selected) if k is not None]
-    order = [*first, *on_front, *np.argsort(errors).tolist()]
-    sides = label_sides(pixels, labels, dict.fromkeys(order), room, _steps(pixels[on_front]))
-    chart.add_trace(_dots(milliseconds, errors, labels, sides, on_front, recommended, theme))
-    if on_front:
-        chart.add_trace(
-            go.Scatter(
-                x=milliseconds[on_front], y=errors[on_front], mode="lines", name="front",
-                line={"shape": "hv", "width": 1, "color": theme.quiet}, hoverinfo="skip",
-            )
-        )  # fmt: skip
-    if selected is not None:
-        chart.add_trace(
-            go.Scatter(
-                x=milliseconds[[selected]], y=errors[[selected]], mode="markers", name="selected",
-                hoverinfo="skip",
-                marker={"size": 21, "color": "rgba(0,0,0,0)",
-                        "line": {"width": 2, "color": theme.ink}},
-            )
-        )  # fmt: skip
-    return chart.update_layout(hovermode="closest")
-
-
-def _dots(
-    x: NDArray[np.float64], y: NDArray[np.float64], labels: Sequence[str],
-    sides: Sequence[str | None], front: list[int], recommended: int | None, theme: Theme,
-) -> go.Scatter:  # fmt: skip
-    n = len(x)
-    strong = [theme.ink if k in front or k == recommended else theme.quiet for k in range(n)]
-    said = [f"{label} · recommended" if k == recommended else label
-            for k, label in enumerate(labels)]  # fmt: skip
-    return go.Scatter(
-        x=x, y=y, name="settings", mode="markers+text",
+    order = dict.fromkeys([*first, *on_front, *np.argsort(errors).tolist()])
+    sides = label_sides(pixels, labels, order, room, _steps(pixels[on_front]))
+    n = len(labels)
+    colours = [theme.ink if k in (*on_front, recommended) else theme.quiet for k in range(n)]
+    symbols = ["circle" if k in on_front else "circle-open" for k in range(n)]
+    sizes, hover = [9] * n, list(labels)
+    if recommended is not None:
+        symbols[recommended], sizes[recommended] = "diamond", 13
+        hover[recommended] += " · recommended"
+    settings = dots("settings", milliseconds, errors, colours, sizes)
+    same = {"marker": {"opacity": 1}}  # selected or not
+    settings.update(
+        mode="markers+text",
         text=[label if side else "" for label, side in zip(labels, sides, strict=True)],
         textposition=[side or "top center" for side in sides],
-        textfont={"size": 12, "color": strong},
-        marker={
-            "opacity": 1, "color": strong,
-            "size": [13 if k == recommended else 9 for k in range(n)],
-            "symbol": ["diamond" if k == recommended else
-                       "circle" if k in front else "circle-open" for k in range(n)],
-            "line": {"width": 1.5, "color": strong},
-        },
-        customdata=said,
+        textfont={"size": 12, "color": colours},
+        marker={"opacity": 1, "symbol": symbols, "line": {"width": 1.5, "color": colours}},
+        customdata=hover,
         hovertemplate="%{customdata}<br>%{x:.3g} ms, %{y:.3g}: click to see it<extra></extra>",
-        selected={"marker": {"opacity": 1}},
-        unselected={"marker": {"opacity": 1}},
-    )  # fmt: skip
+        selected=same,
+        unselected=same,
+    )
+    chart.add_trace(settings)
+    if on_front:
+        steps = line("front", milliseconds[on_front], errors[on_front], theme.quiet, 1)
+        chart.add_trace(steps.update(line_shape="hv"))
+    if selected is not None:
+        ring = dots("selected", milliseconds[[selected]], errors[[selected]], CLEAR, 21)
+        chart.add_trace(ring.update(marker_line={"width": 2, "color": theme.ink}, hoverinfo="skip"))
+    return chart.update_layout(hovermode="closest")
 
 
 def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
@@ -118,8 +111,8 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
     ends = float(a - margin * (b - a)), float(b + margin * (b - a))
     ticks = [m * 10.0**e for e in range(-9, 9) for m in (1, 2, 5)]
     shown = [t for t in ticks if ends[0] <= np.log10(t) <= ends[1]]
-    return {"type": "log", "range": ends, "tickvals": shown,
-            "ticktext": [f"{t:.6g}" for t in shown]}  # fmt: skip
+    names = [f"{t:.6g}" for t in shown]
+    return {"type": "log", "range": ends, "tickvals": shown, "ticktext": names}
 
 
 def _steps(corners: NDArray[np.float64]) -> list[Box]:
@@ -134,3 +127,59 @@ def _shares(values: NDArray[np.float64], axis: dict[str, Any]) -> NDArray[np.flo
     """Return how far along an axis values lie, 0 to 1."""
     along = np.log10(values) if "type" in axis else values
     return (along - axis["range"][0]) / (axis["range"][1] - axis["range"][0])
+
+
+def label_sides(
+    points: ArrayLike,
+    texts: Sequence[str],
+    order: Iterable[int],
+    room: tuple[float, float],
+    blocked: Iterable[Box] = (),
+) -> list[str | None]:
+    """Return on which side of its point each label goes, None where there is no room for it.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 2)
+        In pixels from the left and from the top.
+    texts : sequence of str
+    order : iterable of int
+        Which points come first; others get no label.
+    room : pair of float
+        Width and height in pixels that labels stay in.
+    blocked : iterable of box
+        Left, top, right and bottom of what no label may cover.
+
+    Examples
+    --------
+    >>> label_sides([[10, 50], [14, 50]], ["one", "two"], [0, 1], (100, 100))
+    ['top center', 'middle right']
+    """
+    centres = np.asarray(points, dtype=float).reshape(-1, 2)
+    taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
+    taken += blocked
+    sides: list[str | None] = [None] * len(centres)
+    for k in order:
+        x, y = centres[k]
+        if not np.isfinite((x, y)).all():
+            continue
+        for side, (right, down) in SIDES.items():
+            box = _box(x, y, len(texts[k]) * WIDTH, right, down)
+            inside = box[0] >= 0 and box[1] >= 0 and box[2] <= room[0] and box[3] <= room[1]
+            own = taken[k]
+            if inside and not any(_meet(box, other) for other in taken if other is not own):
+                sides[k] = side
+                taken.append(box)
+                break
+    return sides
+
+
+def _box(x: float, y: float, width: float, right: int, down: int) -> Box:
+    """Return left, top, right and bottom of a label beside a point."""
+    middle = x + right * (GAP + width / 2)
+    line = y + down * (GAP + HEIGHT / 2)
+    return middle - width / 2, line - HEIGHT / 2, middle + width / 2, line + HEIGHT / 2
+
+
+def _meet(a: Box, b: Box) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -1,17 +1,30 @@
-"""CPU time of each realization."""
+"""CPU time: of each realization, by setting, and against the cells of the grid."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.style import Theme, blank_chart
+from ccwsim.figures.palette import with_opacity
+from ccwsim.figures.style import Theme, blank_chart, dots, line, name_rows, setting_colours
+
+Floats = NDArray[np.float64]
+ROW = 40
+"""Pixels of a bar with the space around it."""
+LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
+"""Of the markers, by level: the same for measured and published times."""
+LABEL_GAP = 15
+"""Pixels between two labels."""
+EMPTY_DECADES = 4.0
+"""Shown below the published times where nothing is measured yet."""
 
 
-def times_chart(
-    milliseconds: NDArray[np.float64], mean: float, theme: Theme, *, height: int = 196
-) -> go.Figure:
+def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
     """Return the CPU time of each realization as a dot, and their mean as a line.
 
     Parameters
@@ -21,26 +34,176 @@ def times_chart(
     mean : float
         Their mean.
     theme : Theme
+    height : int
+        Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> len(times_chart(np.array([10.0, 30.0]), 20.0, LIGHT).data)
+    2
     """
-    n = len(milliseconds)
-    chart = blank_chart(
-        theme, height=height, x_title="realization", y_title="CPU time (ms)"
-    ).update_layout(hovermode="closest")
-    chart.add_trace(
-        go.Scatter(
-            x=[0.5, n + 0.5], y=[mean, mean], mode="lines", name="mean",
-            line={"color": theme.quiet, "width": 1, "dash": "dot"}, hoverinfo="skip",
-        )
-    )  # fmt: skip
-    chart.add_trace(
-        go.Scatter(
-            x=np.arange(1, n + 1), y=milliseconds, mode="markers", name="realization",
-            marker={"color": theme.ink, "size": 7 if n <= 30 else 4},
-            hovertemplate="realization %{x}: %{y:.3g} ms<extra></extra>",
-        )
-    )  # fmt: skip
-    chart.update_xaxes(range=[0.5, n + 0.5], nticks=min(n + 1, 6), tickformat="d")
-    chart.update_yaxes(
-        exponentformat="none", range=[0, 1.15 * float(milliseconds.max(initial=mean)) or 1.0]
+    n, ends = len(milliseconds), [0.5, len(milliseconds) + 0.5]
+    chart = blank_chart(theme, height=height, x_title="realization", y_title="CPU time (ms)")
+    chart.add_trace(line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"))
+    numbers, size = np.arange(1, n + 1), 7 if n <= 30 else 4
+    each = dots("realization", numbers, milliseconds, theme.ink, size)
+    each.update(hovertemplate="realization %{x}: %{y:.3g} ms<extra></extra>")
+    chart.add_trace(each)
+    chart.update_xaxes(range=ends, nticks=min(n + 1, 6), tickformat="d")
+    top = 1.15 * float(milliseconds.max(initial=mean)) or 1.0
+    chart.update_yaxes(exponentformat="none", range=[0, top])
+    return chart.update_layout(hovermode="closest")
+
+
+def compared_times_chart(
+    settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: Theme
+) -> go.Figure:
+    """Return one bar a setting for the mean, with a dot for each realization.
+
+    Parameters
+    ----------
+    settings : mapping of str to ndarray
+        CPU milliseconds of the realizations of each setting.
+    means : ndarray, shape (n_settings,)
+        Their means.
+    labels : sequence of str
+        What is written at each bar.
+    theme : Theme
+    """
+    n, x_title = len(settings), "CPU time of a realization (ms)"
+    chart = blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
+    colours = setting_colours(theme)[:n]
+    bars = go.Bar(x=means, y=list(range(n)), orientation="h", width=0.6, name="mean")
+    bars.update(
+        marker_color=[with_opacity(colour, 0.35) for colour in colours],
+        marker_line={"color": list(colours), "width": 1},
+        hovertemplate="mean: %{x:.3g} ms<extra></extra>",
     )
-    return chart
+    chart.add_trace(bars)
+    for row, (name, each) in enumerate(settings.items()):
+        trace = dots(name, each, [row] * len(each), colours[row], 6, cliponaxis=False)
+        trace.update(marker_opacity=0.7, hovertemplate=f"{name}: %{{x:.3g}} ms<extra></extra>")
+        chart.add_trace(trace)
+    for row, (label, each) in enumerate(zip(labels, settings.values(), strict=True)):
+        place = {"x": float(each.max(initial=0)), "y": row, "xanchor": "left", "xshift": 8}
+        font = {"size": 13, "color": theme.ink}
+        chart.add_annotation(text=label, showarrow=False, font=font, **place)
+    name_rows(chart, theme, list(settings), (n - 0.4, -0.6))
+    largest = max(float(each.max(initial=1e-9)) for each in settings.values())
+    chart.update_xaxes(range=[0, 1.45 * largest], nticks=5, exponentformat="none")
+    return chart.update_layout(hovermode="closest")
+
+
+@dataclass(frozen=True)
+class TimeSeries:
+    """Times of one setting.
+
+    Attributes
+    ----------
+    name : str
+    level : int
+        Decides the marker.
+    cells, values : ndarray, shape (n,)
+        Cells of the grid, and the time of each.
+    dashed : bool
+        Whether its line is dashed, to tell two methods apart.
+    """
+
+    name: str
+    level: int
+    cells: Floats
+    values: Floats
+    dashed: bool = False
+
+    @property
+    def symbol(self) -> str:
+        """The marker of its level."""
+        return LEVEL_SYMBOLS[min(self.level, len(LEVEL_SYMBOLS) - 1)]
+
+
+def timings_chart(
+    measured: Sequence[TimeSeries],
+    published: Sequence[TimeSeries],
+    sides: Sequence[int],
+    theme: Theme,
+    *,
+    y_title: str,
+    unit: str,
+    height: int = 340,
+) -> go.Figure:
+    """Return times on log axes, measured ones as lines, published ones as open red markers.
+
+    A line of slope one is a time that grows linearly with the cells.
+
+    Parameters
+    ----------
+    measured, published : sequence of TimeSeries
+    sides : sequence of int
+        Of the square grids that are named on the axis.
+    theme : Theme
+    y_title : str
+        What is shown, with its unit.
+    unit : str
+        For the hover.
+    height : int
+        Pixels.
+    """
+    chart = blank_chart(theme, height=height, x_title="cells of the grid", y_title=y_title)
+    for series in measured:
+        dash = "dash" if series.dashed else "solid"
+        trace = line(series.name, series.cells, series.values, theme.ink, 1.5, dash=dash)
+        trace.update(mode="lines+markers", marker={"symbol": series.symbol, "size": 8})
+        chart.add_trace(_hovered(trace, unit))
+    for series in published:
+        trace = dots(series.name, series.cells, series.values, theme.reference, 11)
+        trace.update(marker={"symbol": f"{series.symbol}-open", "line": {"width": 2}})
+        chart.add_trace(_hovered(trace.update(cliponaxis=False), unit))
+    ends = np.log10([min(sides) ** 2 * 0.7, max(sides) ** 2 * 1.5]).tolist()
+    ticks = {side**2: f"{side}²" for side in sides}
+    chart.update_xaxes(type="log", range=ends, tickmode="array", tickangle=0)
+    chart.update_xaxes(tickvals=list(ticks), ticktext=list(ticks.values()))
+    values = [v for series in (*measured, *published) for v in series.values]
+    low, high = (np.log10(f(values)) for f in (min, max)) if values else (-2.0, 1.0)
+    low = min(low, high - EMPTY_DECADES) if not measured else low
+    room = 0.12 * (high - low) + 0.12
+    y_range = [low - room, high + 2 * room]
+    chart.update_yaxes(type="log", range=y_range, dtick=1, exponentformat="none")
+    _label_lines(chart, measured, theme, (height - 60) / (high - low + 3 * room))
+    if published:
+        _label_published(chart, published, theme)
+    return chart.update_layout(hovermode="closest")
+
+
+def _hovered(trace: Any, unit: str) -> Any:
+    hover = f"{trace.name}, %{{x:,.0f}} cells: %{{y:.3g}} {unit}<extra></extra>"
+    return trace.update(hoverinfo=None, hovertemplate=hover)
+
+
+def _label_lines(
+    chart: go.Figure, measured: Sequence[TimeSeries], theme: Theme, pixels: float
+) -> None:
+    """Name each line at its end; names that would meet are moved apart, from the top down."""
+    lowest = np.inf
+    for series in sorted(measured, key=lambda series: -series.values[-1]):
+        own = float(np.log10(series.values[-1])) * pixels
+        at = min(own, lowest - LABEL_GAP)
+        lowest = at
+        _label(chart, series, series.name, theme.ink, xanchor="left", xshift=9, yshift=at - own)
+
+
+def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
+    """Name the slowest above its marker, and the others, which nearly meet, below theirs."""
+    top, *others = sorted(published, key=lambda series: -series.values[-1])
+    place = {"xanchor": "right", "xshift": 24}
+    _label(chart, top, top.name, theme.reference, yshift=16, **place)
+    if others:
+        named = ", ".join(str(level) for level in sorted(series.level for series in others))
+        text = f"level{'s' if len(others) > 1 else ''} {named}"
+        _label(chart, others[-1], text, theme.reference, yshift=-16, **place)
+
+
+def _label(chart: go.Figure, series: TimeSeries, text: str, colour: str, **place: object) -> None:
+    x, y = float(np.log10(series.cells[-1])), float(np.log10(series.values[-1]))
+    font = {"size": 13, "color": colour}
+    chart.add_annotation(x=x, y=y, text=text, showarrow=False, font=font, **place)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ccwsim.experiments.timing import Timing, time_grids
-from ccwsim.figures import LIGHT
-from ccwsim.figures.timings import TimeSeries, timings_chart
+from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import settings
 from ccwsim.paper.published_times import FIGURE_13

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.figures import LIGHT, grouped_scaling_chart
+from ccwsim.figures import LIGHT, Group, mds_chart
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.paper.experiment import Experiment, Outcome, Run
 from ccwsim.paper.methods import image_named, published, settings
@@ -14,6 +14,7 @@ from ccwsim.paper.verdicts import AGREES, BEHIND, BETTER, DIFFERS, judged
 from ccwsim.report import Block, Chart, Judgement, Row, Table, Text
 
 LEVEL = 2
+SYMBOLS = ("circle", "square", "triangle-up", "cross", "x", "star")
 STUDIES = (
     ("channel", 256, ("CCWSIM_channel256_uncond_L2", "MS-CCSIM_channel256_uncond_L2",
                       "DeeSse_channel256_uncond", "SNESIM_MPSLIB_channel256_uncond")),
@@ -77,9 +78,11 @@ def _blocks(found: Anodi, said: str) -> tuple[Table, Chart]:
     )
     scaling = found.scaling()
     colours = [colour_of(name) for name in found.names]
-    figure = grouped_scaling_chart(
-        scaling.positions, found.owner, found.names, colours, scaling.explained, LIGHT
-    )
+    groups = [
+        Group(name, scaling.positions[found.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
+        for k, name in enumerate(found.names)
+    ]
+    figure = mds_chart(scaling.positions[0], groups, scaling.explained, LIGHT, height=420)
     legend = (*zip(found.names, colours, strict=True), ("training image", LIGHT.reference))
     title = f"Fig. 12 · MDS, {said.split(',')[0]}"
     return Table(header, tuple(rows), caption), Chart(figure, title, title, legend)

@@ -24,7 +24,7 @@ from ccwsim.experiments.sweep import (
     varied,
 )
 from ccwsim.figures import DARK, LIGHT, sweep_chart
-from ccwsim.figures.label_room import GAP, HEIGHT, SIDES, WIDTH, label_sides
+from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
 from ccwsim.metrics import judge
 from ccwsim.model.parameters import METHODS
 from tests.small_images import blobs

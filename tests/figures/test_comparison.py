@@ -9,14 +9,17 @@ from ccwsim import Parameters, TrainingImage
 from ccwsim.experiments.comparison import Comparison, compare
 from ccwsim.figures import (
     DARK,
+    DASHES,
     LIGHT,
-    compared_curves_chart,
+    SYMBOLS,
+    Bundle,
+    Group,
     compared_proportions_chart,
-    compared_scaling_chart,
     compared_times_chart,
+    curves_chart,
+    mds_chart,
     setting_colours,
 )
-from ccwsim.figures.setting_marks import DASHES, SYMBOLS
 from tests.small_images import blobs
 
 NAMES = ("A", "B", "C", "D")
@@ -43,7 +46,12 @@ def test_no_two_settings_look_alike_and_none_like_the_image(theme):
 
 def test_curves_have_a_median_and_a_band_a_setting(found):
     for curves in found.curves.values():
-        chart = compared_curves_chart(curves, found.names, LIGHT, y_title="y", y_range=(0, 1))
+        none = np.empty((0, 0))
+        bundles = {
+            name: Bundle(curves.lags, curves.reference, none, band.low, band.median, band.high)
+            for name, band in zip(NAMES, curves.bands, strict=True)
+        }
+        chart = curves_chart(bundles, LIGHT, y_title="y", y_range=(0, 1))
         drawn = series(chart)
         np.testing.assert_array_equal(drawn["training image"].y, curves.reference)
         for name, band in zip(NAMES, curves.bands, strict=True):
@@ -55,7 +63,9 @@ def test_curves_have_a_median_and_a_band_a_setting(found):
 
 def test_times_are_bars_with_a_dot_a_realization(found):
     each = [1000 * e.cpu_seconds for e in found.ensembles]
-    chart = compared_times_chart(found.names, each, 1000 * found.cpu_seconds, NAMES, LIGHT)
+    chart = compared_times_chart(
+        dict(zip(NAMES, each, strict=True)), 1000 * found.cpu_seconds, NAMES, LIGHT
+    )
     np.testing.assert_array_equal(series(chart)["mean"].x, 1000 * found.cpu_seconds)
     np.testing.assert_array_equal(series(chart)["B"].x, each[1])
 
@@ -63,7 +73,10 @@ def test_times_are_bars_with_a_dot_a_realization(found):
 def test_proportions_are_drawn_as_differences(found):
     image = found.ensembles[0].training_image
     chart = compared_proportions_chart(
-        image.facies_names, image.proportions, found.names, found.proportions, LIGHT
+        image.facies_names,
+        image.proportions,
+        dict(zip(NAMES, found.proportions, strict=True)),
+        LIGHT,
     )
     for name, shares in zip(NAMES, found.proportions, strict=True):
         own = series(chart)[name]
@@ -72,10 +85,12 @@ def test_proportions_are_drawn_as_differences(found):
         assert len(set(own.y)) == image.n_facies
 
 
-def test_every_realization_has_its_place_in_the_mds_plot(found):
+def test_every_realization_has_its_position_in_the_mds_plot(found):
     assert found.anodi is not None
     assert found.scaling is not None
-    chart = compared_scaling_chart(found.scaling, found.anodi.owner, found.names, 1, LIGHT)
+    placed, owner = found.scaling.positions, found.anodi.owner
+    groups = [Group(name, placed[owner == k], "#000000", ringed=1) for k, name in enumerate(NAMES)]
+    chart = mds_chart(placed[0], groups, found.scaling.explained, LIGHT)
     for k, name in enumerate(NAMES):
         assert chart.data[k].name == name
         own = found.scaling.positions[1 + 2 * k : 3 + 2 * k]

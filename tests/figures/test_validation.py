@@ -9,14 +9,15 @@ from ccwsim.figures import (
     DARK,
     LIGHT,
     Bundle,
+    Group,
     Strip,
     calibration_chart,
     convergence_chart,
     data_status_chart,
     divergence_chart,
     lag_map_chart,
+    mds_chart,
     repetition_chart,
-    scaling_chart,
     strip_chart,
     transiogram_chart,
 )
@@ -29,9 +30,9 @@ def named(chart):
 @pytest.mark.parametrize("theme", [LIGHT, DARK])
 def test_mds_places_every_realization_and_the_image_in_red(theme):
     positions = np.array([[0.0, 1.0], [2.0, 3.0], [-4.0, 5.0]])
-    chart = scaling_chart(
-        positions, np.array([0.6, 0.3]), 1, theme, numbers=np.array([8, 9])
-    )  # fmt: skip
+    labels = ["realization 8", "realization 9"]
+    group = Group("realizations", positions[1:], theme.ink, labels=labels, ringed=1)
+    chart = mds_chart(positions[0], [group], np.array([0.6, 0.3]), theme)
     traces = named(chart)
     assert list(traces["realizations"].x) == [2.0, -4.0]
     assert list(traces["realizations"].text) == ["realization 8", "realization 9"]
@@ -46,7 +47,8 @@ def test_mds_places_every_realization_and_the_image_in_red(theme):
 
 
 def test_mds_without_the_shown_one_draws_no_ring():
-    chart = scaling_chart(np.zeros((3, 2)), np.zeros(2), 7, LIGHT, numbers=np.arange(2))
+    group = Group("realizations", np.zeros((2, 2)), "#000000")
+    chart = mds_chart(np.zeros(2), [group], np.zeros(2), LIGHT)
     assert "shown" not in named(chart)
     assert np.diff(chart.layout.xaxis.range) > 0
 
@@ -142,11 +144,13 @@ def test_calibration_is_in_percent_with_dots_by_number_of_cells():
     assert list(named(chart)["perfect"].x) == [0, 100]
 
 
-def test_met_by_shows_means_and_marks_force():
+def test_data_status_shows_means_and_marks_force():
     shares = np.array([[0.9, 0.1, 0.0], [0.7, 0.2, 0.1]])
-    bars = data_status_chart(["raster", "mended, 8 × 8 cells", "forced"], shares, LIGHT).data[0]
+    bars = data_status_chart(["raster", "re-simulated, 8 × 8 cells", "forced"], shares, LIGHT).data[
+        0
+    ]
     assert list(bars.x) == pytest.approx([80, 15, 5])
-    assert list(bars.y) == ["raster", "mended, 8 × 8 cells", "forced"]
+    assert list(bars.y) == ["raster", "re-simulated, 8 × 8 cells", "forced"]
     assert list(bars.marker.color) == [LIGHT.ink, LIGHT.quiet, LIGHT.reference]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim.experiments.comparison import DIRECTIONS, STATISTICS, Comparison
-from ccwsim.figures import compared_curves_chart
+from ccwsim.figures import Bundle, curves_chart
 from ccwsim.ui.compare.name import draw_curve_key
 from ccwsim.ui.compare.run import has_curves, want_curves
 from ccwsim.ui.compare.state import Comparing
@@ -18,6 +18,7 @@ from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.theme import chart_theme
 
 SIGNS = {"variogram": ("Variogram", "γ"), "connection": ("Connection", "τ")}
+NO_CURVES = np.empty((0, 0))
 SAME_TAU = 0.01
 SAME_GAMMA = 0.02
 """Gaps that differ by less are alike: in probability, and as a share of the largest γ."""
@@ -51,10 +52,12 @@ def _chart(found: Comparison, facies: int, statistic: str, direction: str, top: 
     name = found.ensembles[0].training_image.facies_names[facies]
     title, sign = SIGNS[statistic]
     connected = statistic == "connection"
-    chart = compared_curves_chart(
-        curves, found.names, chart_theme(), y_title=f"{sign} of {name}",
-        y_range=(0, 1.04) if connected else (0, top),
-    )  # fmt: skip
+    bundles = {
+        setting: Bundle(curves.lags, curves.reference, NO_CURVES, band.low, band.median, band.high)
+        for setting, band in zip(found.names, curves.bands, strict=True)
+    }
+    y_title, y_range = f"{sign} of {name}", (0, 1.04) if connected else (0, top)
+    chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220)
     note = nearest(curves, found.names, SAME_TAU if connected else SAME_GAMMA * top)
     where = direction.replace("-", "–")
     word = f"{statistic}_{direction[0]}"

@@ -98,13 +98,12 @@ def _maps_of(state: State, found: Comparison, k: int, colours: Sequence[str]) ->
 
 def _beside(found: Comparison) -> None:
     image, theme = found.ensembles[0].training_image, chart_theme()
-    times = compared_times_chart(
-        found.names, [1000 * e.cpu_seconds for e in found.ensembles], 1000 * found.cpu_seconds,
-        [seconds(t) for t in found.cpu_seconds], theme,
-    )  # fmt: skip
+    each = [1000 * e.cpu_seconds for e in found.ensembles]
+    labels = [seconds(t) for t in found.cpu_seconds]
+    milliseconds = dict(zip(found.names, each, strict=True))
+    times = compared_times_chart(milliseconds, 1000 * found.cpu_seconds, labels, theme)
     titled_chart("CPU time", "", times, "compared_times", "CPU time of a realization by setting")
-    shares = compared_proportions_chart(
-        image.facies_names, image.proportions, found.names, found.proportions, theme
-    )
+    proportions = dict(zip(found.names, found.proportions, strict=True))
+    shares = compared_proportions_chart(image.facies_names, image.proportions, proportions, theme)
     alt = "Facies proportions of the realizations by setting, and of the training image"
     titled_chart("Proportions", "", shares, "compared_proportions", alt)

@@ -6,8 +6,7 @@ from html import escape
 
 import streamlit as st
 
-from ccwsim.figures import DARK, DASHES, LIGHT, setting_colours
-from ccwsim.figures.setting_marks import SYMBOLS
+from ccwsim.figures import DARK, DASHES, LIGHT, SYMBOLS, setting_colours
 from ccwsim.ui.compare.state import LETTERS
 
 LINES = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim.experiments.comparison import Comparison
-from ccwsim.figures import compared_scaling_chart
+from ccwsim.figures import SYMBOLS, Group, mds_chart, setting_colours
 from ccwsim.ui.compare.name import draw_point_key
 from ccwsim.ui.compare.state import Comparing
 from ccwsim.ui.compare.words import said_ratio
@@ -43,10 +43,13 @@ def _plot(state: State, found: Comparison) -> None:
     assert found.anodi is not None
     assert found.scaling is not None
     here = state.page(Comparing)
-    chart = compared_scaling_chart(
-        found.scaling, found.anodi.owner, found.names, here.shown, chart_theme()
-    )
-    n = found.ensembles[0].n
+    theme, n = chart_theme(), found.ensembles[0].n
+    groups = []
+    for k, name in enumerate(found.names):
+        own, colour = found.scaling.positions[found.anodi.owner == k], setting_colours(theme)[k]
+        labels = [f"{name}, realization {r + 1}" for r in range(len(own))]
+        groups.append(Group(name, own, colour, SYMBOLS[k], labels, here.shown))
+    chart = mds_chart(found.scaling.positions[0], groups, found.scaling.explained, theme)
 
     def draw(chart: Any, key: str, alt: str) -> None:
         def chosen() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Patch, Trace, check_traceable, fates
-from ccwsim.figures.lag_maps import DIFFERENCE
+from ccwsim.figures import DIFFERENCE
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage

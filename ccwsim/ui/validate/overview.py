@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim.figures import Bundle, curves_chart, scaling_chart
+from ccwsim.figures import Bundle, Group, curves_chart, mds_chart
 from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
@@ -101,10 +101,13 @@ def _scaling(state: State, ensemble: Ensemble) -> None:
         if ensemble.n > MAX_COMPARED:
             note = f"of the first {n}; click one to see it"
         placed = found.scaling()
-        chart = scaling_chart(
-            placed.positions, placed.explained, state.shown, chart_theme(),
-            numbers=1 + ensemble.numbers[:n], height=CHART_HEIGHT,
-        )  # fmt: skip
+        theme, labels = chart_theme(), [f"realization {r + 1}" for r in ensemble.numbers[:n]]
+        ringed = state.shown if state.shown < n else None
+        image, *positions = placed.positions
+        realizations = Group(
+            "realizations", np.array(positions), theme.ink, labels=labels, ringed=ringed
+        )
+        chart = mds_chart(image, [realizations], placed.explained, theme, height=CHART_HEIGHT)
         alt = "MDS plot: realizations and training image, placed by the distance of their patterns"
         titled_chart(
             "MDS plot", note, chart, "mds", alt,

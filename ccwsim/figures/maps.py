@@ -1,19 +1,42 @@
-"""Maps as pictures: small palette PNGs instead of heavy charts."""
+"""Maps as pictures: small palette PNGs, with the hard data on them where nothing is hovered."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from io import BytesIO
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from ccwsim.figures.palette import bytes_of
+from ccwsim.figures.palette import CIVIDIS, bytes_of, ramp
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
 """Level of compression of pictures that are sent at once and not kept."""
+WRONG = "#C8321F"
+STEPS = 101
+"""Of the colours of a map of shares: one a percent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dots:
+    """Hard data to be drawn on a map.
+
+    Attributes
+    ----------
+    cells : ndarray of int, shape (n, 2)
+        Row and column, row 0 at the south.
+    colours : list of str
+        One a datum, of its facies.
+    wrong : ndarray of bool, shape (n,)
+        Those that the map does not honour are ringed red.
+    """
+
+    cells: NDArray[np.integer]
+    colours: list[str]
+    wrong: NDArray[np.bool_]
 
 
 def index_png(indices: NDArray[np.uint8]) -> bytes:
@@ -48,9 +71,8 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
 
 def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:
     """Return a map as a palette PNG with square cells of `scale` pixels, north at the top."""
-    return _png(
-        _coloured(indices, colours).resize(_times(indices.shape, scale), Image.Resampling.NEAREST)
-    )
+    size = indices.shape[1] * scale, indices.shape[0] * scale
+    return _png(_coloured(indices, colours).resize(size, Image.Resampling.NEAREST))
 
 
 def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
@@ -91,11 +113,8 @@ def contact_sheet(
     rows = -(-len(indices) // columns)
     sheet = Image.new("RGB", (columns * width, rows * height))
     for r, realization in enumerate(indices):
-        tile = (
-            _coloured(realization, colours)
-            .convert("RGB")
-            .resize((width, height), Image.Resampling.BOX)
-        )
+        full = _coloured(realization, colours).convert("RGB")
+        tile = full.resize((width, height), Image.Resampling.BOX)
         sheet.paste(tile, (r % columns * width, r // columns * height))
     return _png(sheet), columns
 
@@ -115,7 +134,7 @@ def data_png(
     cells : ndarray, shape (n, 2)
         Row and column of each datum.
     places : ndarray, shape (n,)
-        Its facies as a place in `colours`.
+        Its facies as an index into `colours`.
     shape : pair of int
         Rows and columns of the grid.
     colours : sequence of str
@@ -134,14 +153,63 @@ def data_png(
     return _png(picture)
 
 
+def data_map_png(
+    indices: NDArray[np.uint8],
+    colours: Sequence[str],
+    dots: Dots | None = None,
+    *,
+    longest: int = 640,
+) -> bytes:
+    """Return a map, about `longest` pixels on its longer side, with its hard data, as a PNG.
+
+    Examples
+    --------
+    >>> dots = Dots(np.array([[0, 1]]), ["#173F6B"], np.array([True]))
+    >>> png = data_map_png(np.eye(2, dtype=np.uint8), ["#173F6B", "#F0AD2E"], dots, longest=100)
+    >>> Image.open(BytesIO(png)).size
+    (100, 100)
+    """
+    scale = max(1, round(longest / max(indices.shape)))
+    plain = map_png(indices, colours, scale=scale)
+    if dots is None or not len(dots.cells):
+        return plain
+    picture = Image.open(BytesIO(plain)).convert("RGB")
+    pen = ImageDraw.Draw(picture)
+    height = indices.shape[0]
+    radius = max(1.5, min(5.0, 0.18 * (picture.width * picture.height / len(dots.cells)) ** 0.5))
+    order = np.argsort(dots.wrong, kind="stable")  # the wrong ones on top
+    for k in order.tolist():
+        row, column = dots.cells[k]
+        x, y = (column + 0.5) * scale, (height - row - 0.5) * scale
+        wrong = bool(dots.wrong[k])
+        _ring(pen, x, y, radius + 1.6, WRONG if wrong else "#1B1F24")
+        _ring(pen, x, y, radius + 0.8, "#FFFFFF")
+        _ring(pen, x, y, radius - 0.4, dots.colours[k])
+    written = BytesIO()
+    picture.quantize(64, dither=Image.Dither.NONE).save(written, "PNG", optimize=True)
+    return written.getvalue()
+
+
+def share_png(shares: NDArray[np.float64], *, longest: int = 640) -> bytes:
+    """Return a map of shares from 0 to 1 in the cividis ramp as a PNG.
+
+    Examples
+    --------
+    >>> Image.open(BytesIO(share_png(np.eye(3), longest=9))).size
+    (9, 9)
+    """
+    steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
+    return map_png(steps, ramp(CIVIDIS, STEPS), scale=max(1, round(longest / max(steps.shape))))
+
+
+def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:
+    pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
+
+
 def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image:
     picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
     picture.putpalette([channel for rgb in bytes_of(colours) for channel in rgb])
     return picture
-
-
-def _times(shape: tuple[int, ...], scale: int) -> tuple[int, int]:
-    return shape[1] * scale, shape[0] * scale
 
 
 def _png(picture: Image.Image) -> bytes:

@@ -1,0 +1,102 @@
+"""The MDS plot: realizations and the training image as points at the distance of their patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Realizations that are drawn alike.
+
+    Attributes
+    ----------
+    name : str
+    positions : ndarray, shape (n, 2)
+    colour, symbol : str
+        A CSS colour and one of plotly's marker symbols.
+    labels : sequence of str
+        One a realization, said on hover with the hint to click; without them only the name.
+    ringed : int, optional
+        The realization that is shown elsewhere, counted from 0.
+    """
+
+    name: str
+    positions: NDArray[np.float64]
+    colour: str
+    symbol: str = "circle"
+    labels: Sequence[str] = ()
+    ringed: int | None = None
+
+
+def mds_chart(
+    image: NDArray[np.float64],
+    groups: Sequence[Group],
+    explained: NDArray[np.float64],
+    theme: Theme,
+    *,
+    height: int = 400,
+) -> go.Figure:
+    """Return one series a group (series k of the chart is group k), and the image in red.
+
+    Parameters
+    ----------
+    image : ndarray, shape (2,)
+        Position of the training image.
+    groups : sequence of Group
+    explained : ndarray, shape (2,)
+        Share of the spread that each axis shows.
+    theme : Theme
+    height : int
+        Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> group = Group("A", np.array([[1.0, 2.0], [3.0, 4.0]]), "#173F6B", ringed=1)
+    >>> chart = mds_chart(np.zeros(2), [group], np.array([0.6, 0.3]), LIGHT)
+    >>> [trace.name for trace in chart.data]
+    ['A', 'shown', 'training image']
+    """
+    x_title, y_title = (
+        f"axis {k + 1} ({100 * share:.0f} % of the spread)" for k, share in enumerate(explained)
+    )
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    opacity = 0.62 if len(groups) == 1 else 0.75
+    for group in groups:
+        trace = _points(group.positions, group.name, group.colour, 9, group.symbol)
+        hover = "%{text}: click to see it" if group.labels else group.name
+        text = list(group.labels) or None
+        trace.update(text=text, hovertemplate=f"{hover}<extra></extra>", opacity=opacity)
+        chart.add_trace(trace)
+    ringed = [group.positions[group.ringed] for group in groups if group.ringed is not None]
+    if ringed:
+        ring = _points(np.array(ringed), "shown", CLEAR, 18, "circle")
+        chart.add_trace(ring.update(marker_line={"width": 2, "color": theme.ink}, hoverinfo="skip"))
+    name = "training image"
+    trace = _points(image[None], name, theme.reference, 15, "diamond")
+    side = "bottom center" if image[1] > 0 else "top center"
+    trace.update(mode="markers+text", text=[name], textposition=side)
+    trace.update(textfont={"size": 13, "color": theme.reference})
+    chart.add_trace(trace.update(hovertemplate=f"{name}<extra></extra>"))
+    everywhere = np.concatenate([image[None], *(group.positions for group in groups)])
+    reach = 1.12 * max(float(np.abs(everywhere).max()), 1e-9)
+    chart.update_xaxes(range=[-reach, reach], nticks=5)
+    chart.update_yaxes(range=[-reach, reach], scaleanchor="x")
+    return chart.update_layout(hovermode="closest")
+
+
+def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:
+    """Points that look the same whether they are selected or not."""
+    x, y = positions.T
+    trace = dots(name, x, y, colour, size, marker_symbol=symbol)
+    same = {"marker": {"opacity": 1}}
+    return trace.update(selected=same, unselected={**same, "textfont": {"color": colour}})

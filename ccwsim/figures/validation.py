@@ -1,0 +1,264 @@
+"""Charts of how good realizations are: calibration, data, divergences, lag maps, convergence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from ccwsim.figures.palette import CIVIDIS, DIFFERENCE
+from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line, name_rows
+
+Floats = NDArray[np.float64]
+MAX_DOT, MIN_DOT = 22, 5
+"""Pixels of the dots of a calibration."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """A statistic of each realization and of the training image.
+
+    Attributes
+    ----------
+    title : str
+        What it is, with the unit.
+    each : ndarray, shape (n,)
+        NaN where a realization has none.
+    reference : float
+        The training image's, NaN where it has none.
+    """
+
+    title: str
+    each: Floats
+    reference: float
+
+
+def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
+    """Return one number a realization as dots along a line, and the image's as a red stroke.
+
+    Parameters
+    ----------
+    strip : Strip
+    theme : Theme
+    colour : str
+        Of the dots, as the facies has it on the maps.
+    height : int
+        Pixels.
+    """
+    chart = blank_chart(theme, height=height, x_title=strip.title, y_title="")
+    n = len(strip.each)
+    spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # so that each can be pointed at
+    each = dots("realizations", strip.each, spread, colour, 9)
+    each.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
+    each.update(text=[f"realization {k + 1}" for k in range(n)])
+    chart.add_trace(each.update(hovertemplate="%{text}: %{x:.3g}<extra></extra>"))
+    known = not np.isnan(strip.reference)
+    x, y = ([strip.reference] * 2, [-0.8, 0.8]) if known else ([], [])
+    hover = "training image: %{x:.3g}<extra></extra>"
+    chart.add_trace(line("training image", x, y, theme.reference, 3, hovertemplate=hover))
+    chart.update_yaxes(range=[-1, 1], showline=False, ticks="", showticklabels=False)
+    chart.update_xaxes(range=_around([*strip.each.tolist(), strip.reference]), nticks=6)
+    return chart.update_layout(hovermode="closest")
+
+
+def calibration_chart(
+    forecast: Floats,
+    observed: Floats,
+    count: NDArray[np.integer],
+    theme: Theme,
+    *,
+    height: int = 320,
+) -> go.Figure:
+    """Return observed shares over forecast probabilities; a larger dot stands for more cells.
+
+    Parameters
+    ----------
+    forecast, observed : ndarray, shape (n_bins,)
+        Mean probability in a bin, and the share that came true; NaN for an empty bin.
+    count : ndarray of int, shape (n_bins,)
+        Cells in each bin.
+    theme : Theme
+    height : int
+        Pixels.
+    """
+    x_title, y_title = "probability in the realizations (%)", "came true (%)"
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    chart.add_trace(line("perfect", [0, 100], [0, 100], theme.reference, 2))
+    sizes = MAX_DOT * np.sqrt(count / max(int(count.max(initial=0)), 1))
+    hover = "%{x:.0f} % predicted, %{y:.0f} % came true, %{customdata} cells<extra></extra>"
+    trace = line(
+        "realizations", 100 * forecast, 100 * observed, theme.ink, 1.5, hovertemplate=hover
+    )
+    marker = {"size": np.maximum(sizes, MIN_DOT), "color": theme.ink}
+    trace.update(mode="lines+markers", marker=marker, customdata=count, connectgaps=True)
+    chart.add_trace(trace)
+    chart.update_xaxes(range=[-4, 104])
+    chart.update_yaxes(range=[-4, 104])
+    return chart.update_layout(hovermode="closest")
+
+
+def data_status_chart(
+    names: Sequence[str], shares: Floats, theme: Theme, *, height: int = 230
+) -> go.Figure:
+    """Return one bar a data status: mean share of the hard data over the realizations.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Such as "raster" and "re-simulated, 8 cells"; the last is drawn in the colour of a warning.
+    shares : ndarray, shape (n_realizations, n_names)
+        Shares of the data, from 0 to 1.
+    theme : Theme
+    height : int
+        Pixels.
+    """
+    chart = blank_chart(theme, height=height, x_title="share of the data (%)", y_title="")
+    means = 100 * shares.mean(axis=0)
+    colours = [theme.ink] + [theme.quiet] * (len(names) - 2) + [theme.reference]
+    bars = go.Bar(x=means, y=list(names), orientation="h", name="mean over realizations", width=0.6)
+    bars.update(
+        marker_color=colours[-len(names) :],
+        text=[f"{mean:.3g} %" for mean in means],
+        textposition="outside",
+        textfont={"size": 12, "color": theme.ink},
+        cliponaxis=False,
+        hovertemplate="%{y}: %{x:.3g} % of the data<extra></extra>",
+    )
+    chart.add_trace(bars)
+    chart.update_xaxes(range=[0, 118], tickvals=[0, 25, 50, 75, 100])
+    chart.update_yaxes(autorange="reversed", tickmode="array", tickvals=list(names))
+    chart.update_yaxes(showline=False, tickfont={"size": 13, "color": theme.ink})
+    chart.update_yaxes(ticks="outside", tickcolor=CLEAR, ticklen=6)  # keeps names off the bars
+    return chart.update_layout(hovermode="closest")
+
+
+def divergence_chart(
+    factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
+) -> go.Figure:
+    """Return ANODI's between and within as dots joined by a line, one row a resolution.
+
+    Parameters
+    ----------
+    factors : sequence of int
+        Resolution is 1 / factor.
+    between, within : ndarray, shape (n_factors,)
+        Mean Jensen–Shannon divergence in bits; NaN where there is none.
+    theme : Theme
+    height : int
+        Pixels.
+    """
+    x_title = "Jensen–Shannon divergence (bits)"
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title="")
+    rows = list(range(len(factors)))
+    for row, a, b in zip(rows, between, within, strict=True):
+        chart.add_trace(line(f"span {row + 1}", [a, b], [row, row], theme.quiet, 1))
+    for name, values, colour, symbol, side in (
+        ("between realizations", between, theme.ink, "circle", "top left"),
+        ("to the training image", within, theme.reference, "diamond", "bottom left"),
+    ):
+        trace = dots(name, values, rows, colour, 13, marker_symbol=symbol)
+        trace.update(mode="markers+text", text=["" for _ in rows[1:]] + [name], textposition=side)
+        trace.update(hovertemplate=f"{name}: %{{x:.3g}} bits<extra></extra>")
+        chart.add_trace(trace.update(textfont={"size": 12, "color": colour}))
+    names = ["full resolution" if f == 1 else f"1 / {f} resolution" for f in factors]
+    name_rows(chart, theme, names, (len(rows) - 0.5, -0.5))
+    values = np.concatenate([between, within])
+    top = float(np.nanmax(values)) if (~np.isnan(values)).any() else 1.0
+    chart.update_xaxes(range=[0, 1.12 * top or 1.0])
+    return chart.update_layout(hovermode="closest")
+
+
+def lag_map_chart(
+    lags: NDArray[np.integer],
+    values: Floats,
+    theme: Theme,
+    *,
+    name: str,
+    largest: float,
+    azimuth: float | None = None,
+    difference: bool = False,
+    height: int = 330,
+) -> go.Figure:
+    """Return a map of a statistic over all lags, lag 0 in the middle, north at the top.
+
+    Parameters
+    ----------
+    lags : ndarray of int, shape (m,)
+        −m … m, of the rows and the columns.
+    values : ndarray, shape (m, m)
+    theme : Theme
+    name : str
+        What the values are, for the hover, such as "γ of sand".
+    largest : float
+        End of the colours, which start at 0, or at −largest for a difference.
+    azimuth : float, optional
+        A direction to mark by a line, in degrees from north.
+    difference : bool
+        Colours that part at zero.
+    height : int
+        Pixels.
+    """
+    chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
+    heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=name)
+    colours = DIFFERENCE if difference else CIVIDIS
+    heat.update(
+        zmin=-largest if difference else 0.0,
+        zmax=largest,
+        colorscale=[[k / (len(colours) - 1), colour] for k, colour in enumerate(colours)],
+        colorbar={"thickness": 9, "outlinewidth": 0, "len": 1.0, "nticks": 5, "x": 1.02},
+        colorbar_tickfont={"size": 11, "color": theme.quiet},
+        hovertemplate=f"%{{x}} E, %{{y}} N: {name} = %{{z:.3g}}<extra></extra>",
+    )
+    chart.add_trace(heat)
+    if azimuth is not None:
+        angle, along = np.deg2rad(azimuth), float(lags[-1]) * np.array([-1.0, 1.0])
+        x, y = along * np.sin(angle), along * np.cos(angle)
+        chart.add_trace(line("direction", x, y, theme.reference, 2, dash="dot"))
+    reach = [float(lags[0]) - 0.5, float(lags[-1]) + 0.5]
+    chart.update_xaxes(range=reach, constrain="domain", constraintoward="right", nticks=5)
+    chart.update_yaxes(range=reach, scaleanchor="x", constrain="domain", nticks=5)
+    return chart.update_layout(hovermode="closest")
+
+
+def convergence_chart(
+    numbers: Sequence[int],
+    errors: Sequence[float],
+    n_asked: int,
+    theme: Theme,
+    *,
+    height: int = 230,
+) -> go.Figure:
+    """Return the error of an estimate over the number of realizations, both on log axes.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Realizations so far.
+    errors : sequence of float
+        The standard error then, in percentage points.
+    n_asked : int
+        Where the axis ends.
+    theme : Theme
+    height : int
+        Pixels.
+    """
+    y_title = "error of a probability (%)"
+    chart = blank_chart(theme, height=height, x_title="realizations", y_title=y_title)
+    hover = "± %{y:.2g} %"
+    trace = line("standard error", list(numbers), list(errors), theme.ink, 1.5, hovertemplate=hover)
+    chart.add_trace(trace.update(mode="lines+markers", marker_size=5))
+    ends = np.log10([max(min(numbers, default=1), 1) * 0.9, max(n_asked, 2) * 1.1])
+    chart.update_xaxes(type="log", range=ends.tolist(), dtick=1)
+    chart.update_yaxes(type="log", nticks=4)
+    return chart
+
+
+def _around(values: Sequence[float]) -> list[float]:
+    """Return an axis range around values, which starts at 0 where none is below."""
+    there = [v for v in values if not np.isnan(v)] or [0.0]
+    room = 0.12 * (max(there) - min(there)) or max(abs(there[0]) * 0.1, 0.5)
+    low = min(there) - room
+    return [max(low, 0.0) if min(there) >= 0 else low, max(there) + room]
