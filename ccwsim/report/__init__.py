@@ -14,9 +14,9 @@ from ccwsim.report.document import (
     Table,
     Text,
     Tone,
+    surroundings,
 )
 from ccwsim.report.html import report_html, write_report
-from ccwsim.report.surroundings import surroundings
 
 __all__ = [
     "Block",

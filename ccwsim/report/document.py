@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal
 
+import ccwsim
+from ccwsim.system.machine import this_machine
+
 Tone = Literal["good", "plain", "bad", "unknown"]
+NUMBER = re.compile(r"^[−+\-±<>≤≥×]?\s?[.\d]|^–$")
+PACKAGES = ("SciPy", "PyWavelets", "plotly")
 
 
 @dataclass(frozen=True)
@@ -33,33 +41,31 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; columns of numbers are set to the right.
-
-    Attributes
-    ----------
-    header : tuple of str
-    rows : tuple of tuple of str
-        As long as the header.
-    caption : str
-    """
+    """A table, whose rows are as long as its header."""
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     caption: str = ""
 
+    @property
+    def numeric(self) -> list[bool]:
+        """Which columns hold numbers alone, and are set to the right.
+
+        Examples
+        --------
+        >>> Table(("a", "b"), (("x", "−1.5 %"), ("y", "–"))).numeric
+        [False, True]
+        """
+        columns = zip(*self.rows, strict=True) if self.rows else [()] * len(self.header)
+        return [bool(column) and all(map(NUMBER.match, column)) for column in columns]
+
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A PNG with what is written under it and what it is to those who cannot see it.
+    """A PNG, what is written under it, and what it shows for those who cannot see it.
 
-    Attributes
-    ----------
-    png : bytes
-    caption, alt : str
-    share : float
-        Its width among the pictures of its row, 1 being the usual one.
-    pixelated : bool
-        Whether cells stay sharp when it is enlarged.
+    `share` is its width among the pictures of its row, 1 being the usual one; `pixelated` keeps
+    cells sharp when it is enlarged.
     """
 
     png: bytes
@@ -73,12 +79,7 @@ class Picture:
 class Chart:
     """A plotly figure that stays interactive, with its title and a line for those who cannot see.
 
-    Attributes
-    ----------
-    figure : plotly figure
-    title, alt : str
-    legend : tuple of (str, str)
-        What is drawn in which CSS colour, where the chart has no labels of its own.
+    `legend` says what is drawn in which CSS colour, where the chart has no labels of its own.
     """
 
     figure: Any
@@ -101,14 +102,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A statement, what was found, and a word for how the two go together.
-
-    Attributes
-    ----------
-    claim, found, word : str
-    tone : str
-        "good", "plain", "bad" or "unknown": the colour of the word.
-    """
+    """A statement, what was found, and a word, in a tone, for how the two go together."""
 
     claim: str
     found: str
@@ -130,17 +124,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A part of the report.
-
-    Attributes
-    ----------
-    title : str
-    blocks : tuple of blocks
-    note : str
-        A short line under the title.
-    gist : str
-        What came out, for the table of contents.
-    """
+    """A part of the report, with a line under its title, and what came out for the contents."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -150,20 +134,33 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report.
-
-    Attributes
-    ----------
-    title, subtitle : str
-    opening : tuple of blocks
-        Before the table of contents.
-    sections : tuple of Section
-    colophon : Facts
-        Versions, machine, seed, date, parameters: what is needed to make it again.
-    """
+    """A report; `opening` is before the contents, `colophon` is what is needed to make it again."""
 
     title: str
     sections: tuple[Section, ...]
     subtitle: str = ""
     opening: tuple[Block, ...] = ()
     colophon: Facts = Facts(())
+
+
+def surroundings() -> tuple[tuple[str, str], ...]:
+    """Return versions, machine and date as (name, value), for a colophon.
+
+    Examples
+    --------
+    >>> [name for name, value in surroundings()]
+    ['Program', 'Machine', 'Libraries', 'Made on']
+    """
+    return (
+        ("Program", f"ccwsim {ccwsim.__version__}"),
+        ("Machine", str(this_machine())),
+        ("Libraries", ", ".join(f"{name} {_version(name)}" for name in PACKAGES)),
+        ("Made on", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")),
+    )
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "(version unknown)"
