@@ -81,7 +81,7 @@ def _ours(case: Case, ti: TrainingImage, data: HardData, level: int) -> None:
     free = simulate(ti, case.shape, p, n_realizations=N_REALIZATIONS, n_workers=1)
     e = simulate(ti, case.shape, p, data, n_realizations=N_REALIZATIONS, n_workers=1)
     ms, free_ms = (1e3 * np.median(s.cpu_seconds) for s in (e, free))
-    met = f"{e.n_mended.mean():.1f} | {e.n_forced.mean():.1f} | {ms:.0f} | {ms / free_ms:.1f}"
+    met = f"{e.n_resimulated.mean():.1f} | {e.n_forced.mean():.1f} | {ms:.0f} | {ms / free_ms:.1f}"
     wrong = f"{100 * e.n_mismatched.mean() / data.n:.1f} %"
     print(f"| {case.title} | {level} | {columns_of(e.indices, ti)} | {wrong} | {met} |", flush=True)
     judged = columns_of(free.indices, ti)

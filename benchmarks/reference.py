@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
 from ccwsim import Parameters, TrainingImage
-from ccwsim.engine.stages.path import N_ORIENTATIONS, from_path_frame, n_tiles, to_path_frame
+from ccwsim.engine.stages.path import N_ORIENTATIONS, from_path, n_tiles, to_path
 
 
 def block_sums(image: NDArray, level: int, n_facies: int) -> NDArray[np.float64]:
@@ -176,7 +176,7 @@ def simulate_reference(
     start = time.thread_time()
     rng = np.random.default_rng(seed)
     orientation = int(rng.integers(N_ORIENTATIONS)) if p.random_path else 0
-    image = to_path_frame(training_image.indices, orientation)
+    image = to_path(training_image.indices, orientation)
     sums = block_sums(image, p.level, training_image.n_facies)
     own = shape[::-1] if orientation & 4 else shape
     n_rows, n_columns = (n_tiles(length, p.template_size, p.overlap_size) for length in own)
@@ -190,7 +190,7 @@ def simulate_reference(
                 column * p.step : column * p.step + p.template_size,
             ]
             simulate_tile(tile, image, sums, p, column > 0, row > 0, rng)
-    done = from_path_frame(grid[: own[0], : own[1]], orientation)
+    done = from_path(grid[: own[0], : own[1]], orientation)
     return np.ascontiguousarray(done), time.thread_time() - start
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import as_array, as_integers, is_whole, whole_number
+from ccwsim.model.arrays import as_array, as_integers, check_int, is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
@@ -111,7 +111,7 @@ def _read(field: NDArray[np.integer], rows: NDArray, columns: NDArray) -> HardDa
 
 
 def _random(seed: int) -> RandomState:
-    return RandomState(whole_number("seed", seed, 0, 2**32 - 1))
+    return RandomState(check_int("seed", seed, 0, 2**32 - 1))
 
 
 def _shape(field: NDArray[np.integer]) -> tuple[int, int]:

@@ -12,12 +12,15 @@ import atexit
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
 from numba import config, njit
+from numba.core import event
 
 _PACKAGE = Path(__file__).parents[1]
 
@@ -90,7 +93,44 @@ def part_of_kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, inline="always")
 
 
+_engine_kernels: set[str] = set()
+
+
+@contextmanager
+def reported_compilation(on_kernel: Callable[[int, int, str], None] | None) -> Iterator[None]:
+    """Call `on_kernel(n_done, n_total, name)` before each engine kernel this thread compiles.
+
+    Nothing is called where all kernels are read from the cache; else once more at the end, with
+    n_done = n_total.
+    """
+    if on_kernel is None:
+        yield
+        return
+    listener = _Listener(on_kernel)
+    with event.install_listener("numba:compile", listener):
+        yield
+    if listener.seen:
+        on_kernel(len(_engine_kernels), len(_engine_kernels), "")
+
+
+class _Listener(event.Listener):
+    def __init__(self, on_kernel: Callable[[int, int, str], None]) -> None:
+        self.on_kernel, self.thread = on_kernel, threading.get_ident()
+        self.seen: set[str] = set()
+
+    def on_start(self, event: event.Event) -> None:
+        name = (event.data or {})["dispatcher"].py_func.__name__
+        if threading.get_ident() == self.thread and name in _engine_kernels - self.seen:
+            self.on_kernel(len(self.seen), len(_engine_kernels), name)
+            self.seen.add(name)
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    if function.__module__.startswith("ccwsim.engine."):
+        _engine_kernels.add(function.__name__)
     others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
     # Read when a function is decorated; other packages keep their own.
     setattr(config, "CACHE_DIR", FOLDER)  # noqa: B010

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import MAX_DATA, legal_splits
-from ccwsim.engine.stages.path import to_path_frame
+from ccwsim.engine.stages.path import to_path
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
@@ -99,7 +99,7 @@ class PreparedImage:
         key = orientation, scale
         if key not in self._scaled:
             if scale == 0:
-                oriented = to_path_frame(self._study.training_image.indices, orientation)
+                oriented = to_path(self._study.training_image.indices, orientation)
                 self._scaled[key] = np.array(oriented, order="C")  # writable: kernels know one type
             else:
                 self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), 2)

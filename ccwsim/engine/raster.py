@@ -14,10 +14,10 @@ from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.path import (
     N_ORIENTATIONS,
     RasterPath,
-    cells_to_path_frame,
-    from_path_frame,
+    cells_to_path,
+    from_path,
     make_path,
-    to_path_frame,
+    to_path,
 )
 from ccwsim.engine.stages.upgrid import upgrid_data
 from ccwsim.engine.tiles import Search, simulate_tiles, split_tiles
@@ -121,7 +121,7 @@ def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
     """
     p = study.parameters
     shape = path.full[0] >> scale, path.full[1] >> scale
-    cells = cells_to_path_frame(study.hard_data.cells, study.grid.shape, path.orientation)
+    cells = cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation)
     if not p.exact_data and scale < p.scale:
         return place_data(cells[:0], study.facies_of_data[:0], shape, keep=False)
     block = 1 if p.exact_data else 2 ** (p.level - p.scale)
@@ -139,17 +139,17 @@ def to_grid(
     rows, columns = path.shape
     if sources.size:
         numbers = np.arange(image_shape[0] * image_shape[1], dtype=np.int32).reshape(image_shape)
-        oriented = np.ascontiguousarray(to_path_frame(numbers, path.orientation))
+        oriented = np.ascontiguousarray(to_path(numbers, path.orientation))
         sources = oriented.ravel()[sources]
     return (
-        np.ascontiguousarray(from_path_frame(grid[:rows, :columns], path.orientation)),
-        np.ascontiguousarray(from_path_frame(sources[:rows, :columns], path.orientation)),
+        np.ascontiguousarray(from_path(grid[:rows, :columns], path.orientation)),
+        np.ascontiguousarray(from_path(sources[:rows, :columns], path.orientation)),
     )
 
 
 def _tiles_a_call(oriented: OrientedImage, search: Search) -> int:
     cells = 2 * search.template * search.overlap * len(oriented.pyramid.sums)
-    terms = cells // search.unit**2 * oriented.energies[0, 0].size
+    terms = cells // search.block_size**2 * oriented.energies[0, 0].size
     return min(max(TERMS_A_CALL // terms, 1), MAX_TILES_A_CALL)
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import draw_template, simulate_raster
 from ccwsim.engine.stages.conditioning import data_grid
@@ -86,15 +88,25 @@ def is_compiled(study: Study, image: PreparedImage) -> bool:
     return _ways(study, image) in _compiled
 
 
-def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
-    """Run each kernel of a study once, on next to nothing, before realizations are timed."""
+def compile_kernels(
+    study: Study,
+    image: PreparedImage,
+    watch: Watch,
+    on_kernel: Callable[[int, int, str], None] | None = None,
+) -> None:
+    """Run each kernel of a study once, on next to nothing, before realizations are timed.
+
+    Where kernels must be compiled, `on_kernel(n_done, n_total, name)` is called before each of
+    them, and once at the end with n_done = n_total.
+    """
     if is_compiled(study, image):
         return
     cells = np.argwhere(np.ones((8, 8))) if study.hard_data.n else np.empty((0, 2), int)
     codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]  # none can be met at once
     data = HardData(cells, codes)
     tiny = Study(study.training_image, Grid(8, 8), study.parameters, data, 0)
-    simulate_realization(tiny, 0, image, False, watch)
+    with reported_compilation(on_kernel):
+        simulate_realization(tiny, 0, image, False, watch)
     _compiled.add(_ways(study, image))
 
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds, resimulate
-from ccwsim.model.arrays import readonly
+from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.study import Study, check_int
+from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch, n_cores, run_all
 
 
@@ -58,7 +58,7 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     study = Study(
         ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
     )
-    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, least=1)
+    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()
     indices = ensemble.indices.copy()
     kept = ensemble.sources

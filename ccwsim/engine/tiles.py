@@ -35,7 +35,7 @@ class Search(NamedTuple):
 
     template: int
     overlap: int
-    unit: int
+    block_size: int
     n_candidates: int
     co_template: int
     share: float
@@ -122,7 +122,7 @@ def make_workspace(oriented, search):
     """Return the arrays to work in."""
     template = search.template
     scores = np.zeros_like(oriented.energies[0, 0])
-    n_terms = 2 * len(oriented.pyramid.sums) * template * search.overlap // search.unit**2
+    n_terms = 2 * len(oriented.pyramid.sums) * template * search.overlap // search.block_size**2
     return Workspace(
         scores,
         np.empty(scores.shape, np.int64),
@@ -165,7 +165,7 @@ def simulate_patch(
         As in `simulate_tiles`.
     """
     image, bits, sums, phases = pyramid
-    overlap, unit = search.overlap, search.unit
+    overlap, unit = search.overlap, search.block_size
     scores, totals, places = room.scores, room.totals, room.places
     n_terms = overlap_terms(grid, y0, x0, size, overlap, unit, shape, len(sums), room.terms)
     score_places(sums, room.terms, n_terms, energy, scores)

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.timing_case import TimingCase, data_cases, grid_cases, usual_seconds
-from ccwsim.model.arrays import frozen
+from ccwsim.model.arrays import check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import check_int
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import Progress
@@ -92,7 +91,7 @@ def time_study(
     >>> time_study(stripes, (40, 50), p, n_realizations=2).cpu_seconds.shape
     (2,)
     """
-    grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, least=1)
+    grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
     batch = max(min(CELLS_AT_ONCE // (grid.ny * grid.nx), n), 1)
     seconds, wrong = [], []
     for first in range(0, n, batch):
@@ -177,7 +176,7 @@ def time_cases(
     Cancelled
         Where `cancel` returned True; what was yielded before stays good.
     """
-    seed = check_int("seed", seed, least=0)
+    seed = check_int("seed", seed, 0)
     for case in cases:
         if not 0 <= case.n_data <= case.n_cells:
             raise CCWSIMError(

@@ -8,11 +8,11 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any, get_args
 
 from ccwsim.io.data_file import printable
+from ccwsim.model.arrays import check_int
 from ccwsim.model.choices import EMap, Shown
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import check_int
 
 MAX_REALIZATIONS = 1_000_000
 MAX_LETTERS = 10_000
@@ -60,18 +60,18 @@ def checked(given: Any, name: str, format: str, version: int) -> Settings:
     if said > version:
         raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this one")
     image = _take(given, "training_image", dict, name)
-    n = check_int(f"{name}: n_realizations", given.get("n_realizations"), least=1)
+    n = check_int(f"{name}: n_realizations", given.get("n_realizations"), 1)
     if n > MAX_REALIZATIONS:
         raise CCWSIMError(f"{name}: {n} realizations are too many")
     return Settings(
         printable(_take(image, "name", str, name)),
         [printable(own) for own in _texts(image, "facies_names", name)],
         _colours(_take(image, "colours", list, name), name),
-        check_int(f"{name}: n_hard_data", given.get("n_hard_data"), least=0),
+        check_int(f"{name}: n_hard_data", given.get("n_hard_data"), 0),
         _known(_take(given, "grid", dict, name), Grid, name),
         _known(_take(given, "parameters", dict, name), Parameters, name),
         n,
-        check_int(f"{name}: seed", given.get("seed"), least=0),
+        check_int(f"{name}: seed", given.get("seed"), 0),
         _shown(_take(given, "shown", dict, name), name),
         _link(_take(given, "link", dict, name), name),
         {
@@ -128,7 +128,7 @@ def _shown(given: dict[str, Any], name: str) -> Shown:
     if e_type not in get_args(EMap):
         raise CCWSIMError(f"{name}: {shown(e_type)} is no map of uncertainty")
     return Shown(
-        check_int(f"{name}: realization", given.get("realization"), least=0),
-        check_int(f"{name}: facies", given.get("facies"), least=0),
+        check_int(f"{name}: realization", given.get("realization"), 0),
+        check_int(f"{name}: facies", given.get("facies"), 0),
         e_type,
     )

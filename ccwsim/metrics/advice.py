@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ccwsim.metrics.spacing import Spacing
-from ccwsim.model.arrays import whole_number
+from ccwsim.model.arrays import check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.grid import Grid
 
@@ -40,7 +40,7 @@ def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    side = whole_number("template_size", template_size, 1, 2**31)
+    side = check_int("template_size", template_size, 1, 2**31)
     ny, nx = Grid.of(shape).shape
     return (ny // side) * (nx // side)
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.stack import as_indices
-from ccwsim.model.arrays import whole_number
+from ccwsim.model.arrays import check_int
 
 TIE = 1e-9
 """Shares closer than this are equal, so that rounding does not decide."""
@@ -41,7 +41,7 @@ def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArr
            [0, 1]], dtype=uint8)
     """
     image = as_indices(indices, n_facies)[0]
-    factor = whole_number("coarsening factor", factor, 1, min(image.shape))
+    factor = check_int("coarsening factor", factor, 1, min(image.shape))
     if factor == 1:
         return image.copy()
     rows, row_weights = _taps(image.shape[0], factor)

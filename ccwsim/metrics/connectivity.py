@@ -12,7 +12,7 @@ from scipy import ndimage
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.directions import Direction, as_lags, check_offsets, lag_offsets
 from ccwsim.metrics.stack import Fraction, as_image, as_stack, in_pieces, map_parallel
-from ccwsim.model.arrays import whole_number
+from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
 _TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool)}
@@ -72,7 +72,7 @@ def connected_geobodies(
     """
     if not isinstance(neighbours, (int, np.integer)) or neighbours not in _TOUCHING:
         raise CCWSIMError(f"neighbours = {shown(neighbours)} must be 4 or 8")
-    inside = as_image(image) == whole_number("facies", facies, -(2**31), 2**31)
+    inside = as_image(image) == check_int("facies", facies, -(2**31), 2**31)
     labels = np.empty(inside.shape, np.int32)
     ndimage.label(inside, _TOUCHING[neighbours], output=labels)
     return labels, int(labels.max())

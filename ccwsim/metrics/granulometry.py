@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.stack import as_image
-from ccwsim.model.arrays import whole_number
+from ccwsim.model.arrays import check_int
 
 THICK_SHARE = 0.95
 """A facies is as thick as the squares that keep so much of it."""
@@ -64,8 +64,8 @@ def granulometry(
     >>> granulometry(river, 1).thickness()
     3
     """
-    max_size = whole_number("max_size", max_size, 1, 2**31)
-    inside = as_image(image) == whole_number("facies", facies, 0, 2**31)
+    max_size = check_int("max_size", max_size, 1, 2**31)
+    inside = as_image(image) == check_int("facies", facies, 0, 2**31)
     total = int(inside.sum())
     kept: list[float] = []
     for size in range(1, min(max_size, *inside.shape) + 1):

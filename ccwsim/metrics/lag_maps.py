@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ccwsim.model.arrays import whole_number
+from ccwsim.model.arrays import check_int
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
@@ -22,7 +22,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
     >>> lags_of_map(1, (5, 5))
     array([-1,  0,  1])
     """
-    max_lag = whole_number("max_lag", max_lag, 1, min(shape) - 1)
+    max_lag = check_int("max_lag", max_lag, 1, min(shape) - 1)
     return np.arange(-max_lag, max_lag + 1)
 
 

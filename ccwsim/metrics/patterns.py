@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.stack import Fraction, as_indices, map_parallel
-from ccwsim.model.arrays import as_array, as_integers, whole_number
+from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.system.workers import check_stop
 
 PATTERN_SIZE = 4
@@ -68,7 +68,7 @@ def pattern_histogram(
     (array([2, 4, 9], dtype=uint64), array([0.25, 0.25, 0.5 ]))
     """
     image = as_indices(indices, n_facies)[0]
-    size = whole_number("pattern size", size, 1, min(image.shape))
+    size = check_int("pattern size", size, 1, min(image.shape))
     fits = size * size * np.log2(max(n_facies, 2)) < 64
     base = n_facies if fits else 0
     if fits and n_facies ** (size * size) <= DENSE:

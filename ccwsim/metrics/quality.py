@@ -12,7 +12,7 @@ from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.directions import Direction
 from ccwsim.metrics.divergence import pattern_distance
 from ccwsim.metrics.etype import facies_counts
-from ccwsim.model.arrays import whole_number
+from ccwsim.model.arrays import check_int
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.system.workers import check_stop
@@ -42,7 +42,7 @@ class Quality:
         Place of the facies that τ is of.
     differing : float
         Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
-    n_mended, n_forced, n_mismatched : float
+    n_resimulated, n_forced, n_mismatched : float
         Hard data met by mending windows, set by force, and not honoured; means over realizations.
     cpu_seconds : float
         CPU time of a realization, median.
@@ -54,7 +54,7 @@ class Quality:
     tau_errors: tuple[float, float]
     facies: int
     differing: float
-    n_mended: float
+    n_resimulated: float
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
@@ -97,7 +97,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     """
     image = ensemble.training_image
     place = image.n_facies - 1 if facies is None else facies
-    place = whole_number("facies", place, 0, image.n_facies - 1)
+    place = check_int("facies", place, 0, image.n_facies - 1)
     each = pattern_distance(ensemble.indices, image.indices, image.n_facies)
     spread = float(each.mean(axis=1).std(ddof=1)) if ensemble.n > 1 else float("nan")
     lags = lags_of(ensemble)
@@ -111,7 +111,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
         ),
         facies=place,
         differing=differing_share(ensemble.indices, image.n_facies),
-        n_mended=float(ensemble.n_mended.mean()),
+        n_resimulated=float(ensemble.n_resimulated.mean()),
         n_forced=float(ensemble.n_forced.mean()),
         n_mismatched=float(ensemble.n_mismatched.mean()),
         cpu_seconds=float(np.median(ensemble.cpu_seconds)),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics.stack import as_indices
-from ccwsim.model.arrays import as_array, as_floats, whole_number
+from ccwsim.model.arrays import as_array, as_floats, check_int
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -94,7 +94,7 @@ def score_reference(
     (0.5, 0.25)
     """
     p, true, mask = _checked(probability, truth, scored)
-    n_realizations = whole_number("n_realizations", n_realizations, 1, 2**53)
+    n_realizations = check_int("n_realizations", n_realizations, 1, 2**53)
     chances = np.take_along_axis(p, true[None], axis=0)[0]
     right = p.argmax(axis=0) == true
     squares = (p**2).sum(axis=0) - 2 * chances + 1
@@ -137,9 +137,9 @@ def calibration(
     (array([nan, 0.5]), array([0, 2]))
     """
     p, true, mask = _checked(probability, truth, scored)
-    n_bins = whole_number("n_bins", n_bins, 1, 10_000)
+    n_bins = check_int("n_bins", n_bins, 1, 10_000)
     if facies is not None:
-        facies = whole_number("facies index", facies, 0, len(p) - 1)
+        facies = check_int("facies index", facies, 0, len(p) - 1)
     which = range(len(p)) if facies is None else [facies]
     chances = np.concatenate([p[k][mask] for k in which])
     came = np.concatenate([(true == k)[mask] for k in which])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import as_floats, whole_number
+from ccwsim.model.arrays import as_floats, check_int
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -51,7 +51,7 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     [-2.0, -1.0, 3.0]
     """
     d = as_floats(distances, "distances")
-    n_dimensions = whole_number("n_dimensions", n_dimensions, 1, 1000)
+    n_dimensions = check_int("n_dimensions", n_dimensions, 1, 1000)
     square = d.ndim == 2 and d.shape[0] == d.shape[1] and len(d) > 0
     if not square or not np.isfinite(d).all() or not np.allclose(d, d.T):
         raise CCWSIMError(f"distances must be a symmetric matrix, not an array of shape {d.shape}")

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, whole_number
+from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
@@ -81,7 +81,7 @@ def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
     dtype('uint8')
     """
     stack = as_stack(images)
-    n_facies = whole_number("n_facies", n_facies, 1, MAX_FACIES)
+    n_facies = check_int("n_facies", n_facies, 1, MAX_FACIES)
     low, high = int(stack.min()), int(stack.max())
     if low < 0 or high >= n_facies:
         wrong = low if low < 0 else high

@@ -60,22 +60,23 @@ def is_whole(value: object) -> TypeGuard[int]:
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
-def whole_number(name: str, value: object, low: int, high: int) -> int:
-    """Return a whole number between two others, themselves included.
+def check_int(name: str, value: object, low: int, high: int | None = None) -> int:
+    """Return a whole number of at least `low` and, where it is given, at most `high`.
 
     Raises
     ------
     CCWSIMError
-        For anything else.
+        For anything else; the message names the bounds.
 
     Examples
     --------
-    >>> whole_number("size", 4, 1, 8)
+    >>> check_int("size", 4, 1, 8)
     4
     """
-    if not is_whole(value) or not low <= value <= high:
-        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number from {low} to {high}")
-    return int(value)
+    if is_whole(value) and low <= value <= (2**63 - 1 if high is None else high):
+        return int(value)
+    bounds = f", at least {low}" if high is None else f" from {low} to {high}"
+    raise CCWSIMError(f"{name} = {shown(value)} must be a whole number{bounds}")
 
 
 def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -86,13 +87,8 @@ class Ensemble:
         return np.array([self.hard_data.n_mismatched(r) for r in self.realizations], dtype=int)
 
     @property
-    def n_met_by_raster(self) -> NDArray[np.int64]:
-        """Hard data that patches of the raster brought, by realization, shape (n,)."""
-        return np.count_nonzero(self.data_status == 0, axis=1)
-
-    @property
-    def n_mended(self) -> NDArray[np.int64]:
-        """Hard data that mending windows brought, by realization, shape (n,)."""
+    def n_resimulated(self) -> NDArray[np.int64]:
+        """Hard data honoured by local re-simulation, by realization, shape (n,)."""
         return np.count_nonzero(self.data_status > 0, axis=1)
 
     @property
@@ -104,6 +100,18 @@ class Ensemble:
     def n_wrong(self) -> NDArray[np.int64]:
         """Hard data left wrong because `exact_data` is off, by realization, shape (n,)."""
         return np.count_nonzero(self.data_status == WRONG, axis=1)
+
+    @property
+    def met_by(self) -> NDArray[np.int16]:
+        """The old name of `data_status`."""
+        warnings.warn("Ensemble.met_by is now data_status", DeprecationWarning, stacklevel=2)
+        return self.data_status
+
+    @property
+    def n_mended(self) -> NDArray[np.int64]:
+        """The old name of `n_resimulated`."""
+        warnings.warn("Ensemble.n_mended is now n_resimulated", DeprecationWarning, stacklevel=2)
+        return self.n_resimulated
 
     @cached_property
     def proportions(self) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.model.arrays import digest, whole_number
+from ccwsim.model.arrays import check_int, digest
 from ccwsim.model.bounds import (
     MAX_CANDIDATES,
     MAX_CO_TEMPLATE,
@@ -164,7 +164,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
 
 
 def _whole(p: Parameters, name: str, low: int, high: int) -> None:
-    object.__setattr__(p, name, whole_number(name, getattr(p, name), low, high))
+    object.__setattr__(p, name, check_int(name, getattr(p, name), low, high))
 
 
 def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bool = False) -> None:

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import is_whole
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.arrays import check_int
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters, legal_sizes
@@ -47,7 +47,7 @@ class Study:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "seed", check_int("seed", self.seed, least=0))
+        object.__setattr__(self, "seed", check_int("seed", self.seed, 0))
         for name, kind in (
             ("training_image", TrainingImage),
             ("grid", Grid),
@@ -65,19 +65,6 @@ class Study:
         """Where the facies of each datum stands in the codes of the training image, shape (n,)."""
         found = np.searchsorted(self.training_image.codes, self.hard_data.facies)
         return found.astype(np.uint8)
-
-
-def check_int(name: str, value: object, *, least: int) -> int:
-    """Return `value` as a whole number of at least `least`, or say what is wrong with it.
-
-    Raises
-    ------
-    CCWSIMError
-        For anything else.
-    """
-    if is_whole(value) and least <= value < 2**63:
-        return int(value)
-    raise CCWSIMError(f"{name} = {shown(value)} must be a whole number, at least {least}")
 
 
 def _check_template(training_image: TrainingImage, p: Parameters) -> None:

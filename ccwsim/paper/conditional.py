@@ -73,8 +73,9 @@ def _maps(
 def _table(free: Ensemble, runs: list[Ensemble]) -> Table:
     rows = [("0", str(free.n), "–", "–", "–", seconds(float(np.median(free.cpu_seconds))))]
     rows += [
-        (str(e.hard_data.n), str(e.n), f"{e.n_mismatched.mean():.1f}", f"{e.n_mended.mean():.1f}",
-         f"{e.n_forced.mean():.1f}", seconds(float(np.median(e.cpu_seconds))))
+        (str(e.hard_data.n), str(e.n), f"{e.n_mismatched.mean():.1f}",
+         f"{e.n_resimulated.mean():.1f}", f"{e.n_forced.mean():.1f}",
+         seconds(float(np.median(e.cpu_seconds))))
         for e in runs
     ]  # fmt: skip
     header = ("data", "realizations", "wrong", "mended", "forced", "CPU time (median)")

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ccwsim.engine.realization import Realization
-from ccwsim.model.arrays import readonly
+from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import Study, check_int
+from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.executors import Work, runner_of
 from ccwsim.run.output import store_of
@@ -98,8 +98,8 @@ def simulate(
         HardData() if hard_data is None else hard_data,
         seed,
     )
-    n = check_int("n_realizations", n_realizations, least=1)
-    first = check_int("first_realization", first_realization, least=0)
+    n = check_int("n_realizations", n_realizations, 1)
+    first = check_int("first_realization", first_realization, 0)
     runner = runner_of(executor, n_workers)
     work = Work(study, first, n, keep_sources)
     try:

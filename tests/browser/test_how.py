@@ -68,7 +68,7 @@ def own_cell(trace: Trace, number: int) -> tuple[int, int]:
     """A cell of the grid in the world that a patch covers first, well inside."""
     p = trace.patches[number]
     y, x = p.y0 + p.size - 4, p.x0 + p.size - 4
-    box = trace.grid_frame.box_to_world(
+    box = trace.grid_frame.box_to_grid(
         min(y, trace.path.shape[0] - 1), min(x, trace.path.shape[1] - 1), 1, 1
     )
     assert trace.patch_of_cell(box.row, box.column) == number
@@ -127,7 +127,7 @@ def check_step(page, trace: Trace, number: int) -> None:
         assert f"{n} coefficients instead of {int(step.in_overlap.sum())} numbers" in said
         assert f"the best is {step.ccw.min():.4g}" in said
         assert f"differ in {int(step.error.sum())} of {int(step.in_overlap.sum())} cells" in said
-        assert f"before it {int(step.kept.sum())} cell" in said
+        assert f"before it {int(step.keep_mask.sum())} cell" in said
     else:
         assert "nothing to compare" in said
     rows = page.locator("table.fates tbody tr").all_inner_texts()
@@ -157,8 +157,8 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
     place = fates(step)[0]
     ny, nx = trace.oriented.pyramid.phases.shape[2:]
     frame = Frame(trace.path.orientation, (ny, nx))
-    at = frame.box_to_world(place.row, place.column, 1, 1)
-    rows, columns = frame.world_shape
+    at = frame.box_to_grid(place.row, place.column, 1, 1)
+    rows, columns = frame.original_shape
     canvas = page.locator(".st-key-how_map_score canvas")
     readout = page.locator(".st-key-how_map_score .readout")
 

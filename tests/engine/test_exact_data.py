@@ -88,7 +88,7 @@ def test_contradictory_data_in_one_block_are_told_for_what_they_are():
     data = HardData(cells, np.array([4, -2])[cells.sum(axis=1) % 2])
     ensemble = simulate(IMAGE, SHAPE, steering(), data, 3)
     assert (ensemble.n_wrong > 0).all()
-    assert (ensemble.n_met_by_raster + ensemble.n_wrong == 16).all()
+    assert ((ensemble.data_status == 0).sum(axis=1) + ensemble.n_wrong == 16).all()
 
 
 def test_a_revision_marks_what_is_wrong_and_changes_no_cell():

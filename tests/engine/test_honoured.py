@@ -70,7 +70,10 @@ def test_every_datum_is_honoured_whatever_is_asked(study):
     rows, columns = data.cells.T
     assert (ensemble.realizations[:, rows, columns] == data.facies).all()
     assert ensemble.n_mismatched.sum() == 0
-    assert (ensemble.n_met_by_raster + ensemble.n_mended + ensemble.n_forced == data.n).all()
+    assert (
+        (ensemble.data_status == 0).sum(axis=1) + ensemble.n_resimulated + ensemble.n_forced
+        == data.n
+    ).all()
 
 
 def test_a_revision_honours_the_edited_data_and_changes_only_windows_around_them(channels):

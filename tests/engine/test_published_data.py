@@ -43,7 +43,7 @@ def test_scattered_data_are_honoured_by_patches_and_windows(data_dir, level):
     ensemble = simulate(ti, (512, 512), p, data, n_realizations=3, seed=1)
     assert data.n == 397
     assert ensemble.n_mismatched.tolist() == [0, 0, 0]
-    assert (ensemble.n_met_by_raster > 0.85 * data.n).all()
+    assert ((ensemble.data_status == 0).sum(axis=1) > 0.85 * data.n).all()
     assert (ensemble.n_forced <= 0.01 * data.n).all()
 
 

@@ -108,7 +108,7 @@ def test_rows_are_what_simulate_and_judge_give(found):
     assert np.array_equal(found.errors(), [row.quality.pattern_distance for row in found.rows])
     assert np.array_equal(found.errors("connection"), [r.quality.tau_error for r in found.rows])
     assert np.array_equal(
-        found.errors("mended"), [r.quality.n_mended + r.quality.n_forced for r in found.rows]
+        found.errors("mended"), [r.quality.n_resimulated + r.quality.n_forced for r in found.rows]
     )
 
 

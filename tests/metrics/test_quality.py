@@ -91,7 +91,7 @@ def test_the_differing_share_is_the_mean_over_pairs(ensemble):
 def test_data_and_time_are_those_of_the_ensemble(ensemble):
     found = judge(ensemble)
     assert found.n == 4
-    assert found.n_mended == ensemble.n_mended.mean()
+    assert found.n_resimulated == ensemble.n_resimulated.mean()
     assert found.n_forced == ensemble.n_forced.mean()
     assert found.n_mismatched == ensemble.n_mismatched.mean()
     assert found.cpu_seconds == np.median(ensemble.cpu_seconds)

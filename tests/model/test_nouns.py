@@ -278,7 +278,7 @@ class TestEnsemble:
             np.testing.assert_allclose(own, [np.mean(realization == code) for code in codes])
 
     def test_every_datum_was_met_in_one_of_three_ways(self, ensemble):
-        ways = ensemble.n_met_by_raster + ensemble.n_mended + ensemble.n_forced
+        ways = (ensemble.data_status == 0).sum(axis=1) + ensemble.n_resimulated + ensemble.n_forced
         assert (ways == ensemble.hard_data.n).all()
         np.testing.assert_array_equal(ensemble.n_mismatched, 0)
 

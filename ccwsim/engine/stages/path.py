@@ -16,12 +16,12 @@ N_ORIENTATIONS = 8
 """Bit 0 starts at the far end of the rows, bit 1 of the columns, bit 2 goes along columns."""
 
 
-def to_path_frame(image: NDArray, orientation: int) -> NDArray:
+def to_path(image: NDArray, orientation: int) -> NDArray:
     """Return a view of `image`, shape (ny, nx), as the path sees it.
 
     Examples
     --------
-    >>> to_path_frame(np.array([[1, 2, 3], [4, 5, 6]]), 5)
+    >>> to_path(np.array([[1, 2, 3], [4, 5, 6]]), 5)
     array([[3, 6], [2, 5], [1, 4]])
     """
     oriented = image.T if orientation & 4 else image
@@ -29,14 +29,14 @@ def to_path_frame(image: NDArray, orientation: int) -> NDArray:
     return oriented[:, ::-1] if orientation & 2 else oriented
 
 
-def from_path_frame(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image` as it lies in the world: undoes `to_path_frame`."""
+def from_path(image: NDArray, orientation: int) -> NDArray:
+    """Return a view of `image` as it lies in the world: undoes `to_path`."""
     oriented = image[:, ::-1] if orientation & 2 else image
     oriented = oriented[::-1] if orientation & 1 else oriented
     return oriented.T if orientation & 4 else oriented
 
 
-def cells_to_path_frame(
+def cells_to_path(
     cells: NDArray[np.int64], shape: tuple[int, int], orientation: int
 ) -> NDArray[np.int64]:
     """Return where cells (row, col), shape (n, 2), of a grid of `shape` lie in the path frame."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.path import cells_to_path_frame, from_path_frame
+from ccwsim.engine.stages.path import cells_to_path, from_path
 
 CORNERS = {(0, 0): "south-west", (0, 1): "south-east", (1, 0): "north-west", (1, 1): "north-east"}
 
@@ -39,32 +39,32 @@ class Frame(NamedTuple):
     shape: tuple[int, int]
 
     @property
-    def world_shape(self) -> tuple[int, int]:
+    def original_shape(self) -> tuple[int, int]:
         """Rows and columns in the world."""
         rows, columns = self.shape
         return (columns, rows) if self.orientation & 4 else (rows, columns)
 
-    def map_to_world(self, image: NDArray) -> NDArray:
+    def map_to_grid(self, image: NDArray) -> NDArray:
         """Return a copy of a map of the path frame as it lies in the world.
 
         Examples
         --------
-        >>> Frame(1, (2, 2)).map_to_world(np.array([[1, 2], [3, 4]])).tolist()
+        >>> Frame(1, (2, 2)).map_to_grid(np.array([[1, 2], [3, 4]])).tolist()
         [[3, 4], [1, 2]]
         """
         rows, columns = self.shape
-        return np.ascontiguousarray(from_path_frame(image[:rows, :columns], self.orientation))
+        return np.ascontiguousarray(from_path(image[:rows, :columns], self.orientation))
 
-    def patch_to_world(self, patch: NDArray) -> NDArray:
+    def patch_to_grid(self, patch: NDArray) -> NDArray:
         """Return a piece of the path frame turned as the world has it."""
-        return np.ascontiguousarray(from_path_frame(patch, self.orientation))
+        return np.ascontiguousarray(from_path(patch, self.orientation))
 
-    def box_to_world(self, y0: int, x0: int, height: int, width: int) -> Box:
+    def box_to_grid(self, y0: int, x0: int, height: int, width: int) -> Box:
         """Return where a box of the path frame lies; what is outside the image is cut off.
 
         Examples
         --------
-        >>> Frame(4, (10, 20)).box_to_world(0, 5, 2, 3)
+        >>> Frame(4, (10, 20)).box_to_grid(0, 5, 2, 3)
         Box(row=5, column=0, height=3, width=2)
         """
         rows, columns = self.shape
@@ -75,7 +75,7 @@ class Frame(NamedTuple):
 
     def cell_to_path(self, row: int, column: int) -> tuple[int, int]:
         """Return the cell of the path frame of a cell of the world."""
-        cells = cells_to_path_frame(np.array([[row, column]]), self.world_shape, self.orientation)
+        cells = cells_to_path(np.array([[row, column]]), self.original_shape, self.orientation)
         return int(cells[0, 0]), int(cells[0, 1])
 
     @property

@@ -62,7 +62,7 @@ class TracedPatch:
         As the search has them: SSD − ΣB², in block sums.
     energy : int
         ΣB² of the overlap, in block sums; 0 where the similarity is the correlation.
-    unit : int
+    block_size : int
         2^J.
     places : ndarray of int64, shape (K, 2)
         The K best in blocks, the candidates first.
@@ -74,7 +74,7 @@ class TracedPatch:
         Where the patch was taken from in the end, in cells.
     cells : ndarray of uint8, shape (size, size)
         The patch.
-    kept : ndarray of bool, shape (size, size)
+    keep_mask : ndarray of bool, shape (size, size)
         Where the cut keeps the grid as it was.
     overlap : int
         OR in cells.
@@ -92,13 +92,13 @@ class TracedPatch:
     blocks: NDArray[np.int64]
     scores: NDArray[np.integer]
     energy: int
-    unit: int
+    block_size: int
     places: NDArray[np.int64]
     n_candidates: int
     drawn: int
     place: tuple[int, int]
     cells: NDArray[np.uint8]
-    kept: NDArray[np.bool_]
+    keep_mask: NDArray[np.bool_]
     overlap: int
     correlation: bool
     data: DataTerms | None
@@ -112,7 +112,7 @@ class TracedPatch:
     @property
     def drawn_place(self) -> tuple[int, int]:
         """The drawn place in cells, before it is shifted to where it fits best."""
-        row, column = self.places[self.drawn] * self.unit
+        row, column = self.places[self.drawn] * self.block_size
         return int(row), int(column)
 
     @cached_property
@@ -135,8 +135,8 @@ class TracedPatch:
     def approximation(self) -> NDArray[np.float64]:
         """Haar coefficients cA_J of the overlap, NaN outside; shape of `blocks`."""
         n = self.blocks.shape[1]  # a part of a split tile need not be whole blocks
-        inside = self.in_overlap[:: self.unit, :: self.unit][:n, :n]
-        return np.where(inside, self.blocks / self.unit, np.nan)
+        inside = self.in_overlap[:: self.block_size, :: self.block_size][:n, :n]
+        return np.where(inside, self.blocks / self.block_size, np.nan)
 
     @property
     def error(self) -> NDArray[np.bool_]:
@@ -152,7 +152,7 @@ class TracedPatch:
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
-        return sums / self.unit**2
+        return sums / self.block_size**2
 
     def best_overlaps(self) -> NDArray[np.int64]:
         """Return the K places with the best overlaps, whatever the data say; in blocks."""

@@ -27,7 +27,7 @@ class ResimulatedWindow(NamedTuple):
         Flat index in the training image of each cell after it, −1 where it was set by force.
     fits : bool
         Whether a patch was found that honours all data and fits; else nothing changed.
-    scar : bool
+    isolated : bool
         Whether the datum was right already and the window heals a scar.
     """
 
@@ -39,7 +39,7 @@ class ResimulatedWindow(NamedTuple):
     after: NDArray[np.uint8]
     sources: NDArray[np.int32]
     fits: bool
-    scar: bool
+    isolated: bool
 
 
 def resimulated_windows(

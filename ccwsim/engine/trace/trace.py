@@ -136,7 +136,7 @@ class Trace:
             image = self.oriented.pyramid.image == facies
             self._coefficients[facies] = decompose(image, self.study.parameters.level)
         row, column = step.places[step.drawn].tolist()
-        size = step.cells.shape[0] // step.unit * step.unit
+        size = step.cells.shape[0] // step.block_size * step.block_size
         return reconstruct(self._coefficients[facies], (row, column), size)
 
     def patch_of_cell(self, row: int, column: int) -> int:
@@ -152,7 +152,7 @@ class Trace:
         """Return what the latest call left in the room."""
         room, search, pyramid = self._laying.room, self.search, self.oriented.pyramid
         n_terms, n_candidates, drawn = room.choice.tolist()
-        blocks = np.zeros((len(pyramid.sums), *(p.size // search.unit,) * 2), np.int64)
+        blocks = np.zeros((len(pyramid.sums), *(p.size // search.block_size,) * 2), np.int64)
         planes, rows, columns, sums = room.terms[:, :n_terms]
         blocks[planes, rows, columns] = sums
         reach = search.co_template * p.size
@@ -170,8 +170,8 @@ class Trace:
         correlation = self.study.parameters.similarity == "correlation"
         return TracedPatch(
             p, before, self._laying.grid.copy(), blocks, room.scores.copy(),
-            0 if correlation else int(np.square(blocks).sum()), search.unit, room.places.copy(),
-            n_candidates, drawn, place,
+            0 if correlation else int(np.square(blocks).sum()), search.block_size,
+            room.places.copy(), n_candidates, drawn, place,
             pyramid.image[ty : ty + p.size, tx : tx + p.size],
             room.kept[: p.size, : p.size].copy(), search.overlap, correlation, data, totals,
         )  # fmt: skip

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ccwsim.experiments.sweep.cost import expected_seconds
 from ccwsim.metrics import Quality, judge
+from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import check_int
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import Progress
@@ -22,7 +22,7 @@ from ccwsim.system.workers import Progress
 ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,
     "connection": lambda quality: quality.tau_error,
-    "mended": lambda quality: quality.n_mended + quality.n_forced,
+    "mended": lambda quality: quality.n_resimulated + quality.n_forced,
 }
 """What a setting may be blamed for, as numbers of its `Quality`; less is better."""
 
@@ -129,7 +129,7 @@ def sweep(
     """
     if not len(settings):
         raise CCWSIMError("there is no setting to try: give ranges that fit together")
-    n, grid = check_int("n_realizations", n_realizations, least=1), Grid.of(grid_shape)
+    n, grid = check_int("n_realizations", n_realizations, 1), Grid.of(grid_shape)
     data = HardData() if hard_data is None else hard_data
     sizes = training_image.shape, grid.shape, training_image.n_facies, data.n
     ahead = np.cumsum([0.0, *(expected_seconds(p, *sizes) for p in settings)])

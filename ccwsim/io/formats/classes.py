@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, as_integers, is_whole, whole_number
+from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -96,7 +96,7 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     [3.0]
     """
     array = as_floats(values, "values").ravel()
-    n = whole_number("classes", n, 2, MAX_FACIES)
+    n = check_int("classes", n, 2, MAX_FACIES)
     places = np.arange(1, n) * array.size // n
     edges = np.unique(np.partition(array, places)[places] if array.size else array)
     edges = edges[edges > array.min()] if array.size else edges

@@ -6,8 +6,8 @@ import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from typing import Any
 
+from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.study import check_int
 from ccwsim.run.executors.batches import Batches
 from ccwsim.run.executors.cluster import Cluster
 from ccwsim.run.executors.pool import Pool
@@ -29,7 +29,7 @@ def runner_of(executor: Any, n_workers: int | None) -> Runner:
     >>> type(runner_of(None, 2)).__name__
     'Threads'
     """
-    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, least=1)
+    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     if executor is None:
         return Threads(workers)
     if isinstance(executor, ThreadPoolExecutor):

@@ -28,7 +28,7 @@ def figures_table(found: Comparison) -> str:
     heads = ("CPU a realization", f"to {found.names[0]}", *data_heads, "from the image", "variety")
     rows = []
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
-        data = (e.n_mismatched, e.n_mended, e.n_forced) if with_data else ()
+        data = (e.n_mismatched, e.n_resimulated, e.n_forced) if with_data else ()
         cells = [
             seconds(found.cpu_seconds[k]),
             f"{found.cpu_seconds[k] / found.cpu_seconds[0]:.2f} ×",
@@ -62,7 +62,7 @@ def settings_csv(found: Comparison) -> bytes:
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
         figures = (
             found.cpu_seconds[k], found.cpu_seconds[k] / found.cpu_seconds[0],
-            e.n_mismatched.mean(), e.n_mended.mean(), e.n_forced.mean(), found.distance[k],
+            e.n_mismatched.mean(), e.n_resimulated.mean(), e.n_forced.mean(), found.distance[k],
             found.variety[k], *found.proportions[k].mean(axis=0),
         )  # fmt: skip
         values = [getattr(e.parameters, n) for n in names]
@@ -85,7 +85,7 @@ def realizations_csv(found: Comparison) -> bytes:
             placed = np.column_stack([found.distances[k], places])
         for r in range(e.n):
             numbers = (*found.proportions[k][r], *placed[r])
-            data = (int(each[r]) for each in (e.n_mismatched, e.n_mended, e.n_forced))
+            data = (int(each[r]) for each in (e.n_mismatched, e.n_resimulated, e.n_forced))
             own = [name, r + 1, f"{e.cpu_seconds[r]:.6g}", *data]
             lines.append([*own, *(f"{number:.6g}" for number in numbers)])
     return as_csv(head, lines)

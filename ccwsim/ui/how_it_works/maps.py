@@ -139,9 +139,9 @@ def grid_map(view: PatchView) -> CellMap:
         indices = np.where(known & ~lit, n + 1 + indices, indices)
     dim = [mixed(c, view.theme.paper, DIM) for c in view.colours] if has_dim else []
     names = list(view.image.facies_names)
-    box = frame.box_to_world(p.y0, p.x0, p.size, p.size)
+    box = frame.box_to_grid(p.y0, p.x0, p.size, p.size)
     return CellMap(
-        indices=frame.map_to_world(indices.astype(np.uint8)),
+        indices=frame.map_to_grid(indices.astype(np.uint8)),
         colours=[*view.colours, view.theme.hairline, *dim],
         labels=[*names, "not simulated yet", *(names if has_dim else [])],
         alt=f"The grid before patch {p.number + 1}, with its overlap in full colour",
@@ -157,7 +157,7 @@ def _conditioning_points(view: PatchView) -> list[list[int]]:
     """Return the data that condition this patch as points of the grid."""
     points = []
     for datum in view.step.data.seen if view.step.data is not None else ():
-        box = view.trace.grid_frame.box_to_world(datum.row, datum.column, 1, 1)
+        box = view.trace.grid_frame.box_to_grid(datum.row, datum.column, 1, 1)
         points.append([box.row, box.column, datum.facies, 0])
     return points
 
@@ -173,7 +173,7 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
     def centre(tile: int) -> list[float]:
         y, x = (k * stride + half for k in divmod(tile, n))
         y, x = min(y, rows - 1), min(x, columns - 1)
-        box = trace.grid_frame.box_to_world(int(y), int(x), 1, 1)
+        box = trace.grid_frame.box_to_grid(int(y), int(x), 1, 1)
         return [box.row + 0.5, box.column + 0.5]
 
     return [centre(tile) for tile in ends]
@@ -186,7 +186,7 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
     if with_data:
         name, absent = "CCW + data", f"{absent}, or not searched"
         if step.totals is not None:
-            shown = (step.totals + step.energy) / step.unit**2
+            shown = (step.totals + step.energy) / step.block_size**2
             if step.data is not None:
                 shown = np.where(step.data.ruled_out, np.nan, shown)
     whole = np.full(frame.shape, np.nan)
@@ -195,7 +195,7 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
     colours = CIVIDIS if step.correlation and not with_data else CIVIDIS[::-1]
     scale = Scale(name, low, high, colours, absent)
     alt = f"CCW score map of patch {step.patch.number + 1}"
-    found = value_map(frame.map_to_world(whole), scale, view.theme, alt)
+    found = value_map(frame.map_to_grid(whole), scale, view.theme, alt)
     if not step.patch.shape and low == high:
         return replace(found, strip=None)
     return found
@@ -209,7 +209,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
     step, drawn = view.step, view.theme.reference
 
     def box_of(location: PlaceFate) -> Box:
-        return frame.box_to_world(location.row * scale, location.column * scale, scale, scale)
+        return frame.box_to_grid(location.row * scale, location.column * scale, scale, scale)
 
     marks = []
     for location, label in list(zip(view.locations, labels, strict=True))[1:MAX_MARKS]:
@@ -217,10 +217,10 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
         colour, kind = (CANDIDATE, "ring") if is_candidate else (REJECTED, "cross")
         marks.append(box_mark(box_of(location), colour, label, kind))
     marks.sort(key=lambda m: m["kind"])  # rings over crosses
-    shift = scale / step.unit
+    shift = scale / step.block_size
     row, column = (int(at * shift) for at in step.drawn_place)
     side = round(step.patch.size * shift)
-    marks.append(box_mark(frame.box_to_world(row, column, side, side), drawn, "drawn"))
+    marks.append(box_mark(frame.box_to_grid(row, column, side, side), drawn, "drawn"))
     marks.append(box_mark(box_of(view.locations[0]), drawn, labels[0], "disc"))
     return marks
 
@@ -236,7 +236,7 @@ def error_map(view: PatchView) -> CellMap:
 
 def cut_map(view: PatchView) -> CellMap:
     """Return which cells of the patch stay as they were, and which are pasted."""
-    indices = np.where(view.step.kept, 0, np.where(view.step.in_overlap, 1, 2))
+    indices = np.where(view.step.keep_mask, 0, np.where(view.step.in_overlap, 1, 2))
     colours = [KEPT, PASTED, mixed(PASTED, view.theme.paper, 0.6)]
     return _classes(
         view, indices, colours, ["kept", "pasted", "pasted, beyond the overlap"], "Cut mask"
@@ -246,7 +246,7 @@ def cut_map(view: PatchView) -> CellMap:
 def _classes(
     view: PatchView, indices: NDArray, colours: list[str], labels: list[str], alt: str
 ) -> CellMap:
-    shown = view.trace.grid_frame.patch_to_world(indices.astype(np.uint8))
+    shown = view.trace.grid_frame.patch_to_grid(indices.astype(np.uint8))
     return CellMap(
         shown, colours, labels, alt, keys=list(zip(labels[:2], colours[:2], strict=True))
     )

@@ -268,15 +268,15 @@ def _draw_overlap(how: How, view: PatchView) -> None:
     step, image, frame = view.step, view.image, view.trace.grid_frame
     panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if view.level else "2 Overlap")
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
-    shown = view.patch_map(frame.patch_to_world(old), "The overlap")
+    shown = view.patch_map(frame.patch_to_grid(old), "The overlap")
     draw_map(shown, "how_map_overlap", max_height=SMALL, tools=False)
     if view.level:
         plane = facies = how.facies
         if len(step.blocks) == 1:
             plane, facies = 0, min(1, image.n_facies - 1)
         name = image.facies_names[facies]
-        scale = Scale(f"cA of {name}:", 0.0, float(step.unit), absent="not in the overlap")
-        values = frame.patch_to_world(step.approximation[plane])
+        scale = Scale(f"cA of {name}:", 0.0, float(step.block_size), absent="not in the overlap")
+        values = frame.patch_to_grid(step.approximation[plane])
         shown = value_map(values, scale, view.theme, f"Approximation of {name}")
         draw_map(shown, "how_map_approximation", max_height=SMALL, tools=False)
     say(describe_overlap(view), "section 4.2 · Algorithm 1, lines 8 and 9")
@@ -294,7 +294,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
     if ground == "image":
         alt = f"Training image {image.name}"
         shown = facies_map(image.indices, image, view.colours, alt)
-        frame, scale = trace.image_frame, trace.search.unit
+        frame, scale = trace.image_frame, trace.search.block_size
     else:
         shown = score_map(view, ground == "costs")
         frame, scale = view.block_frame, 1
@@ -310,8 +310,8 @@ def _draw_pasting(view: PatchView) -> None:
     step, frame, p = view.step, view.trace.grid_frame, view.step.patch
     panel_title("4 Drawn patch → cut → pasted")
     part = np.s_[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size]
-    new, after = (frame.patch_to_world(a) for a in (step.cells, step.after[part]))
-    inside = frame.box_to_world(p.y0, p.x0, p.size, p.size)
+    new, after = (frame.patch_to_grid(a) for a in (step.cells, step.after[part]))
+    inside = frame.box_to_grid(p.y0, p.x0, p.size, p.size)
     shown = {
         "drawn patch": view.patch_map(new, "The drawn patch"),
         "error surface": error_map(view),
@@ -332,7 +332,7 @@ def _draw_pasting(view: PatchView) -> None:
 
 def _draw_bands(how: How, view: PatchView) -> None:
     """Draw the sub-bands of the image at the level of the search, the drawn location marked."""
-    image, level, unit = view.image, view.level, view.step.unit
+    image, level, unit = view.image, view.level, view.step.block_size
     with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}")
         if image.n_facies > 2:
@@ -346,7 +346,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
         say(f"{none} Choose level 1 or more to see them.", "section 3.1")
         return
     bands = _bands(image.digest, how.facies, level, image)
-    box = view.trace.image_frame.box_to_world(*view.step.drawn_place, *view.step.cells.shape)
+    box = view.trace.image_frame.box_to_grid(*view.step.drawn_place, *view.step.cells.shape)
     in_blocks = box._replace(**{side: size / unit for side, size in box._asdict().items()})
     mark = box_mark(in_blocks, view.theme.reference, "the drawn patch")
     with st.container(key="how_bands"):

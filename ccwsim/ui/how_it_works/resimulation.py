@@ -65,14 +65,20 @@ def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[Res
         found.setdefault(window.datum, []).append(window)
 
     def largest(datum: int) -> int:
-        return max((w.size for w in found[datum] if w.fits and not w.scar), default=0)
+        return max((w.size for w in found[datum] if w.fits and not w.isolated), default=0)
 
     return {datum: found[datum] for datum in sorted(found, key=largest, reverse=True)}
 
 
 def _n_terms(trace: Trace) -> float:
     energies, search = trace.oriented.energies, trace.search
-    terms = 2 * search.template * search.overlap / search.unit**2 * len(trace.oriented.pyramid.sums)
+    terms = (
+        2
+        * search.template
+        * search.overlap
+        / search.block_size**2
+        * len(trace.oriented.pyramid.sums)
+    )
     return len(trace.patches) * energies[0, 0].size * terms
 
 
@@ -112,7 +118,7 @@ def _draw_windows(
     trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
 ) -> None:
     captions = [describe_window(window) for window in windows if not window.fits]
-    if not any(w.fits for w in windows) and not all(w.scar for w in windows):
+    if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
         captions.append("Then the window of a nearby datum corrected this one too.")
     if captions:
         st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
@@ -132,7 +138,7 @@ def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: 
         shown.points.extend([*at, int(cells[at[0], at[1]] != at[2])] for at in data)
         return shown
 
-    key = f"{w.datum}_{w.size}_{w.scar}"
+    key = f"{w.datum}_{w.size}_{w.isolated}"
     with st.container(width=2 * SMALL + 16, key=f"how_window_{key}"):
         st.html(f'<p class="caption">{describe_window(w)}</p>')
         shown = {"before": w.before, "after": w.after}

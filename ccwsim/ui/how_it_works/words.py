@@ -71,8 +71,8 @@ def describe_overlap(view: PatchView) -> str:
     n = int((step.approximation == step.approximation)[0].sum())
     return (
         f"The overlap is {format_count(n_cells, 'cell')}. Its Haar approximation at level {level} "
-        f"keeps one number a block of {step.unit} × {step.unit} cells, {step.unit} times their "
-        f"mean: <b>{format_count(n, 'coefficient')}</b> instead of "
+        f"keeps one number a block of {step.block_size} × {step.block_size} cells, "
+        f"{step.block_size} times their mean: <b>{format_count(n, 'coefficient')}</b> instead of "
         f"{format_count(n_cells, 'number')}."
     )
 
@@ -117,7 +117,7 @@ def describe_cut(step: TracedPatch) -> str:
     """Return what the cut keeps."""
     if not step.patch.shape:
         return "Nothing to cut: the whole patch is pasted."
-    wrong, kept = int(step.error.sum()), int(step.kept.sum())
+    wrong, kept = int(step.error.sum()), int(step.keep_mask.sum())
     n_cells = int(step.in_overlap.sum())
     return (
         f"Patch and grid differ in {wrong} of {format_count(n_cells, 'cell')} of the overlap. The "
@@ -128,7 +128,7 @@ def describe_cut(step: TracedPatch) -> str:
 
 def describe_inverse(step: TracedPatch, largest: float) -> str:
     """Return what the inverse transform gives: how far, at most, it is from the image's slice."""
-    size, n = len(step.cells), len(step.cells) // step.unit
+    size, n = len(step.cells), len(step.cells) // step.block_size
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
         f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
@@ -168,8 +168,8 @@ def is_rejected(location: PlaceFate) -> bool:
 
 def xy_of(trace: Trace, row: int, column: int, size: int) -> str:
     """Return the south-west cell in the image of a patch at a location in blocks, as (x, y)."""
-    unit = trace.search.unit
-    box = trace.image_frame.box_to_world(row * unit, column * unit, size, size)
+    unit = trace.search.block_size
+    box = trace.image_frame.box_to_grid(row * unit, column * unit, size, size)
     return f"({box.column}, {box.row})"
 
 
@@ -255,7 +255,7 @@ def describe_window(w: ResimulatedWindow) -> str:
         return "Forced: no window fitted, so the cell alone was changed."
     if not w.fits:
         outcome = "no patch of the image honours all its data and fits"
-    elif w.scar:
+    elif w.isolated:
         outcome = "joins an isolated datum, honoured already, to its surroundings"
     else:
         outcome = "a patch fits and honours all its data"

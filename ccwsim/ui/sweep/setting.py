@@ -70,7 +70,7 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
     if row.quality.n > 1:
         each.append(("Cells that differ (%)", [100 * r.quality.differing for r in rows], max))
     if run.hard_data.n:
-        mended = [r.quality.n_mended + r.quality.n_forced for r in rows]
+        mended = [r.quality.n_resimulated + r.quality.n_forced for r in rows]
         each.append((f"Data mended, of {run.hard_data.n}", mended, min))
         each.append(("Data not honoured", [r.quality.n_mismatched for r in rows], min))
     each.append(("CPU time (ms)", [1000 * r.quality.cpu_seconds for r in rows], min))

@@ -50,7 +50,7 @@ def numbers_of(row: Row) -> dict[str, Any]:
         "wavelet_level": row.parameters.level,
         "pattern_full": full, "pattern_half": half, "pattern_third": third,
         "tau_error_EW": q.tau_errors[0], "tau_error_NS": q.tau_errors[1],
-        "differing": q.differing, "mended": q.n_mended, "forced": q.n_forced,
+        "differing": q.differing, "mended": q.n_resimulated, "forced": q.n_forced,
         "not_honoured": q.n_mismatched, "cpu_ms": 1000 * q.cpu_seconds,
     }  # fmt: skip
 

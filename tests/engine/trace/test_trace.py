@@ -86,7 +86,7 @@ def test_the_patches_are_laid_one_on_the_other(trace):
         step = trace.at(number)
         assert np.array_equal(step.before, last)
         last = step.after
-    assert np.array_equal(trace.grid_frame.map_to_world(last), trace.before_mending)
+    assert np.array_equal(trace.grid_frame.map_to_grid(last), trace.before_mending)
 
 
 def test_any_patch_is_the_same_again_in_any_order(trace):
@@ -142,7 +142,7 @@ def test_what_data_cost_is_what_was_added_to_the_scores(trace):
         step = trace.at(number)
         if step.data is None or p.location_weight:
             continue
-        d, unit = step.data, step.unit
+        d, unit = step.data, step.block_size
         cost = [int(w * trace.search.datum_cost) for w in d.weights[:3]]
         costs = d.missed * cost[0] + d.held * cost[1]
         far_y, far_x = (np.array(trace.oriented.pyramid.phases.shape[2:]) - d.reach // unit).clip(0)
@@ -156,7 +156,7 @@ def test_what_data_cost_is_what_was_added_to_the_scores(trace):
 
 
 def missed_one_by_one(trace: Trace, step) -> None:
-    turned, unit, d = trace.oriented.pyramid.image, step.unit, step.data
+    turned, unit, d = trace.oriented.pyramid.image, step.block_size, step.data
     for py, px in step.places[:3]:
         missed = [
             turned[py * unit + s.row - step.patch.y0, px * unit + s.column - step.patch.x0]
@@ -182,7 +182,9 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
                 assert step.data.ruled_out[p.row, p.column]
             if p.fate == "data":
                 rows, columns = trace.oriented.pyramid.phases.shape[2:]
-                reach = step.data.reach // step.unit  # data past the image's end cost their chance
+                reach = (
+                    step.data.reach // step.block_size
+                )  # data past the image's end cost their chance
                 ends = p.row + reach > rows or p.column + reach > columns
                 assert p.missed + p.held + p.ahead > 0 or ends
         if step.totals is None or not step.patch.shape:
@@ -196,14 +198,14 @@ def test_the_cut_mask_gives_the_pasted_grid(trace):
         step = trace.at(number)
         y, x, size = step.patch.y0, step.patch.x0, step.patch.size
         wanted = step.before.copy()
-        wanted[y : y + size, x : x + size] = np.where(step.kept, step.old, step.cells)
+        wanted[y : y + size, x : x + size] = np.where(step.keep_mask, step.old, step.cells)
         assert np.array_equal(step.after, wanted)
-        assert not (step.kept & ~step.in_overlap).any()
+        assert not (step.keep_mask & ~step.in_overlap).any()
         assert np.array_equal(step.error, (step.old != step.cells) & step.in_overlap)
 
 
 def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trace):
-    turned, unit = trace.oriented.pyramid.image, trace.search.unit
+    turned, unit = trace.oriented.pyramid.image, trace.search.block_size
     for number in sample(trace):
         step = trace.at(number)
         (ty, tx), size = step.drawn_place, step.patch.size
@@ -250,10 +252,10 @@ def test_a_frame_puts_everything_where_it_lies(orientation):
     numbers = np.zeros(shape, int)
     for row, column in np.argwhere(world >= 0):
         numbers[frame.cell_to_path(int(row), int(column))] = world[row, column]
-    assert np.array_equal(frame.map_to_world(numbers), world)
-    box = frame.box_to_world(2, 1, 3, 2)
+    assert np.array_equal(frame.map_to_grid(numbers), world)
+    box = frame.box_to_grid(2, 1, 3, 2)
     part = world[box.row : box.row + box.height, box.column : box.column + box.width]
-    assert np.array_equal(part, frame.patch_to_world(numbers[2:5, 1:3]))
+    assert np.array_equal(part, frame.patch_to_grid(numbers[2:5, 1:3]))
     first, second = np.argwhere(world == numbers[0, 0])[0], np.argwhere(world == numbers[0, 1])[0]
     corners = {"south": first[0] == 0, "north": first[0] == 5,
                "west": first[1] == 0, "east": first[1] == 8}  # fmt: skip

@@ -98,7 +98,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.patch.shape:
             n = int(step.error.sum())
             assert f"differ in {n} of {int(step.in_overlap.sum())}" in said
-            assert f"before it {int(step.kept.sum())} cell" in said
+            assert f"before it {int(step.keep_mask.sum())} cell" in said
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
@@ -224,14 +224,14 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
         view = PatchView(trace, step, locations, colours, theme)
         shown = grid_map(view)
         assert shown.indices.shape == trace.study.grid.shape
-        world = trace.grid_frame.map_to_world(step.before)
+        world = trace.grid_frame.map_to_grid(step.before)
         lit = shown.indices < 2
         assert np.array_equal(shown.indices[lit], world[lit])
         assert np.array_equal(shown.indices == 2, world == 255)
-        within = trace.grid_frame.box_to_world(
+        within = trace.grid_frame.box_to_grid(
             step.patch.y0, step.patch.x0, step.patch.size, step.patch.size
         )
-        n_lit = trace.grid_frame.map_to_world(_in_overlap(step)).sum()
+        n_lit = trace.grid_frame.map_to_grid(_in_overlap(step)).sum()
         assert lit.sum() == n_lit
         assert shown.marks[0]["row"] == within.row
 

@@ -305,7 +305,7 @@ def test_ways_of_meeting_data_add_up(ensemble):
     assert names[0] == "raster"
     assert names[-1] == "forced"
     assert shares.sum(axis=1) == pytest.approx(1)
-    assert shares[:, 0] * 3 == pytest.approx(ensemble.n_met_by_raster)
+    assert shares[:, 0] * 3 == pytest.approx((ensemble.data_status == 0).sum(axis=1))
     assert shares[:, -1] * 3 == pytest.approx(ensemble.n_forced)
     assert said_match(ensemble) == "all 3 honoured in all 4 realizations"
     assert wrong_points(ensemble) == []
