@@ -1,0 +1,27 @@
+"""The stored realizations of the first study are those that `simulate` gives."""
+
+import numpy as np
+
+from ccwsim import datasets, simulate
+from ccwsim.datasets.default_study import stored_ensemble
+from ccwsim.model.choices import Choices
+
+
+def test_stored_realizations_are_those_of_simulate():
+    choices, stored = Choices(), stored_ensemble()
+    own = simulate(
+        datasets.load(choices.image.bundled),
+        choices.grid,
+        choices.parameters,
+        datasets.load_hard_data(choices.data.bundled),
+        choices.n_realizations,
+        choices.seed,
+    )
+    assert stored.digest == own.digest
+    np.testing.assert_array_equal(stored.data_status, own.data_status)
+    np.testing.assert_array_equal(stored.numbers, own.numbers)
+    assert not stored.n_mismatched.any()
+
+
+def test_no_time_of_another_machine_is_stored():
+    assert np.isnan(stored_ensemble().cpu_seconds).all()

@@ -1,0 +1,27 @@
+"""Write the realizations of the dashboard's first study: `python -m tools.default_study`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ccwsim import datasets, simulate
+from ccwsim.datasets.default_study import STORED
+from ccwsim.model.choices import Choices
+
+
+def write() -> None:
+    """Simulate the default study and store a bit a cell; it has two facies."""
+    choices = Choices()
+    e = simulate(
+        datasets.load(choices.image.bundled),
+        choices.grid,
+        choices.parameters,
+        datasets.load_hard_data(choices.data.bundled),
+        choices.n_realizations,
+        choices.seed,
+    )
+    np.savez_compressed(STORED, bits=np.packbits(e.indices), data_status=e.data_status)
+
+
+if __name__ == "__main__":
+    write()
