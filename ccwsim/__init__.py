@@ -10,6 +10,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ccwsim.model.deprecation import MovedModules
+
 if TYPE_CHECKING:
     from ccwsim import datasets as datasets
     from ccwsim import experiments as experiments
@@ -71,6 +73,13 @@ _HOMES = {
     "write_realizations": "io",
 }
 """The module of each public name."""
+_MOVED = {
+    "comparison": "experiments.comparison",
+    "sweep": "experiments.sweep",
+    "timing": "experiments.timing",
+    "trace": "engine.trace",
+}
+"""Public modules by their old names, found for one more release."""
 _FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
 """Modules that `import ccwsim` alone makes available."""
 
@@ -78,7 +87,7 @@ _FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         value = getattr(import_module(f"ccwsim.{_HOMES[name]}"), name)
-    elif name in _FOLDERS:
+    elif name in _FOLDERS or name in _MOVED:
         value = import_module(f"ccwsim.{name}")
     else:
         raise AttributeError(f"module 'ccwsim' has no attribute {name!r}")
@@ -88,3 +97,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__, *_FOLDERS})
+
+
+MovedModules.install({f"ccwsim.{old}": f"ccwsim.{new}" for old, new in _MOVED.items()})

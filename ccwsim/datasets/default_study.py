@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.datasets.files import ASSETS
-from ccwsim.datasets.images import load
-from ccwsim.datasets.surveys import load_hard_data
+from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data
 from ccwsim.model.arrays import readonly
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
