@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help install run test check format benchmark clean
+.PHONY: help install run test slow check format benchmark clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -17,8 +17,11 @@ $(BIN)/.installed: requirements.txt requirements-dask.txt requirements-dev.txt
 run: install ## Start the dashboard
 	$(BIN)/streamlit run app.py --server.showEmailPrompt=false
 
-test: install ## Run all tests
+test: install ## Run the tests, all but the slow ones
 	$(BIN)/python -m pytest
+
+slow: install ## Run the slow tests
+	$(BIN)/python -m pytest -m slow
 
 check: install ## Look at style and types
 	$(BIN)/ruff check
