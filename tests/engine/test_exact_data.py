@@ -17,7 +17,12 @@ from ccwsim.ui.hard_data.page import said_answer
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import simulation_of
-from ccwsim.ui.validate.data import resimulation_map, said_match, ways_of, wrong_points
+from ccwsim.ui.validate.conditioning import (
+    data_status_shares,
+    describe_match,
+    resimulation_map,
+    wrong_points,
+)
 from ccwsim.ui.widgets.facts import facts_of
 from tests.small_images import blobs
 
@@ -124,10 +129,10 @@ def test_pages_say_how_many_are_wrong():
     assert fact.startswith("exact data off: ")
     assert fact.endswith(f"of 80 data wrong ({100 * n_wrong.mean() / 80:.1f} %)")
     assert f"{n_wrong[1]} wrong, as exact data is off" in said_help(ensemble.data_status[1])
-    names, shares = ways_of(ensemble)
-    assert names == ["raster", "wrong"]
+    names, shares = data_status_shares(ensemble)
+    assert names == ["raster pass", "wrong"]
     assert shares[:, 1] * 80 == pytest.approx(n_wrong)
-    assert "% not honoured" in said_match(ensemble)
+    assert "% not honoured" in describe_match(ensemble)
     assert len(wrong_points(ensemble)) == np.count_nonzero(
         (ensemble.data_status == WRONG).any(axis=0)
     )

@@ -34,7 +34,7 @@ BROKEN = (
     ("examples", "ccwsim.ui.examples.page.expected"),
     ("data", "ccwsim.ui.hard_data.page.problem_of_data"),
     ("validate", "ccwsim.ui.validate.page.draw_summary"),
-    ("validate", "ccwsim.ui.validate.overview.facies_map"),
+    ("validate", "ccwsim.ui.validate.page.facies_map"),
     ("compare", "ccwsim.ui.compare.page.sentences"),
     ("sweep", "ccwsim.ui.sweep.controls.pretty"),
     ("how_it_works", "ccwsim.ui.how_it_works.page.draw_steps"),

@@ -1,8 +1,9 @@
-"""The row of charts: variograms, connection and CPU time, each titled by what it shows."""
+"""The row of charts: variograms, connectivity and CPU time, each titled by what it shows."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from html import escape
 
 import numpy as np
 import streamlit as st
@@ -27,21 +28,21 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     """
     theme = chart_theme()
     name = ensemble.training_image.facies_names[facies]
-    _key(ensemble)
+    draw_band_key(ensemble)
     variograms = [variogram_bundle(ensemble, facies, way) for way in ("E-W", "N-S")]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in variograms)
     with st.container(key="charts"):
         places = st.columns(5 if colours else 4, gap="medium")
     for place, way, bundle in zip(places, ("E–W", "N–S"), variograms, strict=False):
         with place:
-            panel_title(f"Variogram {way}", said(bundle, "varies", 0.05 * top))
+            panel_title(f"Variogram {way}", describe_fit(bundle, "variogram", 0.05 * top))
             chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=(0, top))
             draw_chart(chart, f"variogram_{way[0]}", f"Indicator variogram {way} of {name}")
     with places[2]:
         bundle = connection_bundle(ensemble, facies, "E-W")
-        panel_title("Connection E–W", said(bundle, "connected", 0.02))
+        panel_title("Connectivity E–W", describe_fit(bundle, "connectivity", 0.02))
         chart = curves_chart(bundle, theme, y_title=f"τ of {name}", y_range=(0, 1.04))
-        draw_chart(chart, "connection", f"Probability of connection E–W of {name}")
+        draw_chart(chart, "connection", f"Connectivity function E–W of {name}")
     with places[3]:
         _times(ensemble, theme)
     if colours:
@@ -59,24 +60,18 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     draw_chart(chart, "proportions", "Facies proportions of the realizations and the image")
 
 
-def said(bundle: Bundle, how: str, tolerance: float) -> str:
-    """Say in words how the realizations compare with the training image.
+def describe_fit(bundle: Bundle, what: str, tolerance: float) -> str:
+    """Say how the realizations' curves compare with the training image's; `what` names these.
 
-    Parameters
-    ----------
-    bundle : Bundle
-    how : str
-        What is compared, as "varies" or "connected".
-    tolerance : float
-        As in `alike_up_to`.
+    `tolerance` is that of `alike_up_to`.
     """
     lag = alike_up_to(bundle, tolerance)
     if lag >= bundle.lags[-1]:
-        return f"{how} like the training image"
+        return f"matches the training image's {what}"
     if lag >= FEW:
-        return f"{how} like the training image up to {lag} cells"
-    more = np.nanmean(bundle.median - bundle.reference) > 0
-    return f"{how} {'more' if more else 'less'} than the training image"
+        return f"matches the training image's {what} up to {lag} cells"
+    above = np.nanmean(bundle.median - bundle.reference) > 0
+    return f"{'above' if above else 'below'} the training image's {what}"
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
@@ -86,14 +81,20 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
     draw_chart(chart, "times", "CPU time of each realization")
 
 
-def _key(ensemble: Ensemble) -> None:
+def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
+    """Write what the lines of charts are: each as a border in CSS, and its name."""
+    entries = "".join(
+        f'<span><i style="border-top: {border}"></i>{escape(name)}</span>' for border, name in lines
+    )
+    st.html(f'<div class="curve-key">{entries}</div>')
+
+
+def draw_band_key(ensemble: Ensemble) -> None:
+    """Write what the lines of `curves_chart` are."""
     each = "each realization"
     if ensemble.n > MAX_CURVES:
         each = f"each of the first {MAX_CURVES} realizations"
-    st.html(
-        '<div class="curve-key">'
-        '<span><i style="border-top: 2px solid var(--reference)"></i>training image</span>'
-        '<span><i style="border-top: 2px solid var(--ink)"></i>median</span>'
-        '<span><i style="border-top: 10px solid var(--band)"></i>5–95 %</span>'
-        f'<span><i style="border-top: 1px solid var(--each)"></i>{each}</span></div>'
-    )
+    names = ("training image", "median", "5–95 %", each)
+    looks = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
+    borders = (f"{width}px solid var(--{colour})" for width, colour in looks)
+    draw_curve_key(zip(borders, names, strict=True))

@@ -1,4 +1,4 @@
-"""The contact sheet: all realizations small, one click or arrow key from being the large one."""
+"""Choose the large realization: by step, or from a contact sheet of all, small."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.figures import contact_sheet, tile_size
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import canvas_component
 
 ROOM = 1040
@@ -46,3 +47,10 @@ def _sheet(
 ) -> tuple[str, int]:
     png, columns = contact_sheet(_ensemble.indices, colours, longest=longest)
     return b64encode(png).decode(), columns
+
+
+def step_buttons(key: str, step: Callable[[int], None], *, disabled: bool, note: str = "") -> None:
+    """Draw two arrows; `step` is called with -1 or 1."""
+    for way, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
+        options: dict = {"disabled": disabled, "help": f"The {name} realization{note}"}
+        button(sign, key=f"{key}_{name}", on_click=step, args=(way,), **options)

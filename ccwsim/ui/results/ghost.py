@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from html import escape
+
 import streamlit as st
 
 from ccwsim.ui.results.facies import colours_of, pretty
@@ -23,13 +25,17 @@ def draw_ghost(state: State) -> None:
         panel_title("Training image", pretty(image.name))
         shown = facies_map(image.indices, image, colours_of(state), f"Training image {image.name}")
         draw_map(shown, "map_image", name="training_image")
-    for place, kind, title, text in (
-        (middle, "ghost large", "Realization",
-         "A field that looks like the training image and honours the data"),
-        (right, "ghost", "E-type",
-         "How often each cell has a facies in all realizations: its probability"),
-    ):  # fmt: skip
-        with place:
-            panel_title(title)
-            shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
-            st.html(f'<div class="{kind}" style="{shape}">{text}</div>')
+    shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
+    with middle:
+        text = "A field that looks like the training image and honours the data"
+        ghost_panel(text, shape, "Realization", "ghost large")
+    with right:
+        text = "How often each cell has a facies in all realizations: its probability"
+        ghost_panel(text, shape, "E-type")
+
+
+def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
+    """Draw the outline of a result that is still to come; `shape` is its size in CSS."""
+    if title:
+        panel_title(title)
+    st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')

@@ -1,10 +1,12 @@
-"""The numbers behind the charts, as CSV."""
+"""Numbers as tables on the page and as CSV."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
+
+import streamlit as st
 
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.results.bundles import connection_bundle, variogram_bundle
@@ -52,3 +54,24 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
     writer.writerow(list(head))
     writer.writerows([list(line) for line in lines])
     return text.getvalue().encode()
+
+
+def csv_button(label: str, name: str, content: Callable[[], bytes], key: str = "") -> None:
+    """Draw a button that saves a table, which is made when it is pressed."""
+    options: dict = {"file_name": f"{name}.csv", "mime": "text/csv", "on_click": "ignore"}
+    st.download_button(label, content, key=key or f"download_{name}", width="stretch", **options)
+
+
+def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
+    """Return a table as HTML; cells are HTML, and the first cell of a row is its name.
+
+    Examples
+    --------
+    >>> numbers_table([["level", "2"]])
+    '<table class="numbers"><tr><th>level</th><td>2</td></tr></table>'
+    """
+    lines = [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
+    if head:
+        lines.insert(0, "".join(f"<th>{cell}</th>" for cell in head))
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'

@@ -6,6 +6,7 @@ from dataclasses import replace
 from urllib.parse import urlencode
 
 import streamlit as st
+from streamlit.errors import StreamlitAPIException
 
 from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
@@ -55,3 +56,11 @@ def link_here(choices: Choices, shown: Shown) -> str:
     word = urlencode(link_of(choices, shown), doseq=True)
     page = (st.context.url or "").split("?")[0]
     return f"{page}?{word}" if word else page or "?"
+
+
+def go_to(page: str, instead: str) -> None:
+    """Go to a page; where a page is run alone, it has no others, and says something instead."""
+    try:
+        st.switch_page(page)
+    except (StreamlitAPIException, KeyError):
+        st.info(instead)

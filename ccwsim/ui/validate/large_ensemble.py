@@ -18,9 +18,9 @@ from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
+from ccwsim.ui.validate.conditioning import draw_e_type_maps
 from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
-from ccwsim.ui.validate.state import Validation
-from ccwsim.ui.validate.uncertainty import draw_three
+from ccwsim.ui.validate.panel import Validation
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain
@@ -30,11 +30,10 @@ from ccwsim.ui.widgets.theme import chart_theme
 POLL_EVERY = 1.0
 
 
-def draw_long_run(state: State, colours: Sequence[str]) -> None:
-    """Draw the controls and what the latest long run gave."""
+def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the controls and what the latest large ensemble gave."""
     page_state = state.page(Validation)
-    ensemble, run = state.ensemble, page_state.long_run
-    assert ensemble is not None
+    run = page_state.long_run
     step_note(
         "Simulates many realizations of the study of this page and keeps only what they say "
         "together: E-type, entropy, proportions and curves, in memory that does not grow."
@@ -111,7 +110,8 @@ def _show(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
     if summary is None:
         return
     step_note(said_long(run, summary))
-    draw_three(summary.etype, state, colours, prefix="long_")
+    assert state.ensemble is not None
+    draw_e_type_maps(summary.etype, state, state.ensemble, colours, prefix="long_")
     name = run.training_image.facies_names[run.facies]
     places = st.columns(4, gap="medium")
     for place, (way, sign, bands, top) in zip(

@@ -1,78 +1,228 @@
-"""The page of validation, put together."""
+"""The page Validate: realizations beside the training image, the data and each other."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from html import escape
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import streamlit as st
 
+from ccwsim.figures import Group, mds_chart
+from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.e_type import choose
+from ccwsim.ui.results.charts import draw_clickable_chart
+from ccwsim.ui.results.e_type import choose, draw_e_type
 from ccwsim.ui.results.facies import colours_of_ran
+from ccwsim.ui.results.gallery import step_buttons
+from ccwsim.ui.results.ghost import draw_ghost
+from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import problem_of
-from ccwsim.ui.validate.overview import draw_curves_row, draw_look, shown_elsewhere
-from ccwsim.ui.validate.panel import begin
-from ccwsim.ui.validate.sections import draw_links, draw_sections
-from ccwsim.ui.validate.state import Validation
+from ccwsim.ui.study.run import PATIENCE, collect, follow_run, start_run
+from ccwsim.ui.study.run_step import problem_of, run_button
+from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
+from ccwsim.ui.validate.copying import draw_copying, draw_image
+from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
+from ccwsim.ui.validate.panel import Validation, begin, draw_work, panel
+from ccwsim.ui.validate.reproduction import (
+    draw_curves_row,
+    draw_directions,
+    draw_geobodies,
+    draw_patterns,
+    draw_transitions,
+)
+from ccwsim.ui.validate.statistics import MAX_COMPARED, patterns
 from ccwsim.ui.validate.summary import draw_summary
 from ccwsim.ui.widgets.fields import button, field
-from ccwsim.ui.widgets.steps import step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
+from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("validate.css")
+MAP_HEIGHT = 392
 
 
-def draw_style() -> None:
-    """Write what is particular to the look of this page."""
-    own = f":root {{ --odd: {chart_theme().reference} }}"
-    st.html(f"<style>{own}\n{STYLE.read_text('utf-8')}</style>")
+def draw_page(state: State) -> None:
+    """Draw the validation of the latest realizations; simulate some where there are none."""
+    draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
+    if state.ensemble is None and state.job is None and not state.message:
+        start_run(state)
+    if state.job is not None and state.job.wait(PATIENCE):
+        collect(state)
+    with st.container(key="news"):  # always there, so that what is below never moves
+        if state.job is not None:
+            follow_run(state)
+            if state.ensemble is not None:
+                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
+        if state.message:
+            st.warning(plain(state.message))
+    with st.container(key="results"):
+        if state.ensemble is not None:
+            _draw_validation(state, state.ensemble)
+        else:
+            draw_ghost(state)
+            if state.job is None:
+                run_button(state, "run_first")
+    with st.container(key="work"):
+        draw_work(state)
 
 
-def draw_validation(state: State, ensemble: Ensemble) -> None:
+def _draw_validation(state: State, ensemble: Ensemble) -> None:
     """Draw the first screen and all sections of the latest realizations."""
     page_state = state.page(Validation)
     begin(state)
-    page_state.bench.forget()
+    page_state.worker.forget()
     page_state.waiting.clear()
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
     colours = colours_of_ran(state)
     with st.container(horizontal=True, vertical_alignment="top", key="judge_row"):
         top = st.container(key="judgement")
-        draw_controls(state, ensemble)
-    elsewhere = shown_elsewhere(state)
-    draw_look(state, colours, elsewhere)
+        _draw_controls(state, ensemble)
+    _draw_first_screen(state, colours, _shown_elsewhere(state))
     draw_curves_row(state, ensemble)
     with top:
         draw_summary(state, ensemble)
         if state.choices != state.ran:
             step_note("The study was changed since these realizations were simulated.")
-    draw_links()
-    draw_sections(state, colours)
+    _draw_sections(state, ensemble, colours)
 
 
-def draw_controls(state: State, ensemble: Ensemble) -> None:
+def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the choice of the facies, and a way to judge more realizations."""
     names = ensemble.training_image.facies_names
-    with st.container(
-        horizontal=True, vertical_alignment="bottom", gap="small", key="judge_what", width=420
-    ):
-        field(
-            st.selectbox, "Facies", key="judged", options=list(range(len(names))), width=140,
-            value=state.facies, format_func=lambda k: names[k],
-            write=lambda k: choose(state, k), help="Whose curves and probability are shown.",
-        )  # fmt: skip
-        field(
-            st.number_input, "Realizations", key="n_realizations", width=140,
-            value=state.choices.n_realizations, min_value=1, max_value=MAX_REALIZATIONS,
-            write=lambda n: state.change(n_realizations=int(n)),
-            help="How many the next run gives; a band of 5–95 % needs about 20 or more.",
-        )  # fmt: skip
+    row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "bottom", "gap": "small"}
+    with st.container(**row, key="judge_what", width=420):
+        options: dict[str, Any] = {"options": list(range(len(names))), "width": 140}
+        options |= {"format_func": names.__getitem__}
+        help_ = "Whose curves and probability are shown."
+        value = {"value": state.facies, "write": lambda k: choose(state, k)}
+        field(st.selectbox, "Facies", key="judged", help=help_, **value, **options)
+        n = state.choices.n_realizations
+        value = {"value": n, "write": lambda n: state.change(n_realizations=int(n))}
+        options = {"min_value": 1, "max_value": MAX_REALIZATIONS, "width": 140}
+        help_ = "How many the next run gives; a band of 5–95 % needs about 20 or more."
+        field(st.number_input, "Realizations", key="n_realizations", help=help_, **value, **options)
         problem = problem_of(state)
-        button(
-            "Run", key="run", type="primary", on_click=start_run, args=(state,),
-            disabled=bool(problem), help=problem or None,
-        )  # fmt: skip
+        options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
+        button("Run", key="run", on_click=start_run, args=(state,), **options)
+
+
+@st.fragment
+def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
+    """Draw maps and MDS plot; a click in the plot redraws only this.
+
+    `elsewhere` is what the rest of the page shows; where that changes, all is drawn again.
+    """
+    with error_boundary():
+        if _shown_elsewhere(state) != elsewhere:
+            st.rerun()
+        begin(state)
+        ensemble = state.ensemble
+        assert ensemble is not None
+        with st.container(key="maps"):
+            left, middle, right = st.columns(3, gap="medium")
+        with left:
+            _draw_realization(state, ensemble, colours)
+        with middle:
+            draw_e_type(state, ensemble, colours)
+        with right:
+            panel(state, "mds", patterns(ensemble), lambda found: _draw_mds(state, found))
+
+
+def _shown_elsewhere(state: State) -> tuple:
+    """Return the choices made in the maps that the rest of the page depends on."""
+    follows = "reuse" in state.page(Validation).seen
+    return state.facies, state.shown if follows else None
+
+
+def _draw_realization(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    image, r = ensemble.training_image, state.shown
+
+    def step(way: int) -> None:
+        if state.ensemble is not None:
+            state.shown = (state.shown + way) % state.ensemble.n
+
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
+        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}")
+        step_buttons("shown", step, disabled=ensemble.n == 1)
+    shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
+    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+    file = f"realization_{r + 1}"
+    draw_map(shown, "map_realization", link="grid", scale="maps", name=file, max_height=MAP_HEIGHT)
+
+
+def _draw_mds(state: State, found: Anodi) -> None:
+    ensemble = state.ensemble
+    assert ensemble is not None
+    n = len(found.owner) - 1
+    first = f"of the first {n}; click one to see it"
+    note = first if ensemble.n > MAX_COMPARED else "click a realization to see it"
+
+    def choose(k: int) -> None:
+        state.shown = min(max(k, 0), n - 1)
+
+    def draw(chart: Any, key: str, alt: str) -> None:
+        draw_clickable_chart(chart, key, alt, choose)
+
+    placed, theme = found.scaling(), chart_theme()
+    labels = [f"realization {r + 1}" for r in ensemble.numbers[:n]]
+    image, positions = placed.positions[0], placed.positions[1:]
+    ringed = state.shown if state.shown < n else None
+    group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
+    chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
+    alt = "MDS plot: realizations and training image, placed by the distance of their patterns"
+    titled_chart("MDS plot", note, chart, "mds", alt, draw)
+
+
+class Section(NamedTuple):
+    """A part of the page: its anchor, its title, what it says, and what draws it."""
+
+    name: str
+    title: str
+    text: str
+    draw: Callable[[State, Ensemble, Sequence[str]], None]
+
+
+SECTIONS = tuple(
+    Section(*each)
+    for each in (
+        ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
+        ("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
+        ("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
+        ("data", "Hard data", "whether and how they are honoured", draw_data),
+        ("directions", "Any direction", "variograms over all lags", draw_directions),
+        ("transitions", "Transiograms", "which facies follows which", draw_transitions),
+        ("reuse", "Copying", "what was copied from the training image", draw_copying),
+        ("truth", "Reference field", "scores where it is known", draw_reference),
+        ("image", "Training image", "what it is like, and what suits it", draw_image),
+        ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
+    )
+)
+
+
+def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw links to all sections, those that came into view, and outlines of the others."""
+    page_state = state.page(Validation)
+    links = "".join(f'<a href="#{s.name}" target="_self">{escape(s.title)}</a>' for s in SECTIONS)
+    st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')
+    for name, title, text, draw in SECTIONS:
+        with st.container(key=f"section_{name}"):
+            title = f"{escape(title)}<span>{escape(text)}</span>"
+            st.html(f'<h2 class="section" id="{name}">{title}</h2>')
+            if name not in page_state.seen:
+                st.html('<div class="unseen"></div>')
+                continue
+            with error_boundary():
+                draw(state, ensemble, colours)
+    unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
+
+    def seen() -> None:
+        page_state.seen |= set(st.session_state["seen"].seen or ()) & set(unseen)
+
+    if unseen:
+        canvas_component("seen")(key="seen", data={"unseen": unseen}, on_seen_change=seen)

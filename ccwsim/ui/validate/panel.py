@@ -1,27 +1,75 @@
-"""A panel that shows a statistic when it is known, and its progress in its place until then."""
+"""What the page remembers, and panels that show a statistic as soon as it is known."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TypeVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import streamlit as st
 
-from ccwsim.ui.jobs.statistics import Failure, Task
+from ccwsim.ui.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
 from ccwsim.ui.session.guarding import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
-from ccwsim.ui.validate.state import Validation
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.steps import step_note
 
+if TYPE_CHECKING:
+    from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
+
 Value = TypeVar("Value")
-POLL_EVERY = 0.4
+POLL_SECONDS = 0.4
 TOGETHER = 1.0
 """Seconds in which values that arrive are drawn together."""
-LONG = 3.0
+MIN_STOPPABLE = 3.0
 """Seconds of work after which it can be stopped."""
+
+
+@st.cache_resource(show_spinner=False)
+def shared_values() -> LruCache:
+    """Return the values that all sessions share; their keys are digests of contents."""
+    return LruCache()
+
+
+@dataclass
+class Validation:
+    """What the page remembers.
+
+    Attributes
+    ----------
+    azimuth : int
+        Direction of the third variogram, in degrees from north.
+    along : str
+        Direction of the transiograms, "E-W" or "N-S".
+    tail : int
+        Index of the facies whose transitions are shown where there are many.
+    seen : set of str
+        Sections that came into view; others are not worked out.
+    drawn : dict
+        By panel, what it drew last, to be dimmed while something new is worked out.
+    waiting : dict
+        By panel, what it waits for.
+    deadline : float
+        Until when this run of the page may wait for quick statistics.
+    n_long : int
+        How many realizations a large ensemble is asked for.
+    long_message : str
+        Why one was not started.
+    """
+
+    azimuth: int = 45
+    along: str = "E-W"
+    tail: int = 0
+    seen: set[str] = field(default_factory=set)
+    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
+    waiting: dict[str, Task] = field(default_factory=dict)
+    worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
+    deadline: float = 0.0
+    n_long: int = 1000
+    long_run: LargeEnsembleRun | None = None
+    long_message: str = ""
 
 
 def begin(state: State) -> None:
@@ -29,68 +77,46 @@ def begin(state: State) -> None:
     state.page(Validation).deadline = time.monotonic() + PATIENCE
 
 
-def panel(
-    state: State, place: str, statistic: Task[Value], draw: Callable[[Value], None]
-) -> Value | None:
-    """Draw a statistic, or what this place showed before, dimmed, while it is worked out.
-
-    Parameters
-    ----------
-    state : State
-    place : str
-        Of the panel on the page, a word.
-    statistic : Statistic
-    draw : callable
-        Called with the value.
-
-    Returns
-    -------
-    object
-        The value where it is known.
-    """
-    v = state.page(Validation)
-    v.bench.ask(statistic)
-    value = v.bench.wait_for(statistic, max(0.0, v.deadline - time.monotonic()))
+def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], None]) -> None:
+    """Draw a statistic, or what this panel showed before, dimmed, while it is worked out."""
+    page_state = state.page(Validation)
+    worker = page_state.worker
+    worker.ask(task)
+    value = worker.wait_for(task, max(0.0, page_state.deadline - time.monotonic()))
     if isinstance(value, Failure):
         step_note(f"{value.reason[:1].upper()}{value.reason[1:]}.")
-        return None
+        return
     if value is not None:
-        v.drawn[place] = lambda: draw(value)
+        page_state.drawn[name] = lambda: draw(value)
         draw(value)
-        return value
-    v.waiting[place] = statistic
-    with st.container(key=f"waiting_{place}"):
-        if place in v.drawn:
-            with st.container(key=f"dim_{place}"):
-                v.drawn[place]()
-        if v.bench.stopped:
-            button(
-                "Stopped: work it out",
-                key=f"go_on_{place}",
-                on_click=v.bench.go_on,
-            )
+        return
+    page_state.waiting[name] = task
+    with st.container(key=f"waiting_{name}"):
+        if name in page_state.drawn:
+            with st.container(key=f"dim_{name}"):
+                page_state.drawn[name]()
+        if worker.stopped:
+            button("Stopped: work it out", key=f"go_on_{name}", on_click=worker.go_on)
         else:
-            st.html(
-                '<div class="working" role="progressbar" aria-label="working it out"><i></i></div>'
-            )
-    return None
+            bar = '<div class="working" role="progressbar" aria-label="working it out">'
+            st.html(f"{bar}<i></i></div>")
 
 
-def known(state: State, statistic: Task[Value]) -> Value | None:
+def known(state: State, task: Task[Value]) -> Value | None:
     """Return a value only where it was worked out already."""
-    value = state.page(Validation).bench.shelf.get(statistic.key)
+    value = state.page(Validation).worker.shelf.get(task.key)
     return None if isinstance(value, Failure) else value
 
 
 def draw_work(state: State) -> None:
-    """Follow what is still worked out; called last on the page, where its place never changes."""
+    """Follow what is still worked out; called last on the page, where its position is fixed."""
     page_state = state.page(Validation)
     waiting = dict(page_state.waiting)
-    if waiting and not page_state.bench.stopped:
+    if waiting and not page_state.worker.stopped:
         _follow(state, waiting, time.monotonic())
 
 
-@st.fragment(run_every=POLL_EVERY)
+@st.fragment(run_every=POLL_SECONDS)
 def _follow(state: State, waiting: dict[str, Task], begun: float) -> None:
     """Fill the bars of the panels that wait; draw the page again when some are there.
 
@@ -98,29 +124,23 @@ def _follow(state: State, waiting: dict[str, Task], begun: float) -> None:
     replaced while it draws.
     """
     with error_boundary():
-        _fill(state, waiting, begun)
+        _fill(state.page(Validation).worker, waiting, begun)
 
 
-def _fill(state: State, waiting: dict[str, Task], begun: float) -> None:
-    bench = state.page(Validation).bench
-    there = [bench.shelf.get(statistic.key) is not None for statistic in waiting.values()]
-    if all(there) or (any(there) and time.monotonic() - begun > TOGETHER):
+def _fill(worker: StatisticsWorker, waiting: dict[str, Task], begun: float) -> None:
+    known = [worker.shelf.get(task.key) is not None for task in waiting.values()]
+    if all(known) or (any(known) and time.monotonic() - begun > TOGETHER):
         st.rerun()
-    for statistic in waiting.values():
-        bench.ask(statistic)
-    shares = {place: bench.share_of(statistic) or 0.0 for place, statistic in waiting.items()}
+    for task in waiting.values():
+        worker.ask(task)
     bars = "".join(
-        f".st-key-waiting_{place} .working i {{ width: {100 * share:.0f}% }}"
-        for place, share in shares.items()
+        f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
+        for name, task in waiting.items()
     )
     st.html(f"<style>{bars}</style>")
-    if bench.seconds > LONG or bench.waiting:
+    if worker.seconds > MIN_STOPPABLE or worker.waiting:
         with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
-            n = there.count(False)
-            words = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
-            st.html(f'<div class="note">{bench.waiting or words}</div>')
-            button("Stop", key="stop_work", on_click=_stop, args=(state,))
-
-
-def _stop(state: State) -> None:
-    state.page(Validation).bench.stop()
+            n = known.count(False)
+            text = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
+            st.html(f'<div class="note">{worker.waiting or text}</div>')
+            button("Stop", key="stop_work", on_click=worker.stop)

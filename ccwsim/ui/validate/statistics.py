@@ -1,4 +1,4 @@
-"""What the page of validation works out: each statistic with its key and its work."""
+"""What the page works out: each statistic with its key and its work."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ccwsim.figures import Bundle
 from ccwsim.metrics import (
     Anodi,
     Calibration,
+    Copying,
     Diagnosis,
     EType,
     Geobodies,
@@ -18,6 +19,7 @@ from ccwsim.metrics import (
     anodi,
     calibration,
     connectivity,
+    copying,
     diagnose,
     geobody_statistics,
     score_reference,
@@ -28,14 +30,16 @@ from ccwsim.metrics import (
 from ccwsim.metrics.directions import Direction, lag_offsets
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.statistics import Fraction, Task
 from ccwsim.ui.results.bundles import bundle_of, e_type_of
 
-MAP_LAG = 50
+MAX_MAP_LAG = 50
 MAX_COMPARED = 200
 """ANODI compares all pairs of the first so many realizations."""
-NEAR, STRIDE = 10, 4
+DENSE_LAGS, STRIDE = 10, 4
 """Transiograms take every lag up to here, and every fourth beyond."""
 
 
@@ -50,7 +54,7 @@ class LagMaps:
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Bodies of the realizations, of the training image, and cells of both."""
+    """Geobodies of the realizations, of the training image, and cells of both."""
 
     each: Geobodies
     reference: Geobodies
@@ -63,7 +67,7 @@ def study_key(ensemble: Ensemble) -> tuple:
     return ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
 
 
-def longest_lag(ensemble: Ensemble, direction: Direction) -> int:
+def max_lag(ensemble: Ensemble, direction: Direction) -> int:
     """Return the largest lag to draw: half of what the image and the grid both have, or 100."""
     sides = zip(ensemble.training_image.shape, ensemble.grid.shape, strict=True)
     rows, columns = (min(pair) for pair in sides)
@@ -71,9 +75,7 @@ def longest_lag(ensemble: Ensemble, direction: Direction) -> int:
     return max(1, min(MAX_LAG, side // 2))
 
 
-def steps_along(
-    direction: Direction, longest: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def steps_along(direction: Direction, n_lags: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the lags along a direction that reach different cells, and how far those are.
 
     Examples
@@ -81,15 +83,15 @@ def steps_along(
     >>> steps_along(45.0, 4)
     (array([0, 1, 3, 4]), array([0.        , 1.41421356, 2.82842712, 4.24264069]))
     """
-    offsets = lag_offsets(direction, np.arange(longest + 1))
+    offsets = lag_offsets(direction, np.arange(n_lags + 1))
     _, first = np.unique(offsets, axis=0, return_index=True)
     lags = np.sort(first)
     return lags, np.hypot(*offsets[lags].T.astype(float))
 
 
 def curves(ensemble: Ensemble, statistic: str, facies: int, direction: Direction) -> Task[Bundle]:
-    """Return "variogram" or "connection" of a facies along a direction, as a bundle."""
-    lags, distances = steps_along(direction, longest_lag(ensemble, direction))
+    """Return "variogram" or "connectivity" of a facies along a direction, as a bundle."""
+    lags, distances = steps_along(direction, max_lag(ensemble, direction))
 
     def curve(images: NDArray[np.integer], progress: Fraction | None = None) -> NDArray:
         if statistic == "variogram":
@@ -107,7 +109,7 @@ def curves(ensemble: Ensemble, statistic: str, facies: int, direction: Direction
 def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
     """Return variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
-    reach = max(1, min(MAP_LAG, min(sides) // 2))
+    reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
 
     def work(progress: Fraction) -> LagMaps:
         each = variogram_map(ensemble.indices[:MAX_CURVES], facies, reach, progress)
@@ -120,8 +122,9 @@ def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
 def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int, int], Bundle]]:
     """Return the transiograms of all pairs of facies along a direction."""
     n = ensemble.training_image.n_facies
-    longest = longest_lag(ensemble, direction)
-    lags = np.array([*range(min(longest, NEAR) + 1), *range(NEAR + STRIDE, longest + 1, STRIDE)])
+    n_lags = max_lag(ensemble, direction)
+    sparse = range(DENSE_LAGS + STRIDE, n_lags + 1, STRIDE)
+    lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
 
     def work(progress: Fraction) -> dict[tuple[int, int], Bundle]:
         each = transiograms(ensemble.indices[:MAX_CURVES], n, direction, lags, progress)
@@ -137,8 +140,8 @@ def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int
     return Task(("transitions", *study_key(ensemble), direction), work)
 
 
-def bodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
-    """Return the connected bodies of a facies."""
+def geobodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
+    """Return the geobodies of a facies."""
     image = ensemble.training_image
 
     def work(progress: Fraction) -> GeobodiesCompared:
@@ -149,7 +152,7 @@ def bodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
             image.indices.size,
         )
 
-    return Task(("bodies", *study_key(ensemble), facies), work)
+    return Task(("geobodies", *study_key(ensemble), facies), work)
 
 
 def proportions(ensemble: Ensemble) -> Task[NDArray[np.float64]]:
@@ -174,10 +177,10 @@ def e_type(ensemble: Ensemble) -> Task[EType]:
     return Task(("e-type", *study_key(ensemble)), lambda progress: e_type_of(ensemble))
 
 
-def truth(
+def reference_scores(
     ensemble: Ensemble, reference: TrainingImage
 ) -> Task[tuple[ReferenceScores, Calibration]]:
-    """Return the scores of the probabilities where no datum says the facies."""
+    """Return the scores of the probabilities in the cells without data."""
 
     def work(progress: Fraction) -> tuple[ReferenceScores, Calibration]:
         found = e_type_of(ensemble)
@@ -188,11 +191,40 @@ def truth(
         scores = score_reference(found.probability, true, ensemble.n, scored)
         return scores, calibration(found.probability, true, scored=scored)
 
-    key = ("truth", *study_key(ensemble), ensemble.hard_data.digest, reference.digest)
+    key = ("reference", *study_key(ensemble), ensemble.hard_data.digest, reference.digest)
     return Task(key, work)
 
 
-def looks(image: TrainingImage) -> Task[Diagnosis]:
+def diagnosis(image: TrainingImage) -> Task[Diagnosis]:
     """Return what a training image is like; it calls facies by the names of this user."""
-    key = ("diagnosis", image.digest, image.facies_names)
-    return Task(key, lambda progress: diagnose(image))
+    return Task(("diagnosis", image.digest, image.facies_names), lambda progress: diagnose(image))
+
+
+def copied(ensemble: Ensemble, r: int) -> Task[Copying]:
+    """Return what realization r copied, simulated again where its sources were not kept."""
+
+    def work(progress: Fraction) -> Copying:
+        return copying(sources_of(ensemble, r), ensemble.training_image.shape)
+
+    run = ensemble.parameters.digest, ensemble.hard_data.digest, ensemble.seed
+    key = ("copying", *study_key(ensemble), *run, int(ensemble.numbers[r]))
+    return Task((*key, ensemble.sources is None), work)
+
+
+def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
+    """Return the flat index in the training image of each cell of realization r.
+
+    An error is raised where the same run does not give the same realization, because it was edited
+    since.
+    """
+    if ensemble.sources is not None:
+        return ensemble.sources[r]
+    study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
+    number = int(ensemble.numbers[r])
+    again = simulate(*study, 1, ensemble.seed, first_realization=number, keep_sources=True)
+    if again.sources is None or not np.array_equal(again.indices[0], ensemble.indices[r]):
+        raise CCWSIMError(
+            "data were edited since this realization was simulated, and cells around them "
+            "simulated again, so its sources are not known; run the study again to see them"
+        )
+    return again.sources[0]

@@ -14,22 +14,19 @@ from ccwsim.metrics import Anodi
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.jobs.statistics import Failure
 from ccwsim.ui.session.state import State
-from ccwsim.ui.validate.panel import known
-from ccwsim.ui.validate.patterns import mean_ratio
-from ccwsim.ui.validate.state import Validation
+from ccwsim.ui.validate.panel import Validation, known
+from ccwsim.ui.validate.reproduction import mean_ratio
 from ccwsim.ui.validate.statistics import curves, patterns, proportions
 from ccwsim.ui.widgets.facts import three_digits
 
-NEAR_PROPORTION = 2.0
+MAX_PROPORTION_GAP = 2.0
 """Percentage points that a mean proportion may be off."""
-NEAR_SHARE = 0.15
+MAX_CONNECTIVITY_GAP = 0.15
 """How far a ratio to the training image may be from 1."""
-FAR_SHARE = 0.25
+MAX_VARIOGRAM_GAP = 0.25
 """The same for variograms, which vary more."""
-
-
-MOMENT = 0.1
-"""Seconds that the line waits for the proportions."""
+MOMENT_SECONDS = 0.1
+"""How long the line waits for the proportions."""
 
 
 @dataclass(frozen=True)
@@ -46,18 +43,18 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
     name = ensemble.training_image.facies_names[facies]
     bundles = {
         (statistic, way): known(state, curves(ensemble, statistic, facies, way))
-        for statistic in ("connection", "variogram")
+        for statistic in ("connectivity", "variogram")
         for way in ("E-W", "N-S")
     }
     found = [of_data(ensemble)]
-    bench = state.page(Validation).bench
-    bench.ask(proportions(ensemble))
-    shares = bench.wait_for(proportions(ensemble), MOMENT)
+    worker = state.page(Validation).worker
+    worker.ask(proportions(ensemble))
+    shares = worker.wait_for(proportions(ensemble), MOMENT_SECONDS)
     if shares is not None and not isinstance(shares, Failure):
         found.append(of_proportions(shares, ensemble.training_image.proportions))
-    joined = [b for (s, _), b in bundles.items() if s == "connection" and b is not None]
+    joined = [b for (s, _), b in bundles.items() if s == "connectivity" and b is not None]
     if len(joined) == 2:
-        found.append(of_connection(joined, name))
+        found.append(of_connectivity(joined, name))
     varied = [b for (s, _), b in bundles.items() if s == "variogram" and b is not None]
     if len(varied) == 2:
         found.append(of_variograms(varied))
@@ -81,7 +78,7 @@ def of_data(ensemble: Ensemble) -> Finding:
 def of_proportions(each: NDArray[np.float64], reference: NDArray[np.float64]) -> Finding:
     """Say how far the mean proportions are off."""
     off = 100 * float(np.abs(each.mean(axis=0) - reference).max())
-    return Finding(f"proportions within {max(off, 0.1):.1f} %", off <= NEAR_PROPORTION)
+    return Finding(f"proportions within {max(off, 0.1):.1f} %", off <= MAX_PROPORTION_GAP)
 
 
 def reach(tau: NDArray[np.float64]) -> float:
@@ -89,12 +86,12 @@ def reach(tau: NDArray[np.float64]) -> float:
     return float(np.nansum(tau[1:]))
 
 
-def of_connection(bundles: list[Bundle], name: str) -> Finding:
+def of_connectivity(bundles: list[Bundle], name: str) -> Finding:
     """Compare the distance over which a facies is connected with the training image."""
     own = sum(reach(bundle.reference) for bundle in bundles)
     ratio = sum(reach(bundle.median) for bundle in bundles) / own if own else 1.0
     text = f"{name} is connected over {ratio:.2f} of the distance seen in the training image"
-    return Finding(text, abs(ratio - 1) <= NEAR_SHARE)
+    return Finding(text, abs(ratio - 1) <= MAX_CONNECTIVITY_GAP)
 
 
 def of_variograms(bundles: list[Bundle]) -> Finding:
@@ -105,12 +102,12 @@ def of_variograms(bundles: list[Bundle]) -> Finding:
     ]
     worst = max(apart)
     return Finding(
-        f"variograms within {100 * worst:.0f} % of the training image's", worst <= FAR_SHARE
+        f"variograms within {100 * worst:.0f} % of the training image's", worst <= MAX_VARIOGRAM_GAP
     )
 
 
 def of_patterns(found: Anodi) -> Finding:
-    """Say how varied the realizations are for how far they lie from the training image."""
+    """Say how varied the realizations are for how far they are from the training image."""
     ratio = mean_ratio(found)
     if np.isnan(ratio):
         return Finding("realizations are copies of the training image", False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 import streamlit as st
@@ -25,13 +26,15 @@ def draw_facts(ensemble: Ensemble) -> None:
 
 
 def three_digits(value: float) -> str:
-    """Return a number with three significant digits, never in powers of ten.
+    """Return a number with three significant digits, never in powers of ten; "–" for NaN.
 
     Examples
     --------
-    >>> three_digits(0.91234), three_digits(1234.5)
-    ('0.912', '1234')
+    >>> three_digits(0.91234), three_digits(1234.5), three_digits(float("nan"))
+    ('0.912', '1234', '–')
     """
+    if math.isnan(value):
+        return "–"
     if value == 0:
         return "0"
     return f"{value:.3g}" if 1e-4 <= abs(value) < 1000 else f"{value:.0f}"

@@ -110,3 +110,17 @@ def help_of(name: str) -> str:
     symbols += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
     tail = f" Also: {', '.join(symbols)}." if symbols else ""
     return f"{row['meaning']} Allowed: {row['allowed']}.{tail}"
+
+
+def bound_to(owner: object, name: str) -> dict[str, Any]:
+    """Return value and write of a field that shows, and changes, an attribute of `owner`.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> page_state = SimpleNamespace(n=3)
+    >>> bound_to(page_state, "n")["write"](4)
+    >>> page_state.n
+    4
+    """
+    return {"value": getattr(owner, name), "write": lambda value: setattr(owner, name, value)}

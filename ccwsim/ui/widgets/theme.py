@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 
 import streamlit as st
 
@@ -26,3 +27,8 @@ def own_colours() -> str:
 def chart_theme() -> Theme:
     """Return the colours of charts in the theme that the browser shows."""
     return theme_named(theme_name())
+
+
+def draw_style(sheet: Path, own: str = "") -> None:
+    """Write a page's own style sheet, after rules that depend on the moment."""
+    st.html(f"<style>{own}\n{sheet.read_text('utf-8')}</style>")

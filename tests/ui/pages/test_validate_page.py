@@ -17,24 +17,31 @@ from ccwsim.metrics.directions import lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.validate.copying import copied, seam_map, sources_of, use_map
-from ccwsim.ui.validate.data import resimulation_map, said_match, ways_of, wrong_points
-from ccwsim.ui.validate.geobodies import strips_of
+from ccwsim.ui.validate.conditioning import (
+    data_status_shares,
+    describe_match,
+    problem_of,
+    resimulation_map,
+    wrong_map,
+    wrong_points,
+)
+from ccwsim.ui.validate.copying import seam_map, use_map
 from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
-from ccwsim.ui.validate.patterns import mean_ratio
-from ccwsim.ui.validate.reference import problem_of, wrong_map
-from ccwsim.ui.validate.sections import SECTIONS
-from ccwsim.ui.validate.state import Validation
+from ccwsim.ui.validate.page import SECTIONS
+from ccwsim.ui.validate.panel import Validation
+from ccwsim.ui.validate.reproduction import mean_ratio, strips_of
 from ccwsim.ui.validate.statistics import (
-    bodies,
+    copied,
     curves,
+    geobodies,
     lag_maps,
     patterns,
+    reference_scores,
+    sources_of,
     steps_along,
     transitions,
-    truth,
 )
-from ccwsim.ui.validate.summary import findings, of_connection, of_data, of_proportions
+from ccwsim.ui.validate.summary import findings, of_connectivity, of_data, of_proportions
 from tests.ui.widgets import named
 
 ROOT = Path(__file__).parents[3]
@@ -98,18 +105,18 @@ def test_it_opens_cold_and_shows_every_figure():
     app = launched()
     assert not texts(app)
     assert {
-        "mds", "variogram_E", "variogram_N", "connection_E", "connection_N", "proportions",
+        "mds", "variogram_E", "variogram_N", "connectivity_E", "connectivity_N", "proportions",
         "gamma", "n_bodies", "euler", "largest", "anodi", "variogram_azimuth",
-        "connection_azimuth", "lags_image", "lags_mean", "lags_apart", "transiograms",
+        "connectivity_azimuth", "lags_image", "lags_mean", "lags_apart", "transiograms",
         "repetition", "quarters",
     } <= charts(app)  # fmt: skip
 
 
 def test_only_what_came_into_view_is_worked_out():
     app = launched(seen=frozenset())
-    assert charts(app) == {"mds", "variogram_E", "variogram_N", "connection_E", "connection_N"}
+    assert charts(app) == {"mds", "variogram_E", "variogram_N", "connectivity_E", "connectivity_N"}
     kept = app.session_state[KEY].page(Validation).drawn
-    assert not {"bodies", "lag_maps", "transitions", "diagnosis"} & set(kept)
+    assert not {"geobodies", "lag_maps", "transitions", "diagnosis"} & set(kept)
 
 
 def test_the_summary_says_what_was_found():
@@ -186,12 +193,12 @@ def test_the_direction_is_kept_when_the_page_is_left():
     assert "Variogram 120°" in html(again)
 
 
-def test_a_hidden_truth_is_scored_without_the_data(ensemble):
+def test_a_reference_field_is_scored_without_the_data(ensemble):
     other = simulate(
         ensemble.training_image, ensemble.grid, ensemble.parameters, n_realizations=1, seed=99
     )
     reference = TrainingImage(other.realizations[0])
-    scores, table = truth(ensemble, reference).work(nothing)
+    scores, table = reference_scores(ensemble, reference).work(nothing)
     most = etype(ensemble.indices, 2).most_likely
     scored = np.ones(ensemble.grid.shape, bool)
     scored[tuple(ensemble.hard_data.cells.T)] = False
@@ -202,10 +209,10 @@ def test_a_hidden_truth_is_scored_without_the_data(ensemble):
     assert np.array_equal(wrong_map(scores, ["#000000"] * 2).indices == 1, ~scores.right)
     app = launched(ensemble=ensemble, ran=SMALL, reference=reference)
     assert "calibration" in charts(app)
-    assert "cells without data foreseen" in html(app)
+    assert "cells without data predicted" in html(app)
 
 
-def test_a_truth_that_does_not_fit_is_said(ensemble):
+def test_a_reference_field_that_does_not_fit_is_said(ensemble):
     assert "cells" in problem_of(TrainingImage([[0, 1]]), ensemble)
     strange = TrainingImage(np.where(ensemble.realizations[0] == 1, 7, 0))
     assert "facies 7" in problem_of(strange, ensemble)
@@ -219,7 +226,7 @@ def test_curves_are_those_of_the_metrics(ensemble):
     found = curves(ensemble, "variogram", 1, "E-W").work(nothing)
     assert found.each == pytest.approx(variogram(ensemble.indices, 1, "E-W", 32).gamma)
     assert found.reference == pytest.approx(variogram(image.indices, 1, "E-W", 32).gamma[0])
-    found = curves(ensemble, "connection", 1, "N-S").work(nothing)
+    found = curves(ensemble, "connectivity", 1, "N-S").work(nothing)
     assert found.each == pytest.approx(
         connectivity(ensemble.indices, 1, "N-S", 24).tau, nan_ok=True
     )
@@ -251,8 +258,8 @@ def test_transitions_from_a_facies_sum_to_one(ensemble):
     assert found[1, 0].each + found[1, 1].each == pytest.approx(1)
 
 
-def test_bodies_are_counted_by_area(ensemble):
-    strips = {word: strip for _, word, strip in strips_of(bodies(ensemble, 1).work(nothing))}
+def test_geobodies_are_counted_by_area(ensemble):
+    strips = {word: strip for _, word, strip in strips_of(geobodies(ensemble, 1).work(nothing))}
     assert strips["n_bodies"].reference == pytest.approx(
         found_in(ensemble.training_image.indices) * 10_000 / 256**2
     )
@@ -271,7 +278,7 @@ def test_a_change_of_contents_changes_the_keys(ensemble):
     other = replace(ensemble, indices=ensemble.indices[::-1].copy())
     assert patterns(ensemble).key != patterns(other).key
     assert curves(ensemble, "variogram", 0, "E-W") != curves(ensemble, "variogram", 1, "E-W")
-    assert bodies(ensemble, 1) == bodies(replace(ensemble), 1)
+    assert geobodies(ensemble, 1) == geobodies(replace(ensemble), 1)
     assert copied(ensemble, 0) != copied(ensemble, 1)
 
 
@@ -300,26 +307,26 @@ def test_sources_of_an_edited_realization_are_not_guessed(ensemble):
     assert "sources are not known" in html(app)
 
 
-def test_ways_of_meeting_data_add_up(ensemble):
-    names, shares = ways_of(ensemble)
-    assert names[0] == "raster"
+def test_statuses_of_data_add_up(ensemble):
+    names, shares = data_status_shares(ensemble)
+    assert names[0] == "raster pass"
     assert names[-1] == "forced"
     assert shares.sum(axis=1) == pytest.approx(1)
     assert shares[:, 0] * 3 == pytest.approx((ensemble.data_status == 0).sum(axis=1))
     assert shares[:, -1] * 3 == pytest.approx(ensemble.n_forced)
-    assert said_match(ensemble) == "all 3 honoured in all 4 realizations"
+    assert describe_match(ensemble) == "all 3 honoured in all 4 realizations"
     assert wrong_points(ensemble) == []
 
 
 def test_a_datum_that_is_not_honoured_is_said_and_marked(ensemble):
     wrong = replace(ensemble, indices=1 - ensemble.indices)
     assert not of_data(wrong).good
-    assert said_match(wrong).startswith("100 % not honoured, up to 3 of 3")
+    assert describe_match(wrong).startswith("100 % not honoured, up to 3 of 3")
     assert [point[:2] for point in wrong_points(wrong)] == ensemble.hard_data.cells.tolist()
     assert all(point[3] for point in wrong_points(wrong))
 
 
-def test_the_map_of_mending_shows_each_datum(ensemble):
+def test_the_map_of_resimulation_shows_each_datum(ensemble):
     shown = resimulation_map(ensemble, "#dddddd")
     shares = np.rint(100 * (ensemble.data_status != 0).mean(axis=0)).astype(int)
     rows, columns = ensemble.hard_data.cells.T
@@ -333,20 +340,20 @@ def test_findings_tell_good_from_odd(ensemble):
     assert good.good
     assert good.text == "proportions within 1.0 %"
     assert not of_proportions(np.array([[0.5, 0.5]]), np.array([0.69, 0.31])).good
-    along = curves(ensemble, "connection", 1, "E-W").work(nothing)
+    along = curves(ensemble, "connectivity", 1, "E-W").work(nothing)
     same = replace(along, median=along.reference)
-    assert of_connection([same, same], "sand").text.startswith("sand is connected over 1.00")
+    assert of_connectivity([same, same], "sand").text.startswith("sand is connected over 1.00")
     less = replace(along, median=0.5 * along.reference)
-    assert not of_connection([less], "sand").good
+    assert not of_connectivity([less], "sand").good
 
 
 def test_findings_come_as_they_are_known(ensemble):
     state = State(facies=1)
-    state.page(Validation).bench = StatisticsWorker(LruCache())
+    state.page(Validation).worker = StatisticsWorker(LruCache())
     few = len(findings(state, ensemble))
-    shelf = state.page(Validation).bench.shelf
+    shelf = state.page(Validation).worker.shelf
     for way in ("E-W", "N-S"):
-        asked = curves(ensemble, "connection", 1, way)
+        asked = curves(ensemble, "connectivity", 1, way)
         shelf.put(asked.key, asked.work(nothing))
     assert len(findings(state, ensemble)) > few
 

@@ -1,0 +1,218 @@
+"""Whether data are honoured, how certain each cell is, and how close the reference field is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, ramp
+from ccwsim.metrics import Calibration, EType, ReferenceScores, data_match
+from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.session.state import State
+from ccwsim.ui.validate import statistics
+from ccwsim.ui.validate.panel import panel
+from ccwsim.ui.widgets.facts import three_digits
+from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
+from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
+
+CERTAIN = 0.05
+"""Entropy below which a cell counts as certain."""
+RIGHT_COLOUR, WRONG_COLOUR = "#D9D6CF", "#A63A26"
+
+
+def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw probability of the chosen facies, most likely facies and entropy."""
+
+    def draw(found: EType) -> None:
+        draw_e_type_maps(found, state, ensemble, colours)
+
+    panel(state, "uncertainty", statistics.e_type(ensemble), draw)
+
+
+def draw_e_type_maps(
+    found: EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
+) -> None:
+    """Draw the three maps side by side, linked; their keys start with `prefix`."""
+    image, data = ensemble.training_image, ensemble.hard_data
+    name = image.facies_names[state.facies]
+    title = f"Probability of {name}"
+    certain = (
+        f"{three_digits(100 * float((found.entropy < CERTAIN).mean()))} % of the cells are certain"
+    )
+    probability = share_map(
+        found.probability[state.facies], f"P({name}) =", title, point_colours=colours
+    )
+    most_likely = facies_map(found.most_likely, image, colours, "Most likely facies")
+    alt = "Entropy, from 0, certain, to 1, all equally likely"
+    entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
+    maps = (
+        (title, "E-type", "probability", probability),
+        ("Most likely facies", "", "most_likely", most_likely),
+        ("Entropy", f"{certain} % of the cells are certain", "entropy", entropy),
+    )
+    for column, (title, note, key, shown) in zip(st.columns(3, gap="medium"), maps, strict=True):
+        with column:
+            panel_title(title, note)
+            shown.points.extend(points_of(data, image))
+            options: dict[str, Any] = {"link": "grid", "scale": f"{prefix}three"}
+            draw_map(shown, f"map_{prefix}{key}", name=key, max_height=400, **options)
+
+
+def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw how the data are honoured, and where that takes local re-simulation."""
+    if not ensemble.hard_data.n:
+        step_note("This study has no hard data; place or load some on the page Hard data.")
+        return
+    left, right = st.columns([1.6, 1.0], gap="large")
+    names, shares = data_status_shares(ensemble)
+    with left:
+        chart = data_status_chart(names, shares, chart_theme(), height=96 + 32 * len(names))
+        alt = "Share of the data honoured in the raster pass, by local re-simulation, or forced"
+        note = describe_match(ensemble)
+        titled_chart("How the data are honoured", note, chart, "data_status", alt)
+        step_note(
+            "Raster pass: a patch with the right facies was found. Re-simulated: a window of that "
+            "size around the datum was simulated again. Forced: no window fits, so the cell alone "
+            "is set, which may leave an isolated cell."
+            if ensemble.parameters.exact_data
+            else "Data are not honoured exactly: they condition the search only. Raster pass: a "
+            "patch with the right facies was found. Wrong: the cell has another facies."
+        )
+    with right:
+        panel_title("Where data are re-simulated locally", "each datum as a square")
+        shown = resimulation_map(ensemble, chart_theme().hairline)
+        shown = replace(shown, points=wrong_points(ensemble), point_colours=colours)
+        draw_map(shown, "map_mended", link="grid", name="resimulated", max_height=360)
+
+
+def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
+    """Return the statuses of data and their shares, shape (n_realizations, n_statuses)."""
+    sizes = sorted({int(size) for size in np.unique(ensemble.data_status) if size > 0})
+    codes = [0, *sizes, FORCED]
+    windows = (f"re-simulated, {size} × {size} cells" for size in sizes)
+    names = ["raster pass", *windows, "forced"]
+    if not ensemble.parameters.exact_data:
+        codes, names = [0, WRONG], ["raster pass", "wrong"]
+    shares = np.stack([(ensemble.data_status == code).mean(axis=1) for code in codes], axis=1)
+    return names, shares
+
+
+def describe_match(ensemble: Ensemble) -> str:
+    """Say whether all data are honoured."""
+    match = data_match(ensemble.realizations, ensemble.hard_data)
+    n = ensemble.hard_data.n
+    if not match.n_wrong.any():
+        return f"all {n} honoured in all {ensemble.n} realizations"
+    share = three_digits(100 * match.wrong.mean())
+    return f"{share} % not honoured, up to {int(match.n_wrong.max())} of {n} in a realization"
+
+
+def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
+    """Return a map of the share of realizations in which each datum was re-simulated or forced.
+
+    A datum is drawn as a square that can be seen; index 0 is where there is none.
+    """
+    resimulated = (ensemble.data_status != 0) & (ensemble.data_status != WRONG)
+    shares = np.rint(100 * resimulated.mean(axis=0)).astype(np.uint8)
+    ny, nx = ensemble.grid.shape
+    indices = np.zeros((ny, nx), np.uint8)
+    side = max(ny, nx) // 100
+    order = np.argsort(shares)
+    for (row, column), share in zip(ensemble.hard_data.cells[order], shares[order], strict=True):
+        south, west = max(row - side, 0), max(column - side, 0)
+        indices[south : row + side + 1, west : column + side + 1] = 1 + share
+    labels = ["no datum", *(f"re-simulated in {k} % of the realizations" for k in range(101))]
+    strip = {"colours": list(ENTROPY), "low": "never", "high": "always"}
+    alt = "Share of the realizations in which each datum is re-simulated locally or forced"
+    return CellMap(indices, [ground, *ramp(ENTROPY, 101)], labels, alt, strip=strip)
+
+
+def wrong_points(ensemble: Ensemble) -> list[list[int]]:
+    """Return the data that some realization does not honour, as points of a map."""
+    match = data_match(ensemble.realizations, ensemble.hard_data)
+    points = points_of(ensemble.hard_data, ensemble.training_image)
+    return [[*points[k][:3], 1] for k in np.flatnonzero(match.times_wrong)]
+
+
+def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw scores against the field that the data were sampled from."""
+    reference = state.reference
+    if reference is None:
+        step_note(
+            "These data have no reference field. Sample data from a realization or from an image "
+            "of your own on the page Hard data: the field stays hidden, and realizations are "
+            "scored against it here."
+        )
+        return
+    if problem := problem_of(reference, ensemble):
+        raise CCWSIMError(problem)
+    image = ensemble.training_image
+    field = np.searchsorted(image.codes, reference.array).astype(np.uint8)
+
+    def draw(found: tuple[ReferenceScores, Calibration]) -> None:
+        scores, table = found
+        st.html(f'<p class="facts">{describe_scores(scores)}</p>')
+        left, middle, right = st.columns([1.0, 1.0, 1.2], gap="medium")
+        reference_map = facies_map(field, image, colours, "The reference field")
+        wrong = wrong_map(scores, colours)
+        for column, title, key, shown in (
+            (left, "Reference field", "truth", reference_map),
+            (middle, "Most likely facies is wrong", "wrong", wrong),
+        ):
+            with column:
+                panel_title(title)
+                shown.points.extend(points_of(ensemble.hard_data, image))
+                options: dict[str, Any] = {"link": "grid", "scale": "truth"}
+                draw_map(shown, f"map_{key}", name=key, max_height=320, **options)
+        with right:
+            chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
+            note = f"off by {100 * table.error:.1f} % on average"
+            alt = "How often facies of each probability are the true one"
+            titled_chart("Calibration", note, chart, "calibration", alt)
+
+    panel(state, "truth", statistics.reference_scores(ensemble, reference), draw)
+
+
+def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
+    """Return why realizations cannot be scored against a field, or an empty text."""
+    if reference.shape != ensemble.grid.shape:
+        (ny, nx), grid = reference.shape, ensemble.grid
+        return (
+            f"The reference field has {nx} × {ny} cells and the grid {grid.nx} × {grid.ny}; sample "
+            "the data again."
+        )
+    unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
+    if len(unknown):
+        return (
+            f"The reference field has facies {unknown[0]}, which the training image does not "
+            "have; sample the data again."
+        )
+    return ""
+
+
+def describe_scores(scores: ReferenceScores) -> str:
+    """Say the scores in words; cells with data are left out."""
+    dot = '<span class="dot">·</span>'
+    return (
+        f"{100 * scores.accuracy:.1f} % of {scores.n_cells:,} cells without data predicted {dot} "
+        f"Brier score {three_digits(scores.brier)} of 2, 0 is best {dot} "
+        f"log score {three_digits(scores.log_score)}, 0 is best"
+    )
+
+
+def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
+    """Return where the most likely facies is the true one and where not."""
+    both, labels = [RIGHT_COLOUR, WRONG_COLOUR], ["right", "wrong"]
+    keys = list(zip(labels, both, strict=True))
+    alt = "Where the most likely facies is not the true one"
+    indices = (~scores.right).astype(np.uint8)
+    return CellMap(indices, both, labels, alt, keys=keys, point_colours=colours)

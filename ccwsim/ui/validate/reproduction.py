@@ -1,0 +1,247 @@
+"""Whether realizations have the statistics of the training image: one part of the page each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim.figures import (
+    Bundle,
+    Strip,
+    curves_chart,
+    divergence_chart,
+    lag_map_chart,
+    proportions_chart,
+    strip_chart,
+    transiogram_chart,
+)
+from ccwsim.metrics import Anodi
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.results.curves_panel import describe_fit, draw_band_key
+from ccwsim.ui.results.tables import numbers_table
+from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.session.state import State
+from ccwsim.ui.validate import statistics
+from ccwsim.ui.validate.panel import Validation, panel
+from ccwsim.ui.validate.statistics import GeobodiesCompared, LagMaps
+from ccwsim.ui.widgets.facts import three_digits
+from ccwsim.ui.widgets.fields import bound_to, field
+from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.theme import chart_theme
+
+CURVES = (
+    ("variogram", "E-W"),
+    ("variogram", "N-S"),
+    ("connectivity", "E-W"),
+    ("connectivity", "N-S"),
+)
+SIGNS = {"variogram": "γ", "connectivity": "τ"}
+AREA = 10_000
+"""Counts are given for so many cells, since grid and training image differ in size."""
+MAX_TAILS = 3
+"""Up to so many facies all pairs are drawn at once."""
+MAX_HEADS = 6
+
+
+def draw_curves_row(state: State, ensemble: Ensemble) -> None:
+    """Draw variograms and connectivity of the chosen facies along both axes, with their key."""
+    draw_band_key(ensemble)
+    with st.container(key="charts"):
+        columns = st.columns(4, gap="medium")
+    for column, (statistic, way) in zip(columns, CURVES, strict=True):
+        with column:
+            draw_curve(state, ensemble, statistic, way)
+
+
+def draw_curve(
+    state: State, ensemble: Ensemble, statistic: str, way: str | float, height: int = 190
+) -> None:
+    """Draw one statistic of the chosen facies along one direction."""
+    name = ensemble.training_image.facies_names[state.facies]
+    p = float(ensemble.training_image.proportions[state.facies])
+    # one and a half times the sill, more than a variogram usually reaches: the same both ways
+    top = 1.5 * p * (1 - p) or 0.5
+    title = f"{statistic.capitalize()} {way_name(way)}"
+    key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
+
+    def draw(bundle: Bundle) -> None:
+        highest = float(np.nanmax([np.nanmax(bundle.each), np.nanmax(bundle.reference)]))
+        y_range, tolerance = (0, max(top, 1.05 * highest)), 0.05 * top
+        if statistic == "connectivity":
+            y_range, tolerance = (0, 1.04), 0.02
+        y_title = f"{SIGNS[statistic]} of {name}"
+        chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range, height=height)
+        note = describe_fit(replace(bundle, lags=np.floor(bundle.lags)), statistic, tolerance)
+        alt = f"{title} of {name}: training image over realizations, median and 5–95 %"
+        titled_chart(title, note, chart, key, alt)
+
+    panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
+
+
+def way_name(way: str | float) -> str:
+    """Return a direction as it is written: "E–W", or an azimuth in degrees."""
+    return way.replace("-", "–") if isinstance(way, str) else f"{way:.0f}°"
+
+
+def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
+    page_state = state.page(Validation)
+    options: dict[str, Any] = {"min_value": 0, "max_value": 175, "step": 5, "width": 420}
+    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. The dotted line on the maps."
+    label, value = "Direction, degrees from north to east", bound_to(page_state, "azimuth")
+    field(st.slider, label, key="azimuth", help=help_, **value, **options)
+    azimuth = float(page_state.azimuth)
+    for column, statistic in zip(st.columns(2, gap="medium"), SIGNS, strict=True):
+        with column:
+            draw_curve(state, ensemble, statistic, azimuth, height=220)
+    name = ensemble.training_image.facies_names[state.facies]
+
+    def draw(found: LagMaps) -> None:
+        _draw_lag_maps(found, name, azimuth)
+
+    panel(state, "lag_maps", statistics.lag_maps(ensemble, state.facies), draw)
+
+
+def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
+    columns = st.columns(3, gap="medium")
+    largest = float(max(found.reference.max(), found.mean.max())) or 0.5
+    apart = found.mean - found.reference
+    widest = float(np.abs(apart).max()) or largest
+    same, other = {"largest": largest}, {"largest": widest, "difference": True}
+    maps: tuple[tuple[str, str, str, NDArray, dict[str, Any]], ...] = (
+        ("Training image", "variogram map", "lags_image", found.reference, same),
+        ("Realizations", "mean variogram map", "lags_mean", found.mean, same),
+        ("Difference", f"at most {three_digits(widest)}", "lags_apart", apart, other),
+    )
+    for column, (title, note, key, values, options) in zip(columns, maps, strict=True):
+        options = {"name": f"γ of {name}", "azimuth": azimuth, **options}
+        with column:
+            chart = lag_map_chart(found.lags, values, chart_theme(), **options)
+            alt = f"{title}: variogram map of {name}, lags east and north"
+            titled_chart(title, note, chart, key, alt)
+
+
+def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the transiograms; with many facies, those that start in one of them."""
+    page_state = state.page(Validation)
+    names = ensemble.training_image.facies_names
+    n = len(names)
+    tails, heads = list(range(n)), list(range(n))[:MAX_HEADS]
+    with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
+        options = {"options": ["E-W", "N-S"], "format_func": way_name}
+        along = bound_to(page_state, "along")
+        field(st.segmented_control, "Along", key="transitions_along", **along, **options)
+        if n > MAX_TAILS:
+            page_state.tail = min(page_state.tail, n - 1)
+            options = {"options": tails, "format_func": names.__getitem__, "width": 220}
+            tail = bound_to(page_state, "tail")
+            field(st.selectbox, "From", key="transitions_tail", **tail, **options)
+            tails = [page_state.tail]
+
+    def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
+        chart = transiogram_chart(bundles, tails, heads, names, chart_theme())
+        note = "probability of the second facies at a lag from the first"
+        alt = "Transition probabilities between facies over the lag"
+        titled_chart("Transiograms", note, chart, "transiograms", alt)
+
+    panel(state, "transitions", statistics.transitions(ensemble, page_state.along), draw)
+    if n > MAX_HEADS:
+        step_note(f"The first {MAX_HEADS} of {n} facies.")
+
+
+def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw proportions at the left and the geobodies of the chosen facies at the right."""
+    image, k = ensemble.training_image, state.facies
+    names = image.facies_names
+
+    def draw_shares(each: NDArray[np.float64]) -> None:
+        off = 100 * float(np.abs(each.mean(axis=0) - image.proportions).max())
+        chart = proportions_chart(names, image.proportions, each, colours, chart_theme())
+        note = f"mean within {off:.1f} %"
+        alt = "Facies proportions of each realization and of the training image"
+        titled_chart("Facies proportions", note, chart, "proportions", alt)
+
+    def draw_strips(found: GeobodiesCompared) -> None:
+        columns = st.columns(2, gap="large") + st.columns(2, gap="large")
+        for column, (title, key, strip) in zip(columns, strips_of(found), strict=True):
+            with column:
+                chart = strip_chart(strip, chart_theme(), colour=colours[k])
+                alt = f"{title} of {names[k]}: {strip.title}"
+                titled_chart(title, f"of {names[k]}", chart, key, alt)
+        step_note(describe_percolation(found, names[k]))
+
+    left, right = st.columns([1.0, 2.0], gap="large")
+    with left:
+        panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
+    with right:
+        panel(state, "geobodies", statistics.geobodies(ensemble, k), draw_strips)
+
+
+def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
+    """Return the strips with their titles and keys."""
+    each, image = found.each, found.reference
+    per, per_image = AREA / found.n_cells, AREA / found.n_cells_reference
+    shares = np.array([sizes[0] / sizes.sum() if len(sizes) else np.nan for sizes in each.sizes])
+    own = image.sizes[0]
+    share = float(own[0] / own.sum()) if len(own) else np.nan
+    area = f"per {AREA:,} cells"
+    number, euler = (values.astype(np.float64) for values in (each.n_bodies, each.euler_number))
+    number_of_image, euler_of_image = float(image.n_bodies[0]), float(image.euler_number[0])
+    return [
+        ("Γ", "gamma", Strip("two random cells are connected", each.gamma, float(image.gamma[0]))),
+        ("Geobodies", "n_bodies", Strip(area, number * per, number_of_image * per_image)),
+        ("Euler number", "euler", Strip(area, euler * per, euler_of_image * per_image)),
+        ("Largest geobody", "largest", Strip("share of the facies", shares, share)),
+    ]
+
+
+def describe_percolation(found: GeobodiesCompared, name: str) -> str:
+    """Say in how many realizations a facies percolates."""
+    each, image, n = found.each, found.reference, len(found.each.n_bodies)
+    ew, ns = int(each.percolates_ew.sum()), int(each.percolates_ns.sum())
+    ways = (("E–W", image.percolates_ew[0]), ("N–S", image.percolates_ns[0]))
+    own = " and ".join(way for way, percolates in ways if percolates)
+    of_image = f"in the training image {own}" if own else "not in the training image"
+    return (
+        f"{name[:1].upper()}{name[1:]} percolates E–W in {ew} and N–S in {ns} of {n} realizations, "
+        f"{of_image}. Cells that touch at sides or corners are connected. Edges cut geobodies, "
+        "more so in a smaller image."
+    )
+
+
+def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw ANODI's between and within by resolution, with their ratio."""
+    panel(state, "anodi", statistics.patterns(ensemble), _draw_anodi)
+
+
+def mean_ratio(found: Anodi) -> float:
+    """Return Σ w · between / within over resolutions; NaN for a single realization."""
+    return float(found.weights @ found.ratio[0])
+
+
+def _draw_anodi(found: Anodi) -> None:
+    left, right = st.columns([1.6, 1.0], gap="large")
+    between, within, ratios = found.between[0], found.within[0], found.ratio[0]
+    with left:
+        ratio = mean_ratio(found)
+        note = "" if np.isnan(ratio) else f"between / within = {three_digits(ratio)}"
+        chart = divergence_chart(found.factors, between, within, chart_theme())
+        alt = "Divergence between realizations, and from the training image, by resolution"
+        titled_chart("Distance of patterns", note, chart, "anodi", alt)
+    with right:
+        rows = [
+            ["full" if factor == 1 else f"1 / {factor}", *(three_digits(v) for v in values)]
+            for factor, *values in zip(found.factors, between, within, ratios, strict=True)
+        ]
+        st.html(numbers_table(rows, ("resolution", "between", "within", "ratio")))
+        size = found.pattern_size
+        step_note(
+            f"ANODI (Tan et al. 2014) on exact histograms of all {size} × {size} patterns. "
+            "Between: realizations from each other (discs), more is more varied. Within: from the "
+            "training image (diamonds), less is more like it. A larger ratio is better."
+        )
