@@ -13,7 +13,7 @@ from ccwsim.experiments.timing_case import TimingCase
 from ccwsim.model.choices import DataChoice
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.state import Benchmark
-from ccwsim.ui.compare.state import Comparing
+from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs.admission import RESERVE
 from ccwsim.ui.jobs.job import Job

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.experiments.comparison import FEWEST, Comparison, add_curves, compare
+from ccwsim.experiments.comparison import Comparison, add_curves, compare
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
-from ccwsim.ui.compare.choice import called, settings_of
-from ccwsim.ui.compare.state import Asked, Comparing, Run
+from ccwsim.ui.compare.settings import LETTERS, MIN_SETTINGS, Asked, Comparing, Run, settings_of
 from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
 from ccwsim.ui.session.guarding import error_boundary
@@ -26,29 +25,29 @@ def asked_of(state: State) -> Asked:
 
 def start_comparison(state: State) -> None:
     """Compare the settings as they are; a comparison that is still going is stopped."""
-    here = state.page(Comparing)
+    page_state = state.page(Comparing)
     try:
         run = Run(asked_of(state))
         image, data = image_of(state.choices.image), data_of(state.choices)
     except CCWSIMError as error:
-        here.message = str(error)
+        page_state.message = str(error)
         return
-    if here.job is not None:
-        here.job.cancel()
+    if page_state.job is not None:
+        page_state.job.cancel()
     asked, facies = run.asked, min(state.facies, image.n_facies - 1)
 
     def work(progress: Progress, cancel: Cancel) -> Comparison:
-        settings = dict(zip(called(len(asked.settings)), asked.settings, strict=True))
+        settings = dict(zip(LETTERS, asked.settings, strict=False))
         return compare(
             image, asked.grid, settings, data, asked.n, asked.seed, progress, cancel,
-            facies=facies, so_far=run.tell,
+            facies=facies, so_far=run.take,
         )  # fmt: skip
 
-    here.message = ""
+    page_state.message = ""
     try:
-        here.job = Job(work, run, _demand(state, asked))
+        page_state.job = Job(work, run, _demand(state, asked))
     except CCWSIMError as error:
-        here.job, here.message = None, str(error)
+        page_state.job, page_state.message = None, str(error)
 
 
 def _demand(state: State, asked: Asked) -> Demand:
@@ -63,15 +62,15 @@ def _demand(state: State, asked: Asked) -> Demand:
 
 def want_curves(state: State) -> None:
     """Work out the curves of the chosen facies where the comparison does not have them yet."""
-    here = state.page(Comparing)
-    found = here.found
-    if here.job is not None or found is None or has_curves(found, state.facies):
+    page_state = state.page(Comparing)
+    found = page_state.found
+    if page_state.job is not None or found is None or has_curves(found, state.facies):
         return
-    assert here.asked is not None
+    assert page_state.asked is not None
     facies = state.facies
-    here.job = Job(
+    page_state.job = Job(
         lambda progress, cancel: add_curves(found, facies, progress, cancel),
-        about=Run(here.asked, found),
+        about=Run(page_state.asked, found),
     )
 
 
@@ -82,22 +81,22 @@ def has_curves(found: Comparison, facies: int) -> bool:
 
 def collect_comparison(state: State) -> None:
     """Take what a finished job gives; earlier results stay where it gave none."""
-    here = state.page(Comparing)
-    job = here.job
+    page_state = state.page(Comparing)
+    job = page_state.job
     if job is None or not job.finished:
         return
-    here.job = None
+    page_state.job = None
     run: Run = job.about
     found = job.result
     if isinstance(job.error, Cancelled):
-        found = run.so_far
-        if found is not None and len(found.names) < FEWEST:
+        found = run.partial
+        if found is not None and len(found.names) < MIN_SETTINGS:
             found = None
-        here.message = _stopped(found, len(run.asked.settings), here.found is not None)
+        page_state.message = _stopped(found, len(run.asked.settings), page_state.found is not None)
     elif job.error is not None:
-        here.message = failed(job.error)
+        page_state.message = failed(job.error)
     if found is not None:
-        here.found, here.asked = found, run.asked
+        page_state.found, page_state.asked = found, run.asked
 
 
 def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
@@ -141,7 +140,7 @@ def said_progress(job: Job[Comparison]) -> str:
     run: Run = job.about
     if said := held_up(job):
         return said
-    total, known = run.asked.n * len(run.asked.settings), run.so_far
+    total, known = run.asked.n * len(run.asked.settings), run.partial
     text = f"{job.n_done} of {total} realizations"
     if job.n_done >= total:
         text = "Comparing patterns" if known and known.curves else "Comparing curves"

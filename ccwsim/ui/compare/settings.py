@@ -1,128 +1,202 @@
-"""The settings side by side: what is common at once, the rest behind a menu."""
+"""Which settings are compared, and what the page remembers of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 
-import streamlit as st
-from streamlit.errors import StreamlitAPIException
-
-from ccwsim.experiments.comparison import FEWEST, MOST
-from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED
-from ccwsim.model.parameters import Parameters
-from ccwsim.ui.compare.choice import (
-    add_setting,
-    called,
-    change_setting,
-    copy_setting,
-    remove_setting,
-    said_setting,
-    settings_of,
-    use_setting,
-)
-from ccwsim.ui.compare.name import draw_name
-from ccwsim.ui.session.fitting import levels, overlap_sizes, template_sizes
+from ccwsim.experiments.comparison import FEWEST as MIN_SETTINGS
+from ccwsim.experiments.comparison import MOST as MAX_SETTINGS
+from ccwsim.experiments.comparison import Comparison
+from ccwsim.model.choices import DataChoice, ImageChoice
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.method_step import parameter_field
-from ccwsim.ui.widgets.fields import PARAMETERS, button, field, help_of
-from ccwsim.ui.widgets.steps import pair
+from ccwsim.ui.study.method_step import set_parameters
 
-SIMULATE = "pages/simulate.py"
-COMMON = (
-    "method", "wavelet_level", "template_size", "overlap_size", "n_candidates", "search_fraction",
-    "refine",
-)  # fmt: skip
-"""What is shown at once."""
-
-
-def draw_settings(state: State) -> None:
-    """Draw one column a setting."""
-    settings = settings_of(state)
-    with st.container(key="settings"):
-        places = st.columns(len(settings), gap="medium", wrap=False)
-    for k, (place, letter) in enumerate(zip(places, called(len(settings)), strict=True)):
-        with place, st.container(key=f"setting_{letter}"):
-            _title(k, letter, settings)
-            _common(state, k, letter, settings[k])
-            _actions(state, k, letter, settings)
+LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
+"""What the settings are called; A is the study's own."""
+SHORT_NAMES = {
+    "template_size": "template",
+    "overlap_size": "overlap",
+    "wavelet_level": "level",
+    "n_candidates": "K",
+    "search_fraction": "search",
+    "co_template": "look-ahead",
+    "exact_data": "exact honouring",
+}
+"""How a parameter is called where there is little room; others by their own name."""
+VALUES = {"ssd": "squared difference"}
 
 
-def _title(k: int, letter: str, settings: tuple[Parameters, ...]) -> None:
-    note = said_setting(settings[k], settings[0]) if k else "the study’s own"
-    draw_name(letter, "the same as A" if note == "the same" else note)
+@dataclass(frozen=True)
+class Asked:
+    """What a comparison is asked for: it is out of date where the page would ask another one."""
+
+    image: ImageChoice
+    data: DataChoice
+    grid: Grid
+    seed: int
+    n: int
+    settings: tuple[Parameters, ...]
+
+    @property
+    def key(self) -> tuple:
+        """Equal where the same would come out: colours of the facies do not count."""
+        return self.image.digest, self.data, self.grid, self.seed, self.n, self.settings
 
 
-def _common(state: State, k: int, letter: str, p: Parameters) -> None:
+@dataclass
+class Run:
+    """A comparison that is going on: what is known of it, and how often there was more."""
+
+    asked: Asked
+    partial: Comparison | None = None
+    n_parts: int = 0
+
+    def take(self, found: Comparison) -> None:
+        """Take what is known so far."""
+        self.partial = found
+        self.n_parts += 1
+
+
+@dataclass
+class Comparing:
+    """What the page remembers.
+
+    Attributes
+    ----------
+    others : list of Parameters or None
+        The settings beside the study's own; None is what is usual at that position, and follows
+        the study.
+    n : int
+        Realizations of each setting.
+    job : Job or None
+        The comparison that runs now; its `about` is a `Run`.
+    found, asked
+        The latest comparison, and what was asked for it.
+    message : str
+        What went wrong or was stopped.
+    shown : int
+        Which realization of all settings is shown.
+    """
+
+    others: list[Parameters | None] = field(default_factory=lambda: [None, None])
+    n: int = 12
+    job: Job[Comparison] | None = None
+    found: Comparison | None = None
+    asked: Asked | None = None
+    message: str = ""
+    shown: int = 0
+
+
+def settings_of(state: State) -> tuple[Parameters, ...]:
+    """Return all settings, each with the nearest sizes that fit the training image."""
     shape = image_of(state.choices.image).shape
-
-    def change(name: str) -> Callable[[object], None]:
-        return lambda value: change_setting(state, k, **{name: value})
-
-    def choice(name: str, label: str, value: object, options: list, off: bool = False) -> None:
-        field(
-            st.selectbox, label, key=f"{letter}_{name}", value=value, options=options,
-            write=change(name), help=help_of(name), disabled=off,
-        )  # fmt: skip
-
-    def number(name: str, label: str, **limits: float) -> None:
-        field(
-            st.number_input, label, key=f"{letter}_{name}", value=getattr(p, name),
-            write=change(name), help=help_of(name), **limits,
-        )  # fmt: skip
-
-    left, right = pair()
-    with left:
-        choice("method", "Method", p.method, PARAMETERS["method"]["allowed"].split(", "))
-        sizes = template_sizes(p.level, shape)
-        choice("template_size", "Template (cells)", p.template_size, sizes)
-        number("n_candidates", "Candidates K", min_value=1, max_value=MAX_CANDIDATES_OFFERED)
-    with right:
-        off = p.method == "ccsim"
-        choice("wavelet_level", "Level", p.level, [0] if off else levels(shape), off)
-        sizes = overlap_sizes(p.level, p.template_size)
-        choice("overlap_size", "Overlap (cells)", p.overlap_size, sizes)
-        number("search_fraction", "Search fraction", min_value=0.01, max_value=1.0, step=0.01)
-    with st.container(horizontal=True, vertical_alignment="center", key=f"last_{letter}"):
-        parameter_field(p, "refine", change("refine"), f"{letter}_")
-        with st.popover("More", key=f"more_{letter}"):
-            for name in PARAMETERS:
-                if name not in COMMON:
-                    parameter_field(p, name, change(name), f"{letter}_")
+    own = fitted(state.choices.parameters, shape)
+    usual = usual_others(own, shape)
+    others = [usual[k] if p is None else p for k, p in enumerate(state.page(Comparing).others)]
+    return own, *(fitted(p, shape) for p in others)
 
 
-def _actions(state: State, k: int, letter: str, settings: tuple[Parameters, ...]) -> None:
-    with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
-        if button(
-            "Use these", key=f"use_{letter}", on_click=use_setting, args=(state, k),
-            help="Take this setting to Simulate"
-            + ("." if k == 0 else "; what the study had takes its place here."),
-        ):  # fmt: skip
-            _go_to_simulate()
-        with st.popover("Copy from", key=f"copy_{letter}"):
-            for j, other in enumerate(called(len(settings))):
-                if j != k:
-                    button(
-                        f"Setting {other}", key=f"copy_{letter}_from_{other}", width="stretch",
-                        on_click=copy_setting, args=(state, k, j),
-                    )  # fmt: skip
-        if k:
-            button(
-                "Remove", key=f"remove_{letter}", on_click=remove_setting, args=(state, k),
-                disabled=len(settings) == FEWEST,
-                help="Two settings are needed." if len(settings) == FEWEST else None,
-            )  # fmt: skip
-        elif len(settings) < MOST:
-            button(
-                "Add a setting",
-                key="add_setting",
-                on_click=add_setting,
-                args=(state,),
-            )
+def usual_others(own: Parameters, shape: tuple[int, int]) -> list[Parameters]:
+    """Return settings that are worth comparing with one's own, all of them different.
+
+    Examples
+    --------
+    >>> [describe_setting(p, Parameters()) for p in usual_others(Parameters(), (256, 256))][:2]
+    ['CCSIM', 'level 3']
+    """
+    tried: list[dict] = [{"method": "ccsim"}]
+    tried += [{"method": "ccwsim", "wavelet_level": k} for k in (3, 1, 2) if k in levels(shape)]
+    tried += [{"method": method} for method in METHODS]
+    tried += [{"n_candidates": 5}, {"n_candidates": 50}, {"refine": not own.refine}]
+    tried += [{"random_path": not own.random_path}]
+    usual: list[Parameters] = []
+    for changes in tried:
+        p = fitted(own, shape, **changes)
+        if p != own and p not in usual:
+            usual.append(p)
+    return usual
 
 
-def _go_to_simulate() -> None:
-    try:
-        st.switch_page(SIMULATE)
-    except (StreamlitAPIException, KeyError):  # where a page is run alone, there is no other
-        st.info("The study has this setting now.")
+def describe_setting(p: Parameters, own: Parameters) -> str:
+    """Say in what a setting differs from another.
+
+    Examples
+    --------
+    >>> describe_setting(Parameters(48, 8, refine=False), Parameters())
+    'template 48, no refine'
+    """
+    names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
+    if p.method == "ccsim":  # it has no level
+        names = [name for name in names if name != "wavelet_level"]
+    names.sort(key=lambda name: name != "method")
+    return ", ".join(_describe(name, getattr(p, name)) for name in names) or "the same"
+
+
+def describe_parameters(p: Parameters) -> str:
+    """Say the most of a setting in a line.
+
+    Examples
+    --------
+    >>> describe_parameters(Parameters())
+    'CCWSIM, level 2, template 32, overlap 8, K 20'
+    """
+    level = [] if p.method == "ccsim" else [f"level {p.level}"]
+    sizes = [f"template {p.template_size}", f"overlap {p.overlap_size}", f"K {p.n_candidates}"]
+    return ", ".join([p.method.upper(), *level, *sizes])
+
+
+def change_setting(state: State, k: int, **changes: object) -> None:
+    """Change setting `k`; the first one is the study's own."""
+    if k == 0:
+        set_parameters(state, **changes)
+        return
+    shape = image_of(state.choices.image).shape
+    state.page(Comparing).others[k - 1] = fitted(settings_of(state)[k], shape, **changes)
+
+
+def copy_setting(state: State, k: int, source: int) -> None:
+    """Let setting `k` be what setting `source` is."""
+    p = settings_of(state)[source]
+    change_setting(state, k, **{f.name: getattr(p, f.name) for f in fields(Parameters)})
+
+
+def add_setting(state: State) -> None:
+    """Add a usual setting that is not there yet."""
+    present = settings_of(state)
+    if len(present) < MAX_SETTINGS:
+        usual = usual_others(present[0], image_of(state.choices.image).shape)
+        new = next((p for p in usual if p not in present), present[0])
+        state.page(Comparing).others.append(new)
+
+
+def remove_setting(state: State, k: int) -> None:
+    """Remove setting `k`; those after it move up and stay what they are."""
+    present = list(settings_of(state))
+    if 0 < k < len(present) and len(present) > MIN_SETTINGS:
+        del present[k]
+        state.page(Comparing).others[:] = present[1:]
+
+
+def use_setting(state: State, k: int) -> None:
+    """Make setting `k` the study's own; the study's becomes setting `k`, so nothing is lost."""
+    present = list(settings_of(state))
+    present[0], present[k] = present[k], present[0]
+    state.change(parameters=present[0])
+    if k:
+        state.page(Comparing).others[:] = present[1:]
+
+
+def _describe(name: str, value: object) -> str:
+    short = SHORT_NAMES.get(name, name.replace("_", " "))
+    if name == "method":
+        return str(value).upper()
+    if name == "similarity":
+        return VALUES.get(str(value), str(value))
+    if isinstance(value, bool):
+        return short if value else f"no {short}"
+    return f"{short} {value:g}" if isinstance(value, float) else f"{short} {value}"

@@ -8,7 +8,7 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.ui.compare.run import start_comparison
-from ccwsim.ui.compare.state import Comparing
+from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example
 from ccwsim.ui.examples.state import Examples, Kept
 from ccwsim.ui.session.state import State

@@ -14,8 +14,7 @@ from ccwsim.metrics import variogram
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.compare.choice import said_setting
-from ccwsim.ui.compare.state import LETTERS
+from ccwsim.ui.compare.settings import LETTERS, describe_setting
 from ccwsim.ui.examples.catalogue import Example, settings_of
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.session.resolve import data_of, image_of
@@ -98,8 +97,8 @@ def labels(example: Example) -> list[str]:
     settings = settings_of(example)
     if len(settings) == 1:
         return [SHOWN[name] for name in example.shows]
-    own = said_setting(settings[0], settings[1])
-    said = [own, *(said_setting(p, settings[0]) for p in settings[1:])]
+    own = describe_setting(settings[0], settings[1])
+    said = [own, *(describe_setting(p, settings[0]) for p in settings[1:])]
     return [f"{letter}: {text}" for letter, text in zip(LETTERS, said, strict=False)]
 
 

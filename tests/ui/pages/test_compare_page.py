@@ -15,10 +15,15 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import Comparison, PairRatio, compare
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.compare.choice import said_setting, settings_of, usual_others
-from ccwsim.ui.compare.state import Comparing
-from ccwsim.ui.compare.tables import ratios_csv, realizations_csv, settings_csv
-from ccwsim.ui.compare.words import against_first, said_ratio, sentences
+from ccwsim.ui.compare.findings import (
+    describe_against_first,
+    describe_ratio,
+    ratios_csv,
+    realizations_csv,
+    sentences,
+    settings_csv,
+)
+from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of, usual_others
 from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
@@ -195,18 +200,18 @@ def test_usual_settings_are_legal_and_different(method, level):
     others = usual_others(own, (64, 64))
     assert len(others) >= 3
     assert len({own, *others}) == 1 + len(others)
-    assert all(said_setting(p, own) != "the same" for p in others[:3])
+    assert all(describe_setting(p, own) != "the same" for p in others[:3])
 
 
 def test_the_sentences_say_the_figures(found):
-    said = against_first(found, 1)
+    said = describe_against_first(found, 1)
     ratio = found.cpu_seconds[1] / found.cpu_seconds[0]
     assert ("slower" in said) == (ratio > 1.05)
     assert "training image" in said
     assert sentences(found)[-1] == "All 3 data are honoured by all settings."
     row = PairRatio("B", "A", 1.3, 1.1, 1.3 / 1.1)
-    assert "more varied, farther from the training image; better" in said_ratio(row)
-    assert "nothing of variety" in said_ratio(PairRatio("B", "A", np.nan, 1.0, np.nan))
+    assert "more varied, farther from the training image; better" in describe_ratio(row)
+    assert "has no variety" in describe_ratio(PairRatio("B", "A", np.nan, 1.0, np.nan))
 
 
 def test_data_that_a_setting_leaves_wrong_are_counted():
@@ -217,7 +222,7 @@ def test_data_that_a_setting_leaves_wrong_are_counted():
     mean = some.ensembles[1].n_mismatched.mean()
     assert mean > 0
     assert sentences(some)[-1] == (
-        f"Of 400 data B leaves {mean:g} wrong in the mean; the others honour all."
+        f"Of 400 data B leaves {mean:g} wrong on average; the others honour all."
     )
     both = compare(image, (512, 512), {"A": loose, "B": loose}, data, 1)
     assert "others" not in sentences(both)[-1]

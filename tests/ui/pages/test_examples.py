@@ -19,7 +19,7 @@ from ccwsim.metrics import copying
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
-from ccwsim.ui.compare.state import Comparing
+from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, settings_of
 from ccwsim.ui.examples.class_link import class_link
 from ccwsim.ui.examples.open import (

@@ -1,0 +1,215 @@
+"""What a comparison found: in sentences, as tables, and as CSV."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.experiments.comparison import ComparedCurves, Comparison, PairRatio
+from ccwsim.figures import DARK, LIGHT, setting_colours
+from ccwsim.model.parameters import Parameters
+from ccwsim.ui.compare.settings import LETTERS
+from ccwsim.ui.results.tables import as_csv, numbers_table
+from ccwsim.ui.widgets.facts import seconds, three_digits
+
+MAX_EQUAL_TIME = 1.05
+"""Up to this ratio of CPU times two settings count as equally fast."""
+MAX_EQUAL_GAP = 0.02
+"""Ratios of varieties and distances that are nearer to 1 are called equal."""
+MIN_ERRORS = 2.0
+"""Standard errors that a difference must exceed to be called one."""
+
+
+def colour_of(letter: str) -> str:
+    """Return the colour of a setting as a style sheet says it, for both themes."""
+    light, dark = (setting_colours(theme)[LETTERS.index(letter)] for theme in (LIGHT, DARK))
+    return f"light-dark({light}, {dark})"
+
+
+def sentences(found: Comparison) -> list[str]:
+    """Return one sentence on each setting against the first one, and one on the data."""
+    each = [describe_against_first(found, k) for k in range(1, len(found.names))]
+    return [*each, *_describe_data(found)]
+
+
+def describe_against_first(found: Comparison, k: int) -> str:
+    """Say how setting `k` compares with the first one in speed, likeness and variety."""
+    name, first = found.names[k], found.names[0]
+    text = f"{name} is {describe_speed(found.cpu_seconds[k] / found.cpu_seconds[0])} {first}"
+    if found.anodi is None:
+        return f"{text}."
+    return f"{text} and {_describe_distance(found, k)}{_describe_variety(found, k)}."
+
+
+def describe_speed(ratio: float) -> str:
+    """Say a ratio of CPU times.
+
+    Examples
+    --------
+    >>> describe_speed(0.25), describe_speed(2.0), describe_speed(1.01)
+    ('4 times faster than', '2 times slower than', 'as fast as')
+    """
+    if 1 / MAX_EQUAL_TIME < ratio < MAX_EQUAL_TIME:
+        return "as fast as"
+    return f"{three_digits(max(ratio, 1 / ratio))} times {'slower' if ratio > 1 else 'faster'} than"
+
+
+def differs(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    """Return whether the means of two samples differ by more than their scatter explains.
+
+    Examples
+    --------
+    >>> differs(np.array([1.0, 1.1, 0.9]), np.array([2.0, 2.1, 1.9]))
+    True
+    """
+    if len(a) < 2 or len(b) < 2:
+        return False
+    error = np.sqrt(a.var(ddof=1) / len(a) + b.var(ddof=1) / len(b))
+    return bool(abs(a.mean() - b.mean()) > MIN_ERRORS * error)
+
+
+def _describe_distance(found: Comparison, k: int) -> str:
+    gap = float(found.distance[k] - found.distance[0])
+    if not differs(found.distances[k], found.distances[0]):
+        return "as near to the training image, within the scatter"
+    way = "farther from" if gap > 0 else "nearer to"
+    return f"{abs(gap):.2g} bits {way} the training image ({abs(gap) / found.distance[0]:.0%})"
+
+
+def _describe_variety(found: Comparison, k: int) -> str:
+    ratio = found.variety[k] / found.variety[0] if found.variety[0] else np.nan
+    if not np.isfinite(ratio):
+        return ""
+    if abs(ratio - 1) < MAX_EQUAL_GAP:
+        return "; as varied"
+    return f"; {abs(ratio - 1):.0%} {'more' if ratio > 1 else 'less'} varied"
+
+
+def _describe_data(found: Comparison) -> list[str]:
+    n = found.ensembles[0].hard_data.n
+    if not n:
+        return []
+    wrong = {
+        name: float(e.n_mismatched.mean())
+        for name, e in zip(found.names, found.ensembles, strict=True)
+    }
+    broken = [f"{name} leaves {three_digits(w)}" for name, w in wrong.items() if w]
+    if not broken:
+        return [f"All {n} data are honoured by all settings."]
+    rest = "" if len(broken) == len(wrong) else "; the others honour all"
+    return [f"Of {n} data {', '.join(broken)} wrong on average{rest}."]
+
+
+def describe_ratio(row: PairRatio) -> str:
+    """Say a row of the table of ratios.
+
+    Examples
+    --------
+    >>> describe_ratio(PairRatio("B", "A", 1.1, 0.9, 1.22))
+    'B against A: more varied, nearer to the training image; better'
+    """
+    if not np.isfinite(row.ratio):
+        return f"{row.name} and {row.other}: one realization has no variety"
+    varied = _graded(row.between, "less varied", "as varied", "more varied")
+    near = _graded(row.within, "nearer to", "as near to", "farther from")
+    verdict = _graded(row.ratio, "worse", "as good", "better")
+    return f"{row.name} against {row.other}: {varied}, {near} the training image; {verdict}"
+
+
+def _graded(ratio: float, below: str, same: str, above: str) -> str:
+    if abs(ratio - 1) < MAX_EQUAL_GAP:
+        return same
+    return above if ratio > 1 else below
+
+
+def describe_nearest(curves: ComparedCurves, names: tuple[str, ...], tolerance: float) -> str:
+    """Say which settings' curves are nearest to the training image's.
+
+    Mean distances that differ by less than `tolerance` count as equal.
+    """
+    gaps = curves.gaps
+    if np.isnan(gaps).any():
+        return ""
+    best = [n for n, gap in zip(names, gaps, strict=True) if gap <= gaps.min() + tolerance]
+    if len(best) == len(names):
+        return "all alike"
+    return f"{' and '.join(best)} nearest to the training image"
+
+
+def figures_table(found: Comparison) -> str:
+    """Return one line a setting as HTML: time, data, and distances of patterns."""
+    with_data = found.ensembles[0].hard_data.n > 0
+    data_heads = ("data wrong", "re-simulated", "forced") if with_data else ()
+    heads = ("", "CPU a realization", f"to {found.names[0]}", *data_heads)
+    rows = []
+    for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
+        letter = f'<b class="own" style="--own: {colour_of(name)}">{escape(name)}</b>'
+        ratio = found.cpu_seconds[k] / found.cpu_seconds[0]
+        data = (e.n_mismatched, e.n_resimulated, e.n_forced) if with_data else ()
+        means = (three_digits(float(n.mean())) for n in data)
+        bits = (found.distance[k], found.variety[k])
+        patterns = ("–" if np.isnan(value) else f"{three_digits(value)} bits" for value in bits)
+        rows.append([letter, seconds(found.cpu_seconds[k]), f"{ratio:.2f} ×", *means, *patterns])
+    return numbers_table(rows, (*heads, "from the image", "variety"), "figures")
+
+
+def ratio_table(found: Comparison) -> str:
+    """Return between, within and ratio of every pair as HTML, with what it says."""
+    rows = []
+    for row in found.ratios:
+        ratios = (row.between, row.within, row.ratio)
+        cells = (f"{value:.2f}" if np.isfinite(value) else "–" for value in ratios)
+        name = f"{escape(row.name)} : {escape(row.other)}"
+        rows.append([name, *cells, escape(describe_ratio(row))])
+    return numbers_table(rows, ("", "between", "within", "ratio", ""), "ratios")
+
+
+def settings_csv(found: Comparison) -> bytes:
+    """Return one line a setting: its parameters and figures, means over its realizations."""
+    codes = found.ensembles[0].training_image.codes
+    names = [f.name for f in fields(Parameters)]
+    data = ["data_wrong", "data_mended", "data_forced"]
+    head = ["setting", *names, "cpu_seconds", "cpu_ratio_to_first", *data]
+    head += ["distance_to_image_bits", "variety_bits", *(f"proportion_{code}" for code in codes)]
+    lines = []
+    for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
+        times = found.cpu_seconds[k], found.cpu_seconds[k] / found.cpu_seconds[0]
+        means = (n.mean() for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
+        shares = found.proportions[k].mean(axis=0)
+        figures = (*times, *means, found.distance[k], found.variety[k], *shares)
+        values = [getattr(e.parameters, n) for n in names]
+        lines.append([name, *values, *(f"{figure:.6g}" for figure in figures)])
+    return as_csv(head, lines)
+
+
+def realizations_csv(found: Comparison) -> bytes:
+    """Return one line a realization of each setting, with its position in the MDS plot."""
+    codes = found.ensembles[0].training_image.codes
+    head = ["setting", "realization", "cpu_seconds", "data_wrong", "data_mended", "data_forced"]
+    head += [f"proportion_{code}" for code in codes]
+    head += ["distance_to_image_bits", "mds_1", "mds_2"]
+    lines = []
+    for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
+        placed = np.full((e.n, 3), np.nan)
+        if found.anodi is not None and found.scaling is not None:
+            positions = found.scaling.positions[found.anodi.owner == k]
+            placed = np.column_stack([found.distances[k], positions])
+        for r in range(e.n):
+            numbers = (*found.proportions[k][r], *placed[r])
+            data = (int(each[r]) for each in (e.n_mismatched, e.n_resimulated, e.n_forced))
+            own = [name, r + 1, f"{e.cpu_seconds[r]:.6g}", *data]
+            lines.append([*own, *(f"{number:.6g}" for number in numbers)])
+    return as_csv(head, lines)
+
+
+def ratios_csv(found: Comparison) -> bytes:
+    """Return the table of ANODI ratios."""
+    head = ["setting", "to", "between_ratio", "within_ratio", "ratio"]
+    lines = (
+        [r.name, r.other, *(f"{ratio:.6g}" for ratio in (r.between, r.within, r.ratio))]
+        for r in found.ratios
+    )
+    return as_csv(head, lines)
