@@ -153,7 +153,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         curves = found.curves[facies, statistic, way]
         title, sign = TITLES[statistic]
         title = f"{title} {way.replace('-', '–')}"
-        y_title = f"{sign} of {name}"
+        y_title, lags = f"{sign} of {name}", curves.lags.astype(float)
         bundles = {
             letter: Bundle(
                 curves.lags, curves.reference, NO_CURVES, band.low, band.median, band.high
