@@ -155,9 +155,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         title = f"{title} {way.replace('-', '–')}"
         y_title, lags = f"{sign} of {name}", curves.lags.astype(float)
         bundles = {
-            letter: Bundle(
-                curves.lags, curves.reference, NO_CURVES, band.low, band.median, band.high
-            )
+            letter: Bundle(lags, curves.reference, NO_CURVES, band.low, band.median, band.high)
             for letter, band in zip(found.names, curves.bands, strict=True)
         }
         chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220)
