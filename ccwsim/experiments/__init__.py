@@ -1,1 +1,1 @@
-"""Many settings simulated alike: timing, sweeps and comparisons."""
+"""Experiments: timing, parameter sweeps and comparisons of settings."""

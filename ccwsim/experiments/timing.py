@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.experiments.timing_case import TimingCase, data_cases, grid_cases, usual_seconds
 from ccwsim.model.arrays import check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -18,6 +17,91 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import Progress
+
+SECONDS_PER_CELL = 3.5e-8
+"""Of the cut, the paste and the choice of candidates, on a typical core."""
+SECONDS_PER_PRODUCT = 2.2e-11
+"""Of a product of the search."""
+SECONDS_PER_IMAGE_CELL = 3e-8
+"""Of turning a cell of the training image and preparing it."""
+SECONDS_PER_DATUM = 1.5e-9
+"""Of a datum for each cell of the training image, which local re-simulation searches."""
+
+
+@dataclass(frozen=True)
+class TimingCase:
+    """One setting to time.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    grid_shape : tuple of int
+        Rows and columns.
+    n_data : int
+        Hard data; 0 for an unconditional run.
+    """
+
+    parameters: Parameters
+    grid_shape: tuple[int, int]
+    n_data: int = 0
+
+    @property
+    def n_cells(self) -> int:
+        """Cells of the grid."""
+        return self.grid_shape[0] * self.grid_shape[1]
+
+
+def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
+    """Return square grids × parameters, the small grids first.
+
+    Examples
+    --------
+    >>> cases = grid_cases([256, 64], [Parameters(wavelet_level=1), Parameters(wavelet_level=2)])
+    >>> [(c.grid_shape[0], c.parameters.level) for c in cases]
+    [(64, 1), (64, 2), (256, 1), (256, 2)]
+    """
+    return [TimingCase(p, (side, side)) for side in sorted(sides) for p in parameters]
+
+
+def data_cases(
+    numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: tuple[int, int]
+) -> list[TimingCase]:
+    """Return numbers of data × parameters on one grid, the small numbers first.
+
+    Examples
+    --------
+    >>> [c.n_data for c in data_cases([1000, 0], [Parameters()], (512, 512))]
+    [0, 1000]
+    """
+    return [TimingCase(p, grid_shape, n) for n in sorted(numbers) for p in parameters]
+
+
+def typical_seconds(training_image: TrainingImage, case: TimingCase) -> float:
+    """Return the CPU seconds of one realization on a typical core, from a count of operations.
+
+    Right within a factor of about three; `expected_seconds` corrects it by measurements.
+
+    Examples
+    --------
+    >>> ti = TrainingImage([[0, 1]] * 256)
+    >>> small, large = (TimingCase(Parameters(), (n, 512)) for n in (512, 1024))
+    >>> typical_seconds(ti, large) < 2 * typical_seconds(ti, small)
+    True
+    """
+    p, (ny, nx) = case.parameters, training_image.shape
+    block_size = 2**p.level
+    locations = 1
+    for side in (ny, nx):
+        locations *= max((side - p.template_size) // block_size + 1, 1)
+    overlap = p.overlap_size * (2 * p.template_size - p.overlap_size) // block_size**2
+    planes = 1 if training_image.n_facies <= 2 else training_image.n_facies
+    tiles = max(case.n_cells / p.step**2, 1.0)
+    return (
+        case.n_cells * SECONDS_PER_CELL
+        + tiles * locations * overlap * planes * SECONDS_PER_PRODUCT
+        + ny * nx * (SECONDS_PER_IMAGE_CELL + case.n_data * SECONDS_PER_DATUM)
+    )
+
 
 CELLS_AT_ONCE = 32_000_000
 """Cells of realizations that are kept at a time, one byte each."""
@@ -75,7 +159,16 @@ def time_study(
     """Measure the CPU time of realizations of a study on one thread.
 
     Kernels are compiled before the clock starts. The realizations are not kept; few are in memory
-    at a time. Turning the training image to a new orientation of the path counts.
+    at a time. Preparing the training image for a new orientation of the path counts.
+
+    Parameters
+    ----------
+    training_image, grid_shape, parameters, hard_data, n_realizations, seed, progress, cancel
+        As in `simulate`.
+
+    Returns
+    -------
+    Timing
 
     Raises
     ------
@@ -100,10 +193,10 @@ def time_study(
             if progress:
                 progress((first + fraction * min(batch, n - first)) / n, first + n_done)
 
+        study = training_image, grid, parameters, hard_data, min(batch, n - first), seed
         ensemble = simulate(
-            training_image, grid, parameters, hard_data, min(batch, n - first), seed,
-            n_workers=1, progress=report, cancel=cancel, first_realization=first,
-        )  # fmt: skip
+            *study, n_workers=1, progress=report, cancel=cancel, first_realization=first
+        )
         seconds.append(ensemble.cpu_seconds)
         wrong.append(ensemble.n_mismatched)
     n_data = hard_data.n if hard_data else 0
@@ -121,6 +214,22 @@ def time_grids(
     cancel: Callable[[], bool] | None = None,
 ) -> Iterator[Timing]:
     """Yield the times of unconditional runs on square grids, small ones first (Fig. 13).
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    sides : sequence of int
+        Sides of the grids in cells.
+    parameters : sequence of Parameters
+        Each is timed on each grid.
+    n_realizations : int
+        Of each case.
+    seed, progress, cancel
+        As in `time_cases`.
+
+    Yields
+    ------
+    Timing
 
     Examples
     --------
@@ -143,10 +252,28 @@ def time_data(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Iterator[Timing]:
-    """Yield the times of runs with so many data, few first (Table 2).
+    """Yield the times of runs with growing numbers of data (Table 2).
 
-    The data are sampled from an unconditional realization, as section 5.2 of the paper has it; all
-    parameters get the same data, and more data contain fewer ones.
+    The data are sampled from an unconditional realization, as in section 5.2 of the paper; all
+    parameters get the same data, and a larger set contains the smaller ones.
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    numbers : sequence of int
+        Of hard data.
+    parameters : sequence of Parameters
+        Each is timed with each number of data.
+    grid_shape : pair of int
+        Rows and columns.
+    n_realizations : int
+        Of each case.
+    seed, progress, cancel
+        As in `time_cases`.
+
+    Yields
+    ------
+    Timing
 
     Examples
     --------
@@ -167,7 +294,24 @@ def time_cases(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Iterator[Timing]:
-    """Yield what each case took, in their order; `progress` gets the share of all the work.
+    """Yield what each case took, in their order.
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    cases : sequence of TimingCase
+    n_realizations : int
+        Of each case.
+    seed : int
+        Of the realizations and of the sampled data.
+    progress : callable, optional
+        Called as progress(fraction of the expected time, cases that are finished).
+    cancel : callable, optional
+        Returns True to stop.
+
+    Yields
+    ------
+    Timing
 
     Raises
     ------
@@ -182,8 +326,8 @@ def time_cases(
             raise CCWSIMError(
                 f"{case.n_data} data do not fit a grid of {case.n_cells} cells: ask for fewer"
             )
-    work = [usual_seconds(training_image, case) for case in cases]
-    done, total, truths = 0.0, sum(work), {}
+    work = [typical_seconds(training_image, case) for case in cases]
+    done, total, fields = 0.0, sum(work), {}
     for number, case in enumerate(cases):
         if cancel and cancel():
             raise Cancelled(f"stopped after {number} of {len(cases)} settings")
@@ -192,21 +336,133 @@ def time_cases(
             if progress:
                 progress((done + fraction * work[number]) / total, number)
 
-        if case.n_data and case.grid_shape not in truths:
-            truths[case.grid_shape] = _truth(training_image, case, seed)
-        data = sample_random(truths[case.grid_shape], case.n_data, seed) if case.n_data else None
-        yield time_study(
-            training_image, case.grid_shape, case.parameters, data, n_realizations, seed,
-            report, cancel,
-        )  # fmt: skip
+        data, shape = None, case.grid_shape
+        if case.n_data:
+            if shape not in fields:
+                fields[shape] = _sampled_field(training_image, case, seed)
+            data = sample_random(fields[shape], case.n_data, seed)
+        study = training_image, case.grid_shape, case.parameters, data, n_realizations, seed
+        yield time_study(*study, report, cancel)
         done += work[number]
         if progress:
             progress(done / total, number + 1)
 
 
-def _truth(training_image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
-    """Return the realization that data are read off; its seed is not that of those timed."""
-    level = case.parameters.level
-    p = Parameters(case.parameters.template_size, case.parameters.overlap_size, level)
+def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
+    """Return the field that data are sampled from; its seed is not that of those timed."""
+    p = case.parameters
+    p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
-    return simulate(training_image, case.grid_shape, p, seed=other, n_workers=1).realizations[0]
+    return simulate(image, case.grid_shape, p, seed=other, n_workers=1).realizations[0]
+
+
+LINEAR = (0.9, 1.1)
+"""Exponents of the number of cells that count as linear growth."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How time grows with the number of grid cells.
+
+    Attributes
+    ----------
+    seconds_per_million : float
+        CPU seconds of a million cells, by least squares of the relative errors.
+    exponent : float
+        Of the number of cells in a power law; 1 is linear growth.
+    """
+
+    seconds_per_million: float
+    exponent: float
+
+    @property
+    def linear(self) -> bool:
+        """Whether twice the cells take about twice the time."""
+        return LINEAR[0] <= self.exponent <= LINEAR[1]
+
+
+def growth(timings: Sequence[Timing]) -> Growth:
+    """Return how the time of one setting grows with the grid (Fig. 13).
+
+    Parameters
+    ----------
+    timings : sequence of Timing
+        On grids of at least two sizes.
+
+    Returns
+    -------
+    Growth
+
+    Raises
+    ------
+    CCWSIMError
+        Where all grids have the same number of cells.
+
+    Examples
+    --------
+    >>> from ccwsim.model.parameters import Parameters
+    >>> def took(side, seconds):
+    ...     return Timing(Parameters(), (side, side), 0, np.array([seconds]), np.zeros(1, int))
+    >>> found = growth([took(1000, 0.2), took(2000, 0.8)])
+    >>> round(found.seconds_per_million, 3), round(found.exponent, 3), found.linear
+    (0.2, 1.0, True)
+    """
+    cells = np.array([t.n_cells for t in timings], float)
+    seconds = np.array([max(t.seconds, 1e-9) for t in timings])
+    if len(np.unique(cells)) < 2:
+        raise CCWSIMError("growth needs times of at least two sizes of the grid")
+    exponent = np.polyfit(np.log(cells), np.log(seconds), 1)[0]
+    rate = cells / seconds
+    return Growth(1e6 * float(rate.sum() / (rate**2).sum()), float(exponent))
+
+
+def expected_seconds(
+    training_image: TrainingImage,
+    cases: Sequence[TimingCase],
+    n_realizations: int = 1,
+    measured: Sequence[Timing] = (),
+) -> float:
+    """Return the expected CPU seconds of timing the cases.
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    cases : sequence of TimingCase
+    n_realizations : int
+        Of each case.
+    measured : sequence of Timing
+        With the same training image; each case is scaled by the most similar of them.
+
+    Examples
+    --------
+    >>> from ccwsim.model.parameters import Parameters
+    >>> ti = TrainingImage(np.eye(64, dtype=int))
+    >>> p = Parameters(wavelet_level=1)
+    >>> one = Timing(p, (500, 500), 0, np.array([0.3]), np.zeros(1, int))
+    >>> round(expected_seconds(ti, [one.case], 10, [one]), 6)
+    3.0
+    """
+    each = (
+        typical_seconds(training_image, case) * _slowdown(training_image, case, measured)
+        for case in cases
+    )
+    return n_realizations * sum(each)
+
+
+def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequence[Timing]) -> float:
+    """Return measured over typical time of the most similar measured case."""
+    if not measured:
+        return 1.0
+
+    def unlike(timing: Timing) -> tuple[bool, bool, int, int, float]:
+        p, own = timing.parameters, case.parameters
+        return (
+            p.method != own.method,
+            bool(timing.n_data) != bool(case.n_data),
+            abs(p.level - own.level),
+            abs(timing.n_data - case.n_data),
+            abs(np.log(timing.n_cells / case.n_cells)),
+        )
+
+    nearest = min(measured, key=unlike)
+    return nearest.seconds / typical_seconds(training_image, nearest.case)

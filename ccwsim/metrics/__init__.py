@@ -1,29 +1,57 @@
 """Validation of realizations against the training image, the data and a hidden truth."""
 
-from ccwsim.metrics.advice import Advice, templates_that_fit
-from ccwsim.metrics.anodi import Anodi, anodi
-from ccwsim.metrics.bands import Band, band
-from ccwsim.metrics.coarsening import coarsened
-from ccwsim.metrics.connectivity import Connectivity, connected_geobodies, connectivity
+from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling
+from ccwsim.metrics.bands import Band, RunningCurves, band
+from ccwsim.metrics.connectivity import (
+    Connectivity,
+    Geobodies,
+    connected_geobodies,
+    connectivity,
+    geobody_statistics,
+)
 from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_match import DataMatch, data_match
-from ccwsim.metrics.diagnosis import Diagnosis, diagnose
-from ccwsim.metrics.directions import STEPS, Direction
-from ccwsim.metrics.divergence import divergences, js_divergence, pattern_distance
-from ccwsim.metrics.etype import EType, entropy, etype, etype_of_counts, facies_counts
-from ccwsim.metrics.geobodies import Geobodies, geobody_statistics
-from ccwsim.metrics.granulometry import Granulometry, granulometry
-from ccwsim.metrics.patterns import PatternHistogram, pattern_histogram, pyramid_histograms
-from ccwsim.metrics.proportions import proportion_quantiles, proportions
+from ccwsim.metrics.diagnosis import Advice, Diagnosis, diagnose, templates_that_fit
+from ccwsim.metrics.etype import (
+    EType,
+    entropy,
+    etype,
+    etype_of_counts,
+    facies_counts,
+    proportion_quantiles,
+    proportions,
+)
+from ccwsim.metrics.features import (
+    QUARTERS,
+    Granulometry,
+    Spacing,
+    Stationarity,
+    feature_spacing,
+    granulometry,
+    stationarity,
+)
+from ccwsim.metrics.lags import STEPS, Direction
+from ccwsim.metrics.patterns import (
+    PatternHistogram,
+    coarsened,
+    divergences,
+    js_divergence,
+    pattern_distance,
+    pattern_histogram,
+    pyramid_histograms,
+)
 from ccwsim.metrics.quality import Quality, judge
 from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
-from ccwsim.metrics.running_curves import RunningCurves
-from ccwsim.metrics.scaling import Scaling, classical_scaling
-from ccwsim.metrics.spacing import Spacing, feature_spacing
-from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
-from ccwsim.metrics.transiograms import Transiograms, transiograms, transition_map
-from ccwsim.metrics.variograms import Variogram, VariogramMap, variogram, variogram_map
+from ccwsim.metrics.variograms import (
+    Transiograms,
+    Variogram,
+    VariogramMap,
+    transiograms,
+    transition_map,
+    variogram,
+    variogram_map,
+)
 from ccwsim.model.deprecation import renamed
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The spread of curves over an ensemble."""
+"""The spread of curves over an ensemble, of all at once or one by one."""
 
 from __future__ import annotations
 
@@ -65,3 +65,100 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
         rows[0, known] = np.nanmean(there, axis=0)
         rows[1:, known] = np.nanquantile(there, [low, 0.5, high, 0.0, 1.0], axis=0)
     return Band(*rows)
+
+
+class RunningCurves:
+    """Counts the values of each point of a curve in bins, as curves are added.
+
+    Mean, smallest and largest value are exact; a quantile is right to one bin,
+    (high − low) / n_bins.
+
+    Parameters
+    ----------
+    n_points : int
+        Of each curve.
+    low, high : float
+        Between which all values lie.
+    n_bins : int
+
+    Examples
+    --------
+    >>> curves = RunningCurves(2, 0.0, 1.0)
+    >>> curves.add([0.25, 0.5])
+    >>> curves.add([0.75, 0.5])
+    >>> curves.band().mean
+    array([0.5, 0.5])
+    """
+
+    def __init__(self, n_points: int, low: float, high: float, n_bins: int = 1024) -> None:
+        if n_points < 1 or n_bins < 1 or not low < high:
+            raise CCWSIMError(
+                f"curves of {n_points} points in {n_bins} bins from {low} to {high} cannot be "
+                "counted; give at least one point and bin, and low below high"
+            )
+        self._low, self._width = low, (high - low) / n_bins
+        self._counts = np.zeros((n_points, n_bins), np.int64)
+        self._sums = np.zeros(n_points)
+        self._smallest = np.full(n_points, np.inf)
+        self._largest = np.full(n_points, -np.inf)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes, the same for any number of curves."""
+        arrays = (self._counts, self._sums, self._smallest, self._largest)
+        return sum(array.nbytes for array in arrays)
+
+    def add(self, curve: ArrayLike) -> None:
+        """Add one curve, shape (n_points,); NaN counts as missing.
+
+        Raises
+        ------
+        CCWSIMError
+            For another number of points, or a value outside low … high.
+        """
+        values = np.asarray(curve, dtype=float)
+        if values.shape != self._sums.shape:
+            raise CCWSIMError(f"a curve of {len(self._sums)} points is needed, not {values.shape}")
+        points = np.flatnonzero(~np.isnan(values))
+        there = values[points]
+        n_bins = self._counts.shape[1]
+        bins = np.floor((there - self._low) / self._width + 1e-9)
+        if len(there) and (bins.min() < 0 or bins.max() > n_bins):
+            raise CCWSIMError(
+                f"a curve from {there.min():g} to {there.max():g} leaves the bins from "
+                f"{self._low:g} to {self._low + n_bins * self._width:g}"
+            )
+        self._counts[points, np.minimum(bins, n_bins - 1).astype(np.int64)] += 1
+        self._sums[points] += there
+        self._smallest[points] = np.minimum(self._smallest[points], there)
+        self._largest[points] = np.maximum(self._largest[points], there)
+
+    def band(self, low: float = 0.1, high: float = 0.9) -> Band:
+        """Return the band of the curves added so far; NaN where there were none.
+
+        Raises
+        ------
+        CCWSIMError
+            For probabilities that are not 0 ≤ low ≤ high ≤ 1.
+        """
+        if not 0 <= low <= high <= 1:
+            raise CCWSIMError(f"quantiles {low} and {high} must be probabilities in order")
+        n = self._counts.sum(axis=1)
+        known = n > 0
+        mean = np.divide(self._sums, n, out=np.full(len(n), np.nan), where=known)
+        smallest, largest = (
+            np.where(known, extreme, np.nan) for extreme in (self._smallest, self._largest)
+        )
+        quantiles = [np.clip(self._quantile(p, n), smallest, largest) for p in (low, 0.5, high)]
+        return Band(mean, quantiles[0], quantiles[1], quantiles[2], smallest, largest)
+
+    def _quantile(self, p: float, n: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the middle of the bin, or of the two bins, that hold the value of rank p."""
+        ranks = p * np.maximum(n - 1, 0)
+        below = np.floor(ranks)
+        cumulated = self._counts.cumsum(axis=1)
+        first, second = (
+            (cumulated <= rank[:, None]).sum(axis=1) for rank in (below, np.ceil(ranks))
+        )
+        bins = first + (ranks - below) * (second - first)
+        return self._low + (bins + 0.5) * self._width

@@ -4,25 +4,175 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ccwsim.metrics.advice import (
-    MIN_ACROSS,
-    Advice,
-    advise_level,
-    advise_overlap,
-    advise_template,
-    feature_size,
-    templates_that_fit,
-)
-from ccwsim.metrics.granulometry import THICK_SHARE, granulometry
-from ccwsim.metrics.spacing import Spacing, feature_spacing
-from ccwsim.metrics.stationarity import (
+from ccwsim.metrics.features import (
     PROPORTION_LIMIT,
     QUARTERS,
+    THICK_SHARE,
     VARIOGRAM_LIMIT,
+    Spacing,
     Stationarity,
+    feature_spacing,
+    granulometry,
     stationarity,
 )
+from ccwsim.model.arrays import check_int
+from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+
+MIN_ACROSS = 6
+"""So many templates should fit along the smaller side, else the image is soon repeated."""
+MAX_ADVISED_LEVEL = 3
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A value for a parameter, and why.
+
+    Attributes
+    ----------
+    parameter : str
+        Its name in `Parameters`.
+    value : int
+    reason : str
+        One sentence.
+    """
+
+    parameter: str
+    value: int
+    reason: str
+
+
+def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
+    """Return how many templates fit into an image without overlap.
+
+    Examples
+    --------
+    >>> templates_that_fit((256, 256), 32)
+    64
+    """
+    side = check_int("template_size", template_size, 1, 2**31)
+    ny, nx = Grid.of(shape).shape
+    return (ny // side) * (nx // side)
+
+
+def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
+    """Return how many cells a template needs to hold a feature, and how that is known.
+
+    The distance from feature to feature where they repeat within a template that may be advised,
+    else twice the geometric mean of both ranges.
+
+    Parameters
+    ----------
+    ew, ns : Spacing
+        Of the training image along both axes.
+    side : int
+        Its smaller side in cells.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ccwsim.metrics.features import feature_spacing
+    >>> stripes = np.tile(np.arange(120) // 5 % 2, (120, 1))
+    >>> feature_size(*(feature_spacing(stripes, 2, d) for d in ("E-W", "N-S")), 120)
+    (10, 'Features repeat about every 10 cells')
+    """
+    largest = largest_template(side)
+    spacings = [s.spacing for s in (ew, ns) if s.spacing is not None and s.spacing <= largest + 2]
+    if spacings:
+        return max(spacings), f"Features repeat about every {max(spacings)} cells"
+    if ew.range is not None and ns.range is not None:
+        why = f"The variogram reaches its sill after {_cells(ew.range)} east–west and {ns.range} "
+        return round(2 * (ew.range * ns.range) ** 0.5), why + "north–south"
+    if ew.range is not None or ns.range is not None:
+        return largest, "Features reach across the image along one axis"
+    return largest, "The variogram reaches no sill"
+
+
+def largest_template(side: int) -> int:
+    """Return the largest template to advise for an image of that smaller side.
+
+    Examples
+    --------
+    >>> largest_template(256)
+    42
+    """
+    return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
+
+
+def advise_level(thinnest: int, side: int) -> Advice:
+    """Advise the wavelet level whose blocks are not larger than the thinnest facies.
+
+    Parameters
+    ----------
+    thinnest : int
+        Thickness of the thinnest facies in cells.
+    side : int
+        Smaller side of the training image in cells.
+
+    Examples
+    --------
+    >>> advise_level(5, 256).value
+    2
+    """
+    by_feature = max(thinnest, 1).bit_length() - 1
+    by_side = (largest_template(side) // 2).bit_length() - 1
+    level = min(by_feature, by_side, MAX_ADVISED_LEVEL)
+    compared = "single cells have to be compared"
+    if level:
+        compared = f"blocks of 2^{level} = {2**level} cells still see it"
+    reason = f"The thinnest facies is {_cells(thinnest)} thick: {compared}."
+    return Advice("wavelet_level", level, reason)
+
+
+def advise_template(wanted: int, why: str, side: int, level: int) -> Advice:
+    """Advise a template that holds a feature, while enough templates fit.
+
+    Parameters
+    ----------
+    wanted, why
+        As `feature_size` gives them.
+    side : int
+        Smaller side of the training image in cells.
+    level : int
+        The advised wavelet level.
+
+    Examples
+    --------
+    >>> advise_template(34, "Features repeat about every 34 cells", 256, 2).value
+    32
+    """
+    largest, unit = largest_template(side), 2**level
+    if wanted > largest:
+        why += f", but {MIN_ACROSS} templates should fit along {side} cells"
+    step = max(unit, 8 if largest >= 16 else 1)
+    size = max(round(min(max(wanted, 16), largest) / step), 1) * step
+    size = max(size - step if size > largest else size, 4, unit)
+    held = "hold what belongs together" if size >= wanted - step else "are the most"
+    return Advice("template_size", size, f"{why}: {size} cells {held}.")
+
+
+def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
+    """Advise an overlap of a quarter of the template, or the thinnest facies if that is more.
+
+    Examples
+    --------
+    >>> advise_overlap(32, 5, 2).value
+    8
+    """
+    unit = 2**level
+    most = max(template // 2 // unit * unit, unit)
+    size = min(max(-(-max(template // 4, thinnest) // unit) * unit, unit), most)
+    reason = (
+        f"A quarter of the template, and where it can be the {_cells(thinnest)} of the thinnest "
+        "facies, lets bodies join."
+    )
+    return Advice("overlap_size", size, reason)
+
+
+def _cells(n: int) -> str:
+    return f"{n} cell" if n == 1 else f"{n} cells"
+
 
 STRICT = 0.5
 """From this strength on the image repeats itself like wallpaper."""

@@ -1,4 +1,4 @@
-"""Histograms of the patterns in facies images, at several resolutions."""
+"""Pattern histograms on a pyramid of resolutions, and their Jensen–Shannon divergence."""
 
 from __future__ import annotations
 
@@ -9,10 +9,94 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.stack import Fraction, as_indices, map_parallel
 from ccwsim.model.arrays import as_array, as_integers, check_int
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import check_stop
+
+TIE = 1e-9
+"""Shares closer than this are equal, so that rounding does not decide."""
+
+
+def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArray[np.uint8]:
+    """Return an image at 1 / factor of its resolution: the facies with the most weight.
+
+    The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
+    cells, mirrored at the edges, and read at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new
+    cells by linear interpolation (the usual anti-aliased resizing). The largest share wins, a tie
+    goes to the smaller index.
+
+    Parameters
+    ----------
+    indices : ndarray, shape (ny, nx)
+        Facies indices.
+    factor : int
+        1 returns a copy.
+    n_facies : int
+
+    Raises
+    ------
+    CCWSIMError
+        For a factor below 1 or larger than the image.
+
+    Examples
+    --------
+    >>> coarsened(np.repeat(np.eye(2, dtype=int), 4, axis=0).repeat(4, axis=1), 4, 2)
+    array([[1, 0],
+           [0, 1]], dtype=uint8)
+    """
+    image = as_indices(indices, n_facies)[0]
+    factor = check_int("coarsening factor", factor, 1, min(image.shape))
+    if factor == 1:
+        return image.copy()
+    rows, row_weights = _taps(image.shape[0], factor)
+    columns, column_weights = _taps(image.shape[1], factor)
+    return _largest_share(image, n_facies, rows, row_weights, columns, column_weights)
+
+
+def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return which cells, and with which weights, make each coarse cell along one axis."""
+    n_coarse = n // factor
+    ratio = n / n_coarse
+    centers = (np.arange(n_coarse) + 0.5) * ratio - 0.5
+    sigma = (ratio - 1) / 2
+    radius = int(4 * sigma + 0.5)
+    reach = np.arange(-radius, radius + 1)
+    bell = np.exp(-0.5 * (reach / sigma) ** 2) if sigma else np.ones(1)
+    bell /= bell.sum()
+    base = np.floor(centers).astype(np.int64)
+    part = (centers - base)[:, None]
+    weights = np.zeros((n_coarse, 2 * radius + 2))
+    weights[:, :-1] += (1 - part) * bell
+    weights[:, 1:] += part * bell
+    cells = base[:, None] + np.arange(-radius, radius + 2)
+    period = max(2 * (n - 1), 1)
+    cells = np.abs((cells + n - 1) % period - (n - 1))
+    return cells, weights
+
+
+@kernel
+def _largest_share(image, n_facies, rows, row_weights, columns, column_weights):
+    ny, nx = len(rows), len(columns)
+    best = np.full((ny, nx), -1.0)
+    winner = np.zeros((ny, nx), np.uint8)
+    line = np.empty(image.shape[1])
+    for facies in range(n_facies):
+        for i in range(ny):
+            line[:] = 0.0
+            for t in range(rows.shape[1]):
+                weight, row = row_weights[i, t], rows[i, t]
+                for j in range(image.shape[1]):
+                    line[j] += weight if image[row, j] == facies else 0.0
+            for j in range(nx):
+                share = 0.0
+                for t in range(columns.shape[1]):
+                    share += column_weights[j, t] * line[columns[j, t]]
+                if share > best[i, j] + TIE:
+                    best[i, j] = share
+                    winner[i, j] = facies
+    return winner
+
 
 PATTERN_SIZE = 4
 FACTORS = (1, 2, 3)
@@ -163,3 +247,131 @@ def _pattern_codes(image, size, base):
                 line = lines[i + k, j]
                 codes[i, j] = codes[i, j] * strip + (line if base else _mixed(line))
     return codes
+
+
+def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
+    """Return the Jensen–Shannon divergence of two histograms in bits, from 0 to 1.
+
+    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m), m = (a + b) / 2 (Lin 1991). Its square root is a
+    distance.
+
+    Raises
+    ------
+    CCWSIMError
+        For histograms of different pattern sizes.
+
+    Examples
+    --------
+    >>> from ccwsim.metrics.patterns import pattern_histogram
+    >>> plain = pattern_histogram(np.zeros((4, 4), int), 2)
+    >>> other = pattern_histogram(np.eye(4, dtype=int), 2)
+    >>> js_divergence(plain, plain), js_divergence(plain, other)
+    (0.0, 1.0)
+    """
+    if not isinstance(a, PatternHistogram) or not isinstance(b, PatternHistogram):
+        raise CCWSIMError("two histograms of patterns are needed, as pattern_histogram makes them")
+    if a.size != b.size:
+        raise CCWSIMError(f"patterns of {a.size} and of {b.size} cells cannot be compared")
+    return float(js_of_frequencies(a.codes, a.frequencies, b.codes, b.frequencies))
+
+
+def pattern_distance(
+    images: ArrayLike,
+    training_image: NDArray[np.integer],
+    n_facies: int,
+    size: int = PATTERN_SIZE,
+    factors: Sequence[int] = FACTORS,
+    progress: Fraction | None = None,
+) -> NDArray[np.float64]:
+    """Return the Jensen–Shannon divergence of each image's patterns from the training image's.
+
+    Parameters
+    ----------
+    images : array_like, shape (ny, nx) or (n, ny, nx)
+        Facies indices.
+    training_image : ndarray, shape (ny, nx)
+        Its facies indices.
+    n_facies, size, factors, progress
+        As in `pyramid_histograms`.
+
+    Returns
+    -------
+    ndarray, shape (n, n_factors)
+
+    Examples
+    --------
+    >>> image = np.eye(12, dtype=int)
+    >>> pattern_distance(image, image, 2)
+    array([[0., 0., 0.]])
+    """
+    target = pyramid_histograms(training_image, n_facies, size, factors)[0]
+    found = pyramid_histograms(images, n_facies, size, factors, progress)
+    return np.array(
+        [[js_divergence(h, t) for h, t in zip(row, target, strict=True)] for row in found]
+    )
+
+
+def divergences(
+    histograms: list[list[PatternHistogram]], progress: Fraction | None = None
+) -> NDArray[np.float64]:
+    """Return the Jensen–Shannon divergence of all pairs, shape (n_factors, n, n).
+
+    Parameters
+    ----------
+    histograms : list of list of PatternHistogram
+        [image][factor], as `pyramid_histograms` gives them.
+    progress : callable, optional
+        Called with the share that is done.
+
+    Examples
+    --------
+    >>> rows = pyramid_histograms(np.eye(8, dtype=int)[None].repeat(2, axis=0), 2, factors=[1])
+    >>> divergences(rows).tolist()
+    [[[0.0, 0.0], [0.0, 0.0]]]
+    """
+    n, n_factors = len(histograms), len(histograms[0])
+    result = np.zeros((n_factors, n, n))
+    packed = [_packed([row[g] for row in histograms]) for g in range(n_factors)]
+
+    def fill(k: int) -> None:
+        # rows k and n − 1 − k together are equally long for every k
+        for row in {k, n - 1 - k}:
+            for g in range(n_factors):
+                _fill_row(*packed[g], row, result[g])
+
+    map_parallel(fill, (n + 1) // 2, progress)
+    return result + result.transpose(0, 2, 1)
+
+
+def _packed(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArray]:
+    starts = np.cumsum([0] + [len(h.codes) for h in histograms])
+    codes = np.concatenate([h.codes for h in histograms])
+    return codes, np.concatenate([h.frequencies for h in histograms]), starts
+
+
+@kernel
+def _fill_row(codes, shares, starts, row, result):
+    a, b = starts[row], starts[row + 1]
+    for other in range(row + 1, len(starts) - 1):
+        c, d = starts[other], starts[other + 1]
+        result[row, other] = js_of_frequencies(codes[a:b], shares[a:b], codes[c:d], shares[c:d])
+
+
+@kernel
+def js_of_frequencies(codes_a, shares_a, codes_b, shares_b):
+    """Merge two sorted histograms; a pattern that only one has adds half its share."""
+    total, i, j = 0.0, 0, 0
+    while i < len(codes_a) and j < len(codes_b):
+        if codes_a[i] == codes_b[j]:
+            a, b = shares_a[i], shares_b[j]
+            total += a * np.log2(2 * a / (a + b)) + b * np.log2(2 * b / (a + b))
+            i += 1
+            j += 1
+        elif codes_a[i] < codes_b[j]:
+            total += shares_a[i]
+            i += 1
+        else:
+            total += shares_b[j]
+            j += 1
+    total += shares_a[i:].sum() + shares_b[j:].sum()
+    return max(total / 2, 0.0)

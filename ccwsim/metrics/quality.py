@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import connectivity
-from ccwsim.metrics.directions import Direction
-from ccwsim.metrics.divergence import pattern_distance
 from ccwsim.metrics.etype import facies_counts
+from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.model.arrays import check_int
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble

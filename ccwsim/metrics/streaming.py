@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.metrics.bands import Band
+from ccwsim.metrics.bands import Band, RunningCurves
 from ccwsim.metrics.connectivity import connectivity
-from ccwsim.metrics.etype import EType, add_counts, etype_of_counts
-from ccwsim.metrics.proportions import proportions
-from ccwsim.metrics.running_curves import RunningCurves
+from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
 from ccwsim.metrics.stack import as_indices
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.errors import CCWSIMError

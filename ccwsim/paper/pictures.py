@@ -19,7 +19,7 @@ from ccwsim.figures import (
     share_png,
 )
 from ccwsim.metrics import band, connectivity, variogram
-from ccwsim.metrics.directions import Direction
+from ccwsim.metrics.lags import Direction
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report import Chart, Picture

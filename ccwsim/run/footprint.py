@@ -1,4 +1,4 @@
-"""How much memory a run will take, before it starts: rather a little more than it does."""
+"""An estimate of the memory that a run takes, before it starts: a little too high, not too low."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ccwsim.model.study import Study
 from ccwsim.system.workers import n_cores
 
 GRIDS_AT_WORK = 2
-"""Grids of one byte a cell that a thread needs: the one it fills, and as it lies in the world."""
+"""Grids of one byte a cell that a thread needs: in path coordinates and in grid coordinates."""
 GRIDS_OF_DATA = 2
-"""With data: where they lie along the path, and in the world."""
+"""With data: their positions in both."""
 BYTES_A_DATUM = 200
 MARGIN = 1.15
 
@@ -24,14 +24,7 @@ def footprint(
 ) -> int:
     """Return about how many bytes `simulate` takes for n realizations, with what it returns.
 
-    Parameters
-    ----------
-    study : Study
-    n : int
-    n_workers : int, optional
-        Threads; as many as there are cores where not given.
-    keep_sources : bool
-        As `simulate` has it.
+    The arguments are those of `simulate`.
 
     Examples
     --------
@@ -57,26 +50,26 @@ def footprint(
 
 
 def _of_image(study: Study) -> int:
-    """Return what the training image takes, turned and prepared in every way that is drawn."""
+    """Return what the training image takes, in all orientations and template sizes drawn."""
     p, image = study.parameters, study.training_image
     low = max(round(p.template_size * (1 - p.template_variation)), 2 * p.overlap_size, 4)
     high = round(p.template_size * (1 + p.template_variation))
     sizes = legal_sizes(p.level, low, high) if p.template_variation else [p.template_size]
-    oriented = sum(_of_turned(study, size) for size in sizes)
-    making = 8 * image.indices.size * 3  # the decomposition is worked out in floats
+    oriented = sum(_of_oriented(study, size) for size in sizes)
+    making = 8 * image.indices.size * 3  # the decomposition is computed in floats
     return (N_ORIENTATIONS if p.random_path else 1) * oriented + making
 
 
-def _of_turned(study: Study, template: int) -> int:
+def _of_oriented(study: Study, template: int) -> int:
     p, image = study.parameters, study.training_image
     scale = p.scale
     level, cells = p.level - scale, image.indices.size / 4**scale
     n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
-    places = cells / 4**level
+    locations = cells / 4**level
     split = p.exact_data and study.hard_data.n > MAX_DATA
     size, overlap = template >> scale, p.overlap_size >> scale
     n_splits = len(legal_splits(size, overlap)) if split else 1
     score = np.dtype(score_type(level, size, overlap)).itemsize
-    sums = places * n_planes * (1 if 4**level <= 255 else 2)
+    sums = locations * n_planes * (1 if 4**level <= 255 else 2)
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
-    return int(3 * cells + bits + sums + n_splits * 4 * places * score)
+    return int(3 * cells + bits + sums + n_splits * 4 * locations * score)

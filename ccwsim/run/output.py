@@ -1,4 +1,4 @@
-"""Where realizations go as they are finished: into memory, or straight to disk."""
+"""Where finished realizations are stored: in memory, or straight on disk."""
 
 from __future__ import annotations
 
@@ -22,13 +22,7 @@ from ccwsim.model.study import Study
 
 
 class Stored(NamedTuple):
-    """What an ensemble holds of finished realizations.
-
-    Attributes
-    ----------
-    indices : ndarray of uint8 or LazyStack, shape (n, ny, nx)
-    sources : ndarray of int32, shape (n, ny, nx), or None
-    """
+    """What an ensemble holds of finished realizations; `indices` may be a `LazyStack`."""
 
     indices: NDArray[np.uint8]
     sources: NDArray[np.int32] | None
@@ -37,9 +31,7 @@ class Stored(NamedTuple):
 class Store(Protocol):
     """Takes realizations in any order."""
 
-    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
-        """Keep realization k."""
-        ...
+    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None: ...
 
     def finish(self, finished: list[int]) -> Stored:
         """Return those that were finished, ascending."""
@@ -50,13 +42,7 @@ class Store(Protocol):
 def store_of(
     study: Study, n: int, keep_sources: bool, out: str | os.PathLike[str] | None
 ) -> Iterator[Store]:
-    """Yield a place for n realizations; a file is there at the end or as it was before.
-
-    Raises
-    ------
-    CCWSIMError
-        For too many to fit, and for a file that cannot be written.
-    """
+    """Yield a store for n realizations; a file is complete at the end, or as it was before."""
     if out is None:
         yield Memory(study.grid.shape, n, keep_sources)
         return
@@ -73,8 +59,8 @@ class Memory:
     """Keeps realizations in memory."""
 
     def __init__(self, shape: tuple[int, int], n: int, keep_sources: bool) -> None:
-        self._indices = _room((n, *shape), np.uint8)
-        self._sources = _room((n, *shape), np.int32) if keep_sources else None
+        self._indices = _allocate((n, *shape), np.uint8)
+        self._sources = _allocate((n, *shape), np.int32) if keep_sources else None
 
     def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
         """Copy realization k."""
@@ -94,7 +80,7 @@ class Memory:
 class MapFile:
     """Writes facies codes to a NumPy file, by a temporary one beside it and a rename.
 
-    Realizations are written, not mapped: what is on disk takes no memory of this process.
+    Realizations are written, not mapped: pages of a map would count as memory of this process.
     """
 
     def __init__(
@@ -108,7 +94,7 @@ class MapFile:
         self._size = int(np.prod(shape[1:], dtype=object)) * codes.itemsize
         self._beside = path.parent / f".{path.name[:100]}.{secrets.token_hex(6)}.tmp"
         try:
-            _check_room(path.parent, shape[0] * self._size)
+            _check_disk(path.parent, shape[0] * self._size)
             self._file = self._beside.open("xb+")
             self._file.write(self._header)
         except OSError as error:
@@ -116,7 +102,7 @@ class MapFile:
             raise _unwritable(path, error) from error
 
     def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
-        """Write realization k at its place."""
+        """Write realization k at its position."""
         own = np.ascontiguousarray(self._codes[indices])
         with self._lock:
             try:
@@ -126,7 +112,7 @@ class MapFile:
                 raise _unwritable(self._path, error) from error
 
     def finish(self, finished: list[int]) -> Stored:
-        """Close the gaps of those that are missing, put the file in place, and map it."""
+        """Close the gaps of those that are missing, rename the file, and map it."""
         n = len(finished)
         if not n:
             return Stored(np.empty((0, *self._shape[1:]), np.uint8), None)
@@ -146,7 +132,7 @@ class MapFile:
         return Stored(mapped if plain else LazyStack(mapped, self._codes), None)  # type: ignore[arg-type]
 
     def drop(self) -> None:
-        """Take the temporary file away, if it is still there."""
+        """Delete the temporary file, if it still exists."""
         with suppress(OSError, AttributeError):
             self._file.close()
         with suppress(OSError):
@@ -170,12 +156,12 @@ class MapFile:
         return header.getvalue()
 
 
-def _check_room(folder: Path, size: int) -> None:
+def _check_disk(folder: Path, size: int) -> None:
     free = shutil.disk_usage(folder).free
     if size > free:
         raise CCWSIMError(
             f"realizations of {size / 1e9:.1f} GB do not fit into {folder}, which has "
-            f"{free / 1e9:.1f} GB left; ask for fewer, or for another place"
+            f"{free / 1e9:.1f} GB left; ask for fewer, or for another folder"
         )
 
 
@@ -183,7 +169,7 @@ def _unwritable(path: Path, error: OSError) -> CCWSIMError:
     return CCWSIMError(f"{path} cannot be written: {error.strerror or error}")
 
 
-def _room(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:
+def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:
     try:
         return np.empty(shape, kind)
     except (MemoryError, ValueError):

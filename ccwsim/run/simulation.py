@@ -1,4 +1,4 @@
-"""The conductor: realizations of a study, wherever they are simulated and kept."""
+"""The simulation loop: realizations of a study, wherever they are simulated and kept."""
 
 from __future__ import annotations
 
@@ -117,11 +117,14 @@ def simulate(
         finished = runner.run(work, take, progress, cancel)
         stored = store.finish(finished)
     ensemble = Ensemble(
-        study.training_image, study.grid, study.parameters, study.hard_data, study.seed,
-        stored.indices, readonly(seconds[finished]), time.perf_counter() - start,
-        readonly(data_status[finished]), readonly(first + np.array(finished, int)),
-        stored.sources,
-    )  # fmt: skip
+        *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),
+        indices=stored.indices,
+        cpu_seconds=readonly(seconds[finished]),
+        wall_seconds=time.perf_counter() - start,
+        data_status=readonly(data_status[finished]),
+        numbers=readonly(first + np.array(finished, int)),
+        sources=stored.sources,
+    )
     if len(finished) < n:
         raise Cancelled(
             f"stopped after {len(finished)} of {n} realizations", ensemble if finished else None

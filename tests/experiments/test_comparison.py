@@ -116,7 +116,7 @@ def test_progress_goes_up_and_parts_come_as_they_are_known(image):
         shares.append(share)
         counts.append(n_done)
 
-    compare(image, GRID, SETTINGS, DATA, N, SEED, progress, so_far=parts.append)
+    compare(image, GRID, SETTINGS, DATA, N, SEED, progress, on_partial=parts.append)
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1)
     assert counts == sorted(counts)
@@ -131,7 +131,7 @@ def test_it_stops_wherever_it_is(image, n_parts):
     with pytest.raises(Cancelled):
         compare(
             image, GRID, SETTINGS, DATA, N, SEED,
-            cancel=lambda: len(parts) >= n_parts, so_far=parts.append,
+            cancel=lambda: len(parts) >= n_parts, on_partial=parts.append,
         )  # fmt: skip
     assert len(parts) == n_parts
 
@@ -146,7 +146,7 @@ def test_a_setting_that_does_not_fit_is_named_before_anything_runs(image):
     parts = []
     settings = {"A": SETTINGS["level 1"], "B": Parameters(128, 8)}
     with pytest.raises(CCWSIMError, match=r"setting B: .*128"):
-        compare(image, GRID, settings, so_far=parts.append)
+        compare(image, GRID, settings, on_partial=parts.append)
     assert not parts
 
 

@@ -170,25 +170,25 @@ def judged(found: Sweep, numbers: list[dict], image_shape=(640, 640)) -> Sweep:
 
 
 def numbers(distance, seconds, tau=0.01, wrong=0.0) -> dict:
-    return {
-        "pattern_distances": (distance,) * 3, "pattern_spread": 0.0, "cpu_seconds": seconds,
-        "tau_errors": (tau, tau), "n_mismatched": wrong,
-    }  # fmt: skip
+    each = {"pattern_distances": (distance,) * 3, "pattern_spread": 0.0, "tau_errors": (tau, tau)}
+    return {**each, "cpu_seconds": seconds, "n_mismatched": wrong}
 
 
-@pytest.mark.parametrize(
-    ("each", "index", "words"),
-    [
-        ([numbers(1.0, 9), numbers(1.05, 3), numbers(2, 1), numbers(1.2, 2)], 1, "as near"),
-        ([numbers(1.0, 2), numbers(1.05, 3), numbers(2, 1), numbers(1.2, 2)], 0, "nearest"),
-        ([numbers(1.0, 9), numbers(1.05, 3, tau=0.2), numbers(2, 1), numbers(1.2, 2)], 0,
-         "τ is off by 0.01, with faster ones by 0.2 or more"),
-        ([numbers(1.0, 9, wrong=2), numbers(1.05, 3, wrong=2), numbers(2, 1), numbers(3, 2)], 2,
-         "nearest"),
-        ([numbers(1.0, 9, tau=np.nan), numbers(1.05, 3, tau=np.nan), numbers(2, 1),
-          numbers(1.2, 2)], 1, "as near"),
-    ],
-)  # fmt: skip
+FIRST, SECOND, POOR, NEXT = (1.0, 9), (1.05, 3), numbers(2, 1), numbers(1.2, 2)
+CHOICES = [
+    ([numbers(*FIRST), numbers(*SECOND), POOR, NEXT], 1, "as close"),
+    ([numbers(1.0, 2), numbers(*SECOND), POOR, NEXT], 0, "closest"),
+    (
+        [numbers(*FIRST), numbers(*SECOND, tau=0.2), POOR, NEXT],
+        0,
+        "the error of τ(h) is 0.01, that of faster ones 0.2 or more",
+    ),
+    ([numbers(*FIRST, wrong=2), numbers(*SECOND, wrong=2), POOR, numbers(3, 2)], 2, "closest"),
+    ([numbers(*FIRST, tau=np.nan), numbers(*SECOND, tau=np.nan), POOR, NEXT], 1, "as close"),
+]
+
+
+@pytest.mark.parametrize(("each", "index", "words"), CHOICES)
 def test_the_fastest_of_the_good_ones_is_recommended(found, each, index, words):
     choice = recommended(judged(found, each))
     assert choice.index == index

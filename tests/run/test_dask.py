@@ -40,6 +40,10 @@ def study(n: int = 20, **options) -> Ensemble:
     return simulate(IMAGE, (160, 150), P, DATA, n, seed=5, **options)
 
 
+def large(client, n: int, **options) -> Ensemble:
+    return simulate(IMAGE, (8000, 8000), P, n_realizations=n, executor=client, **options)
+
+
 def same(one: Ensemble, other: Ensemble) -> bool:
     return one.digest == other.digest and np.array_equal(one.data_status, other.data_status)
 
@@ -79,21 +83,20 @@ def test_cancel_stops_what_runs(client):
     study(2, executor=client)  # compiled
     start = time.monotonic()
     with pytest.raises(Cancelled, match="0 of 3"):
-        simulate(
-            IMAGE, (8000, 8000), P, n_realizations=3, executor=client,
-            cancel=lambda: time.monotonic() > start + 0.5,
-        )  # fmt: skip
+        large(client, 3, cancel=lambda: time.monotonic() > start + 0.5)
     assert same(study(4, executor=client), study(4))
 
 
 @pytest.mark.slow
-def test_the_share_of_a_large_realization_is_told_before_it_is_finished(client):
+def test_the_share_of_a_large_realization_is_reported_before_it_is_finished(client):
     seen: list[tuple[float, int]] = []
     with pytest.raises(Cancelled, match="0 of 1"):
-        simulate(
-            IMAGE, (8000, 8000), P, n_realizations=1, executor=client,
-            progress=lambda *now: seen.append(now), cancel=lambda: bool(seen) and seen[-1][0] > 0,
-        )  # fmt: skip
+        large(
+            client,
+            1,
+            progress=lambda *now: seen.append(now),
+            cancel=lambda: bool(seen) and seen[-1][0] > 0,
+        )
     assert 0 < seen[-1][0] < 1
 
 

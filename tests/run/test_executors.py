@@ -14,8 +14,13 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, Train
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from ccwsim.run.executors import worker
-from ccwsim.run.executors.flags import FileFlag, PolledFlag
-from ccwsim.run.executors.serialization import name_of, packed, unpacked
+from ccwsim.run.executors.worker import (
+    FileFlag,
+    PolledFlag,
+    deserialized,
+    serialized,
+    study_key,
+)
 from tests.small_images import blobs
 
 P = Parameters(16, 4, 1, n_candidates=5, template_variation=0.4)
@@ -27,6 +32,10 @@ DATA = HardData([[3, 4], [20, 30], [55, 2], [40, 40]], [-5, 2, 9, 2])
 
 def study(n: int = 12, **options) -> Ensemble:
     return simulate(IMAGE, (60, 50), P, DATA, n, seed=3, **options)
+
+
+def large(executor: Executor, **options) -> Ensemble:
+    return simulate(IMAGE, (8000, 8000), P, n_realizations=2, executor=executor, **options)
 
 
 def same(one: Ensemble, other: Ensemble) -> bool:
@@ -111,10 +120,10 @@ def test_the_study_is_sent_only_to_a_worker_that_does_not_know_it(monkeypatch):
     assert sum(content is not None for content in contents) == n_first
 
 
-def test_a_parcel_gives_the_study_with_frozen_arrays():
-    there = unpacked(packed(Study(IMAGE, Grid(60, 50), P, DATA, 3)))
-    assert name_of(there) == name_of(Study(IMAGE, Grid(60, 50), P, DATA, 3))
-    assert name_of(there) != name_of(Study(IMAGE, Grid(60, 50), P, DATA, 4))
+def test_a_deserialized_study_has_read_only_arrays():
+    there = deserialized(serialized(Study(IMAGE, Grid(60, 50), P, DATA, 3)))
+    assert study_key(there) == study_key(Study(IMAGE, Grid(60, 50), P, DATA, 3))
+    assert study_key(there) != study_key(Study(IMAGE, Grid(60, 50), P, DATA, 4))
     assert not there.training_image.indices.flags.writeable
     assert there.training_image.facies_names == ("a", "b", "c")
 
@@ -124,9 +133,11 @@ class TestCancel:
         done = [0]
         with pytest.raises(Cancelled, match="of 5000") as stopped:
             study(
-                5000, executor=processes, progress=lambda _, n: done.append(n),
+                5000,
+                executor=processes,
+                progress=lambda _, n: done.append(n),
                 cancel=lambda: done[-1] >= 3,
-            )  # fmt: skip
+            )
         ensemble = stopped.value.ensemble
         assert ensemble is not None
         assert 3 <= ensemble.n < 5000
@@ -138,40 +149,37 @@ class TestCancel:
         study(2, executor=processes)  # compiled
         start = time.monotonic()
         with pytest.raises(Cancelled, match="0 of 2"):
-            simulate(
-                IMAGE, (8000, 8000), P, n_realizations=2, executor=processes,
-                cancel=lambda: time.monotonic() > start + 0.5,
-            )  # fmt: skip
+            large(processes, cancel=lambda: time.monotonic() > start + 0.5)
         # Both workers are free again: these would wait for the large ones otherwise.
         assert same(study(4, executor=processes), study(4))
 
-    def test_the_share_of_a_large_realization_is_told_before_it_is_finished(self, processes):
+    def test_the_share_of_a_large_realization_is_reported_before_it_is_finished(self, processes):
         seen: list[tuple[float, int]] = []
         with pytest.raises(Cancelled, match="0 of 2"):
-            simulate(
-                IMAGE, (8000, 8000), P, n_realizations=2, executor=processes,
+            large(
+                processes,
                 progress=lambda *now: seen.append(now),
                 cancel=lambda: bool(seen) and seen[-1][0] > 0,
-            )  # fmt: skip
+            )
         assert 0 < seen[-1][0] < 0.5
         assert seen[-1][1] == 0
 
     def test_a_flag_is_seen_where_its_file_can_be(self):
         flag = FileFlag()
         elsewhere = FileFlag(path=flag.path, host="another machine")
-        seldom = PolledFlag(flag, every=3600)
-        assert not seldom.is_set()
-        flag.tell(3, 0.25)
-        flag.tell(3, 0.5)
-        flag.tell(7, 0.0)
+        polled = PolledFlag(flag, every=3600)
+        assert not polled.is_set()
+        flag.report(3, 0.25)
+        flag.report(3, 0.5)
+        flag.report(7, 0.0)
         assert flag.shares([3, 5, 7]) == {3: 0.5, 7: 0.0}
         flag.set()
-        flag.tell(3, 1.0)
+        flag.report(3, 1.0)
         assert flag.shares([3, 7]) == {}
         flag.set()
         assert flag.is_set()
         assert not elsewhere.is_set()
-        assert not seldom.is_set()
+        assert not polled.is_set()
 
 
 def ended() -> None:

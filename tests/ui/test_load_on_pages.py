@@ -9,7 +9,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import CCWSIMError, Grid, datasets
-from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.experiments.timing import TimingCase
 from ccwsim.model.choices import DataChoice
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.state import Benchmark

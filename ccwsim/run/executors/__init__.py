@@ -1,12 +1,45 @@
-"""Where realizations are simulated: threads at home, the processes of a pool, a Dask cluster.
+"""Where realizations are simulated: threads of this process, any executor, a Dask cluster.
 
-A runner prepares a study and runs its realizations; `simulate` knows nothing else of it. Threads
+A runner prepares a study and runs its realizations; `simulate` knows nothing else about it. Threads
 share the study. Everywhere else it is sent once to each worker, and realizations come back in
-batches, as they are finished.
+batches as they are finished.
 """
 
-from ccwsim.run.executors.choosing import runner_of
-from ccwsim.run.executors.cluster import connect
-from ccwsim.run.executors.runner import Runner, Take, Work
+from __future__ import annotations
 
-__all__ = ["Runner", "Take", "Work", "connect", "runner_of"]
+import sys
+from concurrent.futures import Executor, ThreadPoolExecutor
+from typing import Any
+
+from ccwsim.model.arrays import check_int
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.run.executors.batches import BatchBackend, BatchRunner
+from ccwsim.run.executors.cluster import ClusterBackend, connect
+from ccwsim.run.executors.threads import Take, ThreadRunner, Work
+from ccwsim.system.workers import n_cores
+
+__all__ = ["Take", "Work", "connect", "runner_of"]
+
+
+def runner_of(executor: Any, n_workers: int | None) -> ThreadRunner | BatchRunner:
+    """Return the runner for an executor, a Dask client, or threads for None.
+
+    Examples
+    --------
+    >>> type(runner_of(None, 2)).__name__
+    'ThreadRunner'
+    """
+    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
+    if executor is None:
+        return ThreadRunner(workers)
+    if isinstance(executor, ThreadPoolExecutor):
+        return ThreadRunner(workers, executor)
+    if isinstance(executor, Executor):
+        return BatchRunner(BatchBackend(executor, workers))
+    dask = sys.modules.get("distributed")  # whoever has a client has imported it
+    if dask is not None and isinstance(executor, dask.Client):
+        return BatchRunner(ClusterBackend(executor))
+    raise CCWSIMError(
+        f"executor: an Executor of concurrent.futures or a distributed.Client is needed, not "
+        f"{shown(executor)}"
+    )

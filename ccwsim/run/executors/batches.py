@@ -1,171 +1,178 @@
-"""Realizations in batches: sent out a few at a time, taken in as they come back."""
+"""The submission loop: realizations in batches, sent a few at a time, taken as they come back."""
 
 from __future__ import annotations
 
-import time
 from collections import deque
-from collections.abc import Callable, Iterable
-from queue import Empty, SimpleQueue
-from typing import Any, Protocol
+from collections.abc import Iterable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from typing import Any
 
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.run.executors.runner import Take, Work
-from ccwsim.run.executors.worker import Reply
+from ccwsim.run.executors.threads import Cancel, Take, Work
+from ccwsim.run.executors.worker import (
+    BatchRequest,
+    FileFlag,
+    Reply,
+    serialized,
+    simulate_batch,
+    study_key,
+)
 from ccwsim.system.workers import POLL_SECONDS, Progress
 
 BATCH_SECONDS = 0.25
 """What a batch should take: long beside its way there and back, short beside a second."""
 BATCH_BYTES = 64_000_000
-AHEAD = 2
-"""Batches under way for each worker, so that none waits for the next."""
-PATIENCE = 0.7
-"""Seconds that running batches get to hand over what they have, once they were asked to stop."""
+BATCHES_PER_WORKER = 2
+"""Under way at a time, so that no worker waits for its next batch."""
+STOP_SECONDS = 0.7
+"""How long running batches may take to return what they have, once they were asked to stop."""
 
 
-class BatchBackend(Protocol):
-    """Takes batches to workers and back."""
+class BatchBackend:
+    """Sends batches to an executor of `concurrent.futures`, which stays open.
+
+    A request has the key of its study alone; a worker that does not know it says so, and the batch
+    is sent again with the study. `n_workers` counts where the executor does not tell its number.
+    """
+
+    def __init__(self, executor: Any, n_workers: int) -> None:
+        self._executor = executor
+        self._n_workers = getattr(executor, "_max_workers", None) or n_workers
 
     def open(self, work: Work) -> None:
-        """Get ready to send batches of a study."""
-        ...
+        """Prepare to send batches of a study."""
+        self._content, self._key = serialized(work.study), study_key(work.study)
+        self._keep_sources = work.keep_sources
+        self._flag: Any = FileFlag()
 
     def n_workers(self) -> int:
-        """Say how many batches can be worked on at once."""
-        ...
+        """Return how many batches can be worked on at once."""
+        return self._n_workers
 
-    def send(self, numbers: tuple[int, ...], whole: bool) -> Any:
-        """Send a batch, with the `whole` study or with its name; return its future."""
-        ...
-
-    def fetch(self, future: Any) -> Reply:
-        """Return what a future, which is done, has to give; called on any thread."""
-        ...
+    def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
+        """Send a batch."""
+        request = self._request(numbers)
+        content = self._content if with_study else None
+        try:
+            return self._executor.submit(simulate_batch, request, content)
+        except BrokenExecutor:
+            raise
+        except RuntimeError as error:
+            raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Say how much of these realizations was done when workers last told, 0 … 1."""
-        ...
+        """Return how much of these realizations was done at the workers' last report, 0 … 1."""
+        return self._flag.shares(numbers)
 
-    def lost(self, error: BaseException) -> bool:
-        """Say whether a batch that ended in an error is to be sent again; raise what is worse."""
-        ...
+    def recovers(self, error: BaseException) -> bool:
+        """Return whether a batch that ended in an error is to be sent again, or raise in words."""
+        if isinstance(error, BrokenExecutor):
+            raise CCWSIMError(
+                "a worker process ended before its work was done, perhaps for lack of memory; "
+                "use fewer workers or a smaller grid, and a new executor"
+            ) from error
+        if isinstance(error, ImportError):
+            raise CCWSIMError(
+                f"a worker cannot import what it needs ({error}); install ccwsim and its "
+                "requirements where the workers run"
+            ) from error
+        return False
 
     def stop(self) -> None:
         """Tell the workers that nothing more is wanted."""
-        ...
+        self._flag.set()
+
+    def _request(self, numbers: tuple[int, ...]) -> BatchRequest:
+        return BatchRequest(self._key, numbers, self._keep_sources, self._flag)
 
 
-class Batches:
-    """Runs realizations in batches that a courier takes to its workers."""
+class BatchRunner:
+    """Runs realizations in batches that a backend sends to its workers."""
 
-    def __init__(self, courier: BatchBackend) -> None:
-        self._courier = courier
+    def __init__(self, backend: BatchBackend) -> None:
+        self._backend = backend
 
     def prepare(self, work: Work, progress: Progress | None) -> None:
-        """Let the courier get ready."""
+        """Open the backend."""
         if progress:
             progress(0.0, 0)
-        self._courier.open(work)
+        self._backend.open(work)
 
     def run(
-        self,
-        work: Work,
-        take: Take,
-        progress: Progress | None,
-        cancel: Callable[[], bool] | None,
+        self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
     ) -> list[int]:
-        """Send batches and take in what comes back, in any order."""
-        tour = _Dispatch(self._courier, work, take)
+        """Send batches and take what comes back, in any order."""
+        dispatch = _Dispatch(self._backend, work, take)
         try:
-            while len(tour.finished) < work.n:
-                tour.send_out()
-                tour.take_in(POLL_SECONDS)
-                n_done = len(tour.finished)
+            while len(dispatch.finished) < work.n:
+                dispatch.send()
+                dispatch.receive()
+                n_done = len(dispatch.finished)
                 if progress:
-                    progress((n_done + tour.under_way()) / work.n, n_done)
+                    progress((n_done + dispatch.under_way()) / work.n, n_done)
                 if n_done < work.n and cancel and cancel():
                     break
         finally:
-            tour.end()
-        return sorted(tour.finished)
+            dispatch.stop()
+        return sorted(dispatch.finished)
 
 
 class _Dispatch:
     """The batches of one run: which are still to be sent, and which are under way."""
 
-    def __init__(self, courier: BatchBackend, work: Work, take: Take) -> None:
+    def __init__(self, backend: BatchBackend, work: Work, take: Take) -> None:
         self.finished: list[int] = []
-        self._courier, self._work, self._take = courier, work, take
+        self._backend, self._work, self._take = backend, work, take
         self._left = deque(range(work.n))
+        self._with_study: deque[tuple[int, ...]] = deque()
+        self._out: dict[Future[Reply], tuple[int, ...]] = {}
         self._seconds = 0.0
-        self._whole: deque[tuple[int, ...]] = deque()  # to be sent with the study
-        self._out: dict[int, tuple[Any, tuple[int, ...]]] = {}
-        self._back: SimpleQueue[tuple[int, Reply | BaseException]] = SimpleQueue()
-        self._n_sent = 0
 
-    def send_out(self) -> None:
+    def send(self) -> None:
         """Send batches until every worker has enough."""
-        at_once = AHEAD * self._courier.n_workers()
-        while len(self._out) < at_once and (self._whole or self._left):
-            whole = bool(self._whole)
-            batch = self._whole.popleft() if whole else self._next_batch(at_once)
-            numbers = tuple(self._work.first + k for k in batch)
+        at_once = BATCHES_PER_WORKER * self._backend.n_workers()
+        while len(self._out) < at_once and (self._with_study or self._left):
+            with_study = bool(self._with_study)
+            batch = self._with_study.popleft() if with_study else self._next_batch(at_once)
             try:
-                future = self._courier.send(numbers, whole)
+                self._out[self._backend.submit(self._numbers(batch), with_study)] = batch
             except Exception as error:
-                if not self._courier.lost(error):
-                    raise
-                self._left.extendleft(reversed(batch))
+                self._recover(batch, error)
                 return
-            token = self._n_sent = self._n_sent + 1
-            self._out[token] = future, batch
-            # The answer is fetched where it arrives, so that this thread can look at `cancel`.
-            future.add_done_callback(lambda f, token=token: self._fetch(f, token))
 
-    def take_in(self, seconds: float) -> None:
-        """Wait for answers, at most so long, and take in all that are there."""
-        try:
-            answers = [self._back.get(timeout=seconds)]
-            while not self._back.empty():
-                answers.append(self._back.get())
-        except Empty:
-            return
-        for token, answer in answers:
-            _, batch = self._out.pop(token)
-            if isinstance(answer, BaseException):
-                if not self._courier.lost(answer):
-                    raise answer
-                self._left.extendleft(reversed(batch))
-            elif not answer.known:
-                self._whole.append(batch)
+    def receive(self) -> None:
+        """Wait a moment for replies, and take all that have come."""
+        done, _ = wait(self._out, POLL_SECONDS, FIRST_COMPLETED)
+        for future in done:
+            batch = self._out.pop(future)
+            error = CancelledError() if future.cancelled() else future.exception()
+            if error is not None:
+                self._recover(batch, error)
+            elif not future.result().known:
+                self._with_study.append(batch)
             else:
-                self._keep(batch, answer)
+                self._keep(batch, future.result())
 
     def under_way(self) -> float:
-        """Say how many realizations what is done of unfinished ones makes."""
-        sent = [self._work.first + k for _, batch in self._out.values() for k in batch]
-        return sum(self._courier.shares(sent).values())
+        """Return the sum of the finished shares of unfinished realizations."""
+        sent = [number for batch in self._out.values() for number in self._numbers(batch)]
+        return sum(self._backend.shares(sent).values())
 
-    def end(self) -> None:
-        """Drop what waits, stop what runs, and take in what it gives at once."""
-        self._courier.stop()
-        for future, _ in self._out.values():
-            future.cancel()
-        until = time.monotonic() + PATIENCE
-        while self._out and time.monotonic() < until:
-            try:
-                token, answer = self._back.get(timeout=max(until - time.monotonic(), 0.001))
-            except Empty:
-                break
-            _, batch = self._out.pop(token)
-            if isinstance(answer, Reply):
-                self._keep(batch, answer)
+    def stop(self) -> None:
+        """Drop what waits, stop what runs, and take what it returns at once."""
+        self._backend.stop()
+        done, _ = wait([future for future in self._out if not future.cancel()], STOP_SECONDS)
+        for future in done:
+            if future.exception() is None:
+                self._keep(self._out[future], future.result())
 
-    def _fetch(self, future: Any, token: int) -> None:
-        try:
-            answer = self._courier.fetch(future)
-        except BaseException as error:  # some mean by it that a batch was cancelled
-            answer = error
-        self._back.put((token, answer))
+    def _recover(self, batch: tuple[int, ...], error: BaseException) -> None:
+        if not self._backend.recovers(error):
+            raise error
+        self._left.extendleft(reversed(batch))
+
+    def _numbers(self, batch: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(self._work.first + k for k in batch)
 
     def _next_batch(self, at_once: int) -> tuple[int, ...]:
         cells = self._work.study.grid.ny * self._work.study.grid.nx
@@ -181,11 +188,3 @@ class _Dispatch:
         self._left.extendleft(reversed(batch[len(reply.realizations) :]))
         if reply.realizations:
             self._seconds = reply.seconds
-
-
-def without_program(error: ImportError) -> CCWSIMError:
-    """Say that the workers lack something."""
-    return CCWSIMError(
-        f"a worker cannot import what it needs ({error}); install ccwsim and its requirements "
-        "where the workers run"
-    )

@@ -7,34 +7,30 @@ import secrets
 import socket
 import time
 from collections.abc import Iterable
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future, InvalidStateError
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.run.executors.batches import without_program
-from ccwsim.run.executors.flags import ClusterFlag
-from ccwsim.run.executors.runner import Work
-from ccwsim.run.executors.serialization import name_of, packed
-from ccwsim.run.executors.worker import BatchRequest, Reply, simulate_batch
+from ccwsim.run.executors.batches import BatchBackend
+from ccwsim.run.executors.threads import Work
+from ccwsim.run.executors.worker import Reply, simulate_batch
 
 CONNECT_SECONDS = 5.0
-COUNT_EVERY = 2.0
-"""Seconds between two counts of the workers, which may come and go."""
-FETCH_SECONDS = 3.0
-"""How long an answer may be on its way before it is asked for anew."""
+COUNT_SECONDS = 2.0
+"""Between two counts of the workers, which may come and go."""
+RESULT_SECONDS = 3.0
+"""How long a reply may be on its way before it is requested anew."""
 MAX_LOSSES = 5
-"""How often the study is sent out anew when all workers that had it are gone."""
+"""How often the study is sent anew when all workers that had it are gone."""
 
 
 def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
     """Return a client of the Dask scheduler at an address such as tcp://host:8786.
 
-    Raises
-    ------
-    CCWSIMError
-        Where dask.distributed is not installed, or the scheduler does not answer.
+    Raises `CCWSIMError` where dask.distributed is not installed or the scheduler does not answer.
     """
     try:
         from distributed import Client
@@ -44,7 +40,11 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             "pip install -r requirements-dask.txt"
         ) from error
     try:
-        _knock(address, seconds)
+        # A client would try again and again where nobody listens.
+        parts = urlsplit(address)
+        if not parts.hostname or not parts.port:
+            raise ValueError("host and port are needed")
+        socket.create_connection((parts.hostname, parts.port), seconds).close()
         return Client(address, timeout=seconds, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -54,26 +54,37 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
         ) from error
 
 
-def _knock(address: str, seconds: float) -> None:
-    """Fail at once where nobody listens: a client would ask again and again."""
-    parts = urlsplit(address)
-    if not parts.hostname or not parts.port:
-        raise ValueError("host and port are needed")
-    socket.create_connection((parts.hostname, parts.port), seconds).close()
+@dataclass(frozen=True)
+class ClusterFlag:
+    """An event that the scheduler of a Dask cluster keeps."""
+
+    name: str
+
+    def is_set(self) -> bool:
+        """Return whether the work is to stop."""
+        from distributed import Event
+
+        return bool(Event(self.name).is_set())
+
+    def report(self, number: int, share: float) -> None:
+        """Send to all subscribers how much of a realization is done, 0 … 1."""
+        from distributed import get_worker
+
+        get_worker().log_event(self.name, (number, share))
 
 
-class Cluster:
-    """Sends batches to the workers of a Dask cluster; the client stays open.
+class ClusterBackend(BatchBackend):
+    """Sends batches to the workers of a `distributed.Client`, which stays open.
 
-    Parameters
-    ----------
-    client : distributed.Client
+    It makes futures of its own: those of `Client.get_executor()` would wait for the reply of a
+    worker that was killed until the connection times out.
     """
 
     def __init__(self, client: Any) -> None:
+        super().__init__(client, 0)
         self._client = client
-        self._counted, self._n_workers = 0.0, 0
-        self._n_lost = 0
+        self._next_count = 0.0
+        self._n_losses = 0
         self._stopped = False
         self._shares: dict[int, float] = {}
 
@@ -81,18 +92,14 @@ class Cluster:
         """Send the study to every worker."""
         from distributed import Event
 
-        self._content = packed(work.study)
-        self._name = name_of(work.study)
-        self._keep_sources = work.keep_sources
+        super().open(work)
+        self._flag.set()  # the folder of the base class is not needed
         self._flag = ClusterFlag(f"ccwsim-{secrets.token_hex(8)}")
         self._event = Event(self._flag.name, client=self._client)
         self._client.subscribe_topic(self._flag.name, self._hear)
         self._scatter()
 
     def _scatter(self) -> None:
-        if not self.n_workers():
-            with suppress(Exception):  # workers may be on their way
-                self._client.wait_for_workers(1, timeout=CONNECT_SECONDS)
         try:
             self._study = self._client.scatter(self._content, broadcast=True, hash=False)
         except Exception as error:
@@ -102,46 +109,49 @@ class Cluster:
             ) from error
 
     def n_workers(self) -> int:
-        """Say how many batches can be worked on at once."""
-        if time.monotonic() > self._counted + COUNT_EVERY:
+        """Return the number of threads of all workers, at least 1."""
+        if time.monotonic() > self._next_count:
             with suppress(Exception):
                 self._n_workers = sum(self._client.nthreads().values())
-            self._counted = time.monotonic()
+            self._next_count = time.monotonic() + COUNT_SECONDS
         return max(self._n_workers, 1)
 
-    def send(self, numbers: tuple[int, ...], whole: bool) -> Any:
-        """Submit a batch with the study, which is at the worker.
+    def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
+        """Send a batch; its study is at the workers, and Dask repeats it where a worker ends."""
+        request, future = self._request(numbers), Future()
+        task = self._client.submit(simulate_batch, request, self._study, pure=False)
+        task.add_done_callback(lambda task: self._fetch(task, future))
+        future.add_done_callback(lambda future: task.cancel() if future.cancelled() else None)
+        return future
 
-        Dask does it again by itself where the worker ends.
+    def _fetch(self, task: Any, future: Future[Reply]) -> None:
+        """Move the reply of a task to its future, wherever it is now, on a thread of the client.
+
+        Dask waits long for a worker that has ended since, although it has the batch done again
+        meanwhile; so the reply is requested anew, with longer waits as replies may be large.
         """
-        order = BatchRequest(self._name, numbers, self._keep_sources, self._flag)
-        return self._client.submit(simulate_batch, order, self._study, pure=False)
-
-    def fetch(self, future: Any) -> Reply:
-        """Return the answer, wherever it is now: its worker may have ended since.
-
-        Dask waits long for a worker that does not answer, although it has the batch done again
-        meanwhile; so it is asked anew, with more patience each time as answers may be large.
-        """
-        patience = FETCH_SECONDS
-        while True:
+        seconds = RESULT_SECONDS
+        while not self._stopped and not future.done():
             try:
-                return future.result(timeout=patience)
+                future.set_result(task.result(timeout=seconds))
             except TimeoutError:
-                if self._stopped:
-                    raise
-                patience *= 2
+                seconds *= 2
+            except InvalidStateError:  # the future was cancelled meanwhile
+                return
+            except BaseException as error:  # CancelledError of asyncio is no Exception
+                with suppress(InvalidStateError):
+                    future.set_exception(error)
 
     def _hear(self, event: tuple[float, Any]) -> None:
         number, share = event[1]
         self._shares[number] = share
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return what workers told last of some realizations."""
+        """Return the workers' last reports about some realizations."""
         return {number: self._shares[number] for number in numbers if number in self._shares}
 
-    def lost(self, error: BaseException) -> bool:
-        """Say whether a batch is to be sent again: where the study was lost with its workers."""
+    def recovers(self, error: BaseException) -> bool:
+        """Return True where the study was lost with its workers, and is at others now."""
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):
@@ -149,20 +159,18 @@ class Cluster:
                 f"workers ended again and again before their work was done ({error}), perhaps "
                 "for lack of memory; use fewer threads a worker or a smaller grid"
             ) from error
-        if isinstance(error, ImportError):
-            raise without_program(error) from error
         if not isinstance(error, (CancelledError, asyncio.CancelledError)) or self._stopped:
-            return False
-        self._n_lost += 1
-        if self._client.status != "running" or self._n_lost > MAX_LOSSES:
+            return super().recovers(error)
+        self._n_losses += 1
+        if self._client.status != "running" or self._n_losses > MAX_LOSSES:
             raise CCWSIMError("the Dask scheduler or all of its workers were lost") from error
-        self._counted = 0.0
+        self._next_count = 0.0
         self._scatter()
         return True
 
     def stop(self) -> None:
-        """Set the event that workers look at."""
+        """Set the event that workers poll."""
         self._stopped = True
-        with suppress(Exception):  # a scheduler that is gone needs no telling
+        with suppress(Exception):  # a scheduler that is gone cannot be told
             self._event.set()
             self._client.unsubscribe_topic(self._flag.name)

@@ -4,22 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.realization import compile_kernels, is_compiled, simulate_realization
-from ccwsim.run.executors.runner import Take, Work
+from ccwsim.engine.realization import (
+    Realization,
+    compile_kernels,
+    is_compiled,
+    simulate_realization,
+)
+from ccwsim.model.study import Study
 from ccwsim.system.workers import Progress, Watch, run_all
 
+Take = Callable[[int, Realization], None]
+"""Called as take(k, realization), in any order; k counts from 0 within the run."""
+Cancel = Callable[[], bool]
 
-class Threads:
-    """Runs realizations on threads: kernels let go of the interpreter lock.
 
-    Parameters
-    ----------
-    n_workers : int
-        How many threads.
-    pool : ThreadPoolExecutor, optional
-        The caller's own, which stays open; `n_workers` is not used then.
+class Work(NamedTuple):
+    """Realizations `first` to `first` + n − 1 of a study."""
+
+    study: Study
+    first: int
+    n: int
+    keep_sources: bool
+
+
+class ThreadRunner:
+    """Runs realizations on threads: kernels release the interpreter lock.
+
+    The caller's own `pool` stays open, and its number of threads counts.
     """
 
     def __init__(self, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
@@ -27,7 +41,7 @@ class Threads:
         self._pool = pool
 
     def prepare(self, work: Work, progress: Progress | None) -> None:
-        """Prepare the image and compile."""
+        """Do what comes before the first realization: prepare the image and compile."""
         self._image = image = PreparedImage(work.study)
         if is_compiled(work.study, image):
             return
@@ -35,13 +49,12 @@ class Threads:
         run_all(lambda _, watch: compile_kernels(work.study, image, watch), 1, 1, waiting)
 
     def run(
-        self,
-        work: Work,
-        take: Take,
-        progress: Progress | None,
-        cancel: Callable[[], bool] | None,
+        self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
     ) -> list[int]:
-        """Simulate one realization a task."""
+        """Hand each realization to `take`; return which were finished, ascending, from 0.
+
+        Fewer than all are finished only where `cancel` returned True.
+        """
 
         def task(k: int, watch: Watch) -> None:
             number, image = work.first + k, self._image

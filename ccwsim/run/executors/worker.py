@@ -1,71 +1,150 @@
-"""What runs in a worker that shares no memory with the caller."""
+"""What runs in a worker that shares no memory with the caller, and what is sent there and back."""
 
 from __future__ import annotations
 
+import os
+import pickle
+import shutil
+import socket
+import tempfile
 import time
 from collections import OrderedDict
+from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from threading import Lock
+from typing import Protocol
 
 from ccwsim.engine.kernels import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, compile_kernels, simulate_realization
+from ccwsim.model.arrays import digest
 from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
-from ccwsim.run.executors.flags import POLL_SECONDS, Flag, PolledFlag
-from ccwsim.run.executors.serialization import unpacked
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.workers import Watch
 
+POLL_SECONDS = 0.2
+"""Seconds between two polls of a flag by a worker, and between two reports of progress."""
 MAX_STUDIES = 4
-"""Studies that a worker remembers, the last ones it worked on."""
+"""Studies that a worker keeps, the last ones it worked on."""
+
+
+def serialized(study: Study) -> bytes:
+    """Return a study as bytes, without what can be derived from it."""
+    image, data = study.training_image, study.hard_data
+    parts = (image.array, image.name, image.facies_names), (data.cells, data.facies)
+    return pickle.dumps((*parts, study.grid, study.parameters, study.seed))
+
+
+def deserialized(content: bytes) -> Study:
+    """Return a study made anew, with read-only arrays, so that kernels know their types.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ccwsim.model.grid import Grid
+    >>> study = Study(TrainingImage(np.eye(40)), Grid(50, 60), seed=3)
+    >>> study_key(deserialized(serialized(study))) == study_key(study)
+    True
+    """
+    (array, name, facies_names), data, grid, parameters, seed = pickle.loads(content)
+    image = TrainingImage(array, name=name, facies_names=facies_names)
+    return Study(image, grid, parameters, HardData(*data), seed)
+
+
+def study_key(study: Study) -> str:
+    """Return a short key of the content: equal for studies with equal realizations."""
+    image, data = study.training_image.digest, study.hard_data.digest
+    return digest(image, study.grid, study.parameters, data, study.seed)
+
+
+class Flag(Protocol):
+    """Tells a worker to stop, and takes its progress back to the caller."""
+
+    def is_set(self) -> bool: ...
+
+    def report(self, number: int, share: float) -> None:
+        """Send how much of a realization is done, 0 … 1."""
+        ...
+
+
+class PolledFlag:
+    """A flag that is read only every so many seconds, as reading it takes time."""
+
+    def __init__(self, flag: Flag, every: float = POLL_SECONDS) -> None:
+        self._flag = flag
+        self._every = every
+        self._next = 0.0
+        self._seen = False
+
+    def is_set(self) -> bool:
+        """Return what the last poll found."""
+        if not self._seen and time.monotonic() >= self._next:
+            self._seen = self._flag.is_set()
+            self._next = time.monotonic() + self._every
+        return self._seen
+
+
+@dataclass(frozen=True)
+class FileFlag:
+    """A folder of this machine, which holds progress and is removed to stop the work.
+
+    A worker on another machine never sees it go, and finishes its batch.
+    """
+
+    path: str = field(default_factory=lambda: tempfile.mkdtemp(prefix="ccwsim-"))
+    host: str = field(default_factory=socket.gethostname)
+
+    def set(self) -> None:
+        """Ask all workers to stop."""
+        shutil.rmtree(self.path, ignore_errors=True)
+
+    def is_set(self) -> bool:
+        """Return whether the work is to stop."""
+        return self.host == socket.gethostname() and not os.path.exists(self.path)
+
+    def report(self, number: int, share: float) -> None:
+        """Write to the folder, where it exists, how much of a realization is done."""
+        with suppress(FileNotFoundError):
+            (Path(self.path) / str(number)).write_text(str(share))
+
+    def shares(self, numbers: Iterable[int]) -> dict[int, float]:
+        """Return the last reports about some realizations."""
+        found = {}
+        for number in numbers:
+            with suppress(FileNotFoundError, ValueError):  # no report yet, or being written
+                found[number] = float((Path(self.path) / str(number)).read_text())
+        return found
 
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """What a worker is asked to do.
+    """The numbers of realizations that a worker is asked for, and the key of their study."""
 
-    Attributes
-    ----------
-    name : str
-        Of the study.
-    numbers : tuple of int
-        Which realizations.
-    keep_sources : bool
-    flag : Flag
-        Raised where the work is not wanted any more.
-    source : str
-        Of which kernels: others would draw other realizations.
-    """
-
-    name: str
+    study: str
     numbers: tuple[int, ...]
     keep_sources: bool
     flag: Flag
     source: str = SOURCE
+    """Digest of the caller's kernels: others would draw other realizations."""
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What a worker answers.
-
-    Attributes
-    ----------
-    known : bool
-        Whether the worker knew the study; it must be sent with the order where it did not.
-    realizations : list of Realization
-        Fewer than ordered where the flag was raised.
-    seconds : float
-        Time for one of them, to size the next batches.
-    """
+    """What a worker returns: fewer realizations than requested where the flag was set."""
 
     known: bool
+    """False where the worker lacks the study, which must be sent with the request then."""
     realizations: list[Realization]
     seconds: float = 0.0
+    """For one of them, to size the next batches."""
 
 
-class TellingWatch(Watch):
-    """A watch that leaves word at a flag now and then how far a realization is."""
+class ReportingWatch(Watch):
+    """A watch that reports to a flag now and then how far a realization is."""
 
     def __init__(self, flag: Flag) -> None:
         super().__init__(PolledFlag(flag))
@@ -74,50 +153,43 @@ class TellingWatch(Watch):
         self._next = 0.0
 
     def begin(self, number: int) -> None:
-        """Say which realization is next."""
+        """Report about this realization from now on."""
         self.check()
         self._number, self._next = number, time.monotonic() + POLL_SECONDS
 
     def report(self, share: float) -> None:
-        """Say how much of it is done, 0 … 1."""
+        """Store and send how much of it is done."""
         super().report(share)
         if self._number is not None and time.monotonic() >= self._next:
             self._next = time.monotonic() + POLL_SECONDS
-            with suppress(OSError):  # the realization is worth more than the word
-                self._flag.tell(self._number, share)
+            with suppress(OSError):  # the realization is worth more than the report
+                self._flag.report(self._number, share)
 
 
 _studies: OrderedDict[str, tuple[Study, PreparedImage]] = OrderedDict()
 _lock = Lock()
 
 
-def simulate_batch(order: BatchRequest, content: bytes | None) -> Reply:
-    """Simulate some realizations of a study.
-
-    Parameters
-    ----------
-    order : Order
-    content : bytes or None
-        The study, from `packed`; None where the worker may know it from before.
-    """
-    if order.source != SOURCE:
+def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
+    """Simulate some realizations; `content` is the study, None where the worker may have it."""
+    if request.source != SOURCE:
         raise CCWSIMError(
             "a worker has another version of ccwsim, which may draw other realizations; "
             "install the same one everywhere"
         )
-    found = _recall(order.name, content)
+    found = _recall(request.study, content)
     if found is None:
         return Reply(False, [])
     study, image = found
-    watch = TellingWatch(order.flag)
+    watch = ReportingWatch(request.flag)
     finished: list[Realization] = []
     start = time.perf_counter()
     try:
         compile_kernels(study, image, watch)
         start = time.perf_counter()
-        for number in order.numbers:
+        for number in request.numbers:
             watch.begin(number)
-            one = simulate_realization(study, number, image, order.keep_sources, watch)
+            one = simulate_realization(study, number, image, request.keep_sources, watch)
             finished.append(one)
     except Cancelled:
         pass
@@ -125,15 +197,15 @@ def simulate_batch(order: BatchRequest, content: bytes | None) -> Reply:
     return Reply(True, finished, seconds)
 
 
-def _recall(name: str, content: bytes | None) -> tuple[Study, PreparedImage] | None:
-    """Return a study and its prepared image, kept from before where they can be."""
+def _recall(key: str, content: bytes | None) -> tuple[Study, PreparedImage] | None:
+    """Return a study and its prepared image, kept from before where possible."""
     with _lock:
-        if name not in _studies:
+        if key not in _studies:
             if content is None:
                 return None
-            study = unpacked(content)
-            _studies[name] = study, PreparedImage(study)
+            study = deserialized(content)
+            _studies[key] = study, PreparedImage(study)
             while len(_studies) > MAX_STUDIES:
                 _studies.popitem(last=False)
-        _studies.move_to_end(name)
-        return _studies[name]
+        _studies.move_to_end(key)
+        return _studies[key]

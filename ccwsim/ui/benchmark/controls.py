@@ -7,7 +7,7 @@ from typing import Literal
 
 import streamlit as st
 
-from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.experiments.timing import TimingCase
 from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.machine import this_machine

@@ -5,8 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from ccwsim.experiments.timing import CELLS_AT_ONCE, Timing, time_cases
-from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.experiments.timing import CELLS_AT_ONCE, Timing, TimingCase, time_cases
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study

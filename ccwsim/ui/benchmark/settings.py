@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ccwsim.experiments.timing import Timing
-from ccwsim.experiments.timing_case import TimingCase, data_cases, grid_cases
-from ccwsim.experiments.timing_growth import expected_seconds
+from ccwsim.experiments.timing import Timing, TimingCase, data_cases, expected_seconds, grid_cases
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.ui.benchmark.run import TimingRun

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ccwsim.experiments.timing import Timing
-from ccwsim.experiments.timing_growth import growth
+from ccwsim.experiments.timing import Timing, growth
 from ccwsim.model.errors import Cancelled
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import published_times as published

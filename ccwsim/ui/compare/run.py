@@ -40,7 +40,7 @@ def start_comparison(state: State) -> None:
         settings = dict(zip(LETTERS, asked.settings, strict=False))
         return compare(
             image, asked.grid, settings, data, asked.n, asked.seed, progress, cancel,
-            facies=facies, so_far=run.take,
+            facies=facies, on_partial=run.take,
         )  # fmt: skip
 
     page_state.message = ""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
-from ccwsim.experiments.comparison import FEWEST as MIN_SETTINGS
-from ccwsim.experiments.comparison import MOST as MAX_SETTINGS
-from ccwsim.experiments.comparison import Comparison
+from ccwsim.experiments.comparison import MAX_SETTINGS, MIN_SETTINGS, Comparison
 from ccwsim.model.choices import DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import METHODS, Parameters

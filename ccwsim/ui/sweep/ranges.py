@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ccwsim.experiments.sweep import Settings, expected_seconds, settings
-from ccwsim.experiments.sweep.cost import JUDGING
+from ccwsim.experiments.sweep import JUDGING, Settings, expected_seconds, settings
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble

@@ -27,7 +27,7 @@ from ccwsim.metrics import (
     variogram,
     variogram_map,
 )
-from ccwsim.metrics.directions import Direction, lag_offsets
+from ccwsim.metrics.lags import Direction, lag_offsets
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError

@@ -14,8 +14,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, datasets
-from ccwsim.experiments.timing import Timing
-from ccwsim.experiments.timing_case import TimingCase
+from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS

@@ -13,7 +13,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
 from ccwsim.metrics import RunningStatistics, connectivity, copying, etype, variogram
-from ccwsim.metrics.directions import lag_offsets
+from ccwsim.metrics.lags import lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.ui.session.state import KEY, State

@@ -1,0 +1,344 @@
+"""Two to four settings simulated alike, and what sets them apart."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.metrics import Anodi, Band, Scaling, anodi, band, connectivity, variogram
+from ccwsim.model.bounds import MAX_LAG
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
+from ccwsim.system.workers import Progress
+
+MIN_SETTINGS, MAX_SETTINGS = 2, 4
+SIMULATED, CURVES_DONE = 0.7, 0.85
+"""Shares of the progress at which simulation and curves are finished; patterns take the rest."""
+LOW, HIGH = 0.05, 0.95
+"""Quantiles of the bands."""
+STATISTICS = ("variogram", "connection")
+DIRECTIONS = ("E-W", "N-S")
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedCurves:
+    """One statistic of one facies along one direction.
+
+    Attributes
+    ----------
+    lags : ndarray of int, shape (m,)
+        In cells.
+    reference : ndarray, shape (m,)
+        The training image's curve.
+    bands : tuple of Band
+        One a setting: quantiles 5, 50 and 95 % over its realizations.
+    """
+
+    lags: NDArray[np.int64]
+    reference: NDArray[np.float64]
+    bands: tuple[Band, ...]
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """Mean distance of each setting's median from the training image's curve, by setting."""
+        gaps = np.abs([b.median - self.reference for b in self.bands])
+        known = ~np.isnan(gaps).all(axis=1)
+        means = np.full(len(gaps), np.nan)
+        means[known] = np.nanmean(gaps[known], axis=1)
+        return means
+
+
+def compared_curves(
+    ensembles: Sequence[Ensemble], facies: int, progress: Callable[[float], None]
+) -> dict[tuple[int, str, str], ComparedCurves]:
+    """Return all curves of a facies (an index into the codes), by (facies, statistic, direction).
+
+    Raises `CCWSIMError` for a facies that the training image does not have.
+    """
+    n_facies = ensembles[0].training_image.n_facies
+    if not 0 <= facies < n_facies:
+        raise CCWSIMError(f"facies {facies} must be from 0 to {n_facies - 1}")
+    wanted = [(facies, s, d) for s in STATISTICS for d in DIRECTIONS]
+
+    def part(k: int) -> Callable[[float], None]:
+        return lambda share: progress((k + share) / len(wanted))
+
+    return {key: _compared(ensembles, key, part(k)) for k, key in enumerate(wanted)}
+
+
+def _compared(
+    ensembles: Sequence[Ensemble], key: tuple[int, str, str], progress: Callable[[float], None]
+) -> ComparedCurves:
+    image, grid = ensembles[0].training_image, ensembles[0].grid
+    axis = 1 if key[2] == "E-W" else 0
+    side = min(image.shape[axis], grid.shape[axis])
+    lags = np.arange(min(MAX_LAG, side // 2) + 1) if side > 1 else np.zeros(1, int)
+    bands = []
+    for k, ensemble in enumerate(ensembles):
+        each = _curve(key, ensemble.indices, lags, _part(progress, k, len(ensembles)))
+        bands.append(band(each, LOW, HIGH))
+    return ComparedCurves(lags, _curve(key, image.indices, lags)[0], tuple(bands))
+
+
+def _curve(key, images, lags, progress=None) -> NDArray[np.float64]:
+    facies, statistic, direction = key
+    if statistic == "variogram":
+        return variogram(images, facies, direction, lags, progress).gamma
+    return connectivity(images, facies, direction, lags, progress=progress).tau
+
+
+def _part(progress: Callable[[float], None], k: int, n: int) -> Callable[[float], None]:
+    return lambda share: progress((k + share) / n)
+
+
+@dataclass(frozen=True)
+class PairRatio:
+    """One row of the table of ANODI ratios: a setting against another (Tan et al. 2014).
+
+    Attributes
+    ----------
+    name, other : str
+    between : float
+        Above 1 where `name` is the more varied one.
+    within : float
+        Above 1 where `name` lies farther from the training image.
+    ratio : float
+        between / within: above 1 where `name` is the better one.
+    """
+
+    name: str
+    other: str
+    between: float
+    within: float
+    ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Settings simulated on one training image, data, grid and seed.
+
+    Attributes
+    ----------
+    names : tuple of str
+    ensembles : tuple of Ensemble
+        One a setting; realization r of each has the same random numbers.
+    curves : mapping of (facies, statistic, direction) to ComparedCurves
+        Of the facies (indices into the codes) asked for; a statistic is one of `STATISTICS`, a
+        direction one of `DIRECTIONS`.
+    anodi : Anodi or None
+        None until it is worked out, and where `problem` says why it cannot be.
+    scaling : Scaling or None
+        Positions of the training image (first) and of all realizations, setting after setting.
+    problem : str
+    """
+
+    names: tuple[str, ...]
+    ensembles: tuple[Ensemble, ...]
+    curves: Mapping[tuple[int, str, str], ComparedCurves] = field(default_factory=dict)
+    anodi: Anodi | None = None
+    scaling: Scaling | None = None
+    problem: str = ""
+
+    @cached_property
+    def cpu_seconds(self) -> NDArray[np.float64]:
+        """Mean CPU time of a realization, by setting."""
+        return np.array([e.cpu_seconds.mean() for e in self.ensembles])
+
+    @cached_property
+    def proportions(self) -> tuple[NDArray[np.float64], ...]:
+        """Facies proportions of the realizations of each setting, shape (n, n_facies)."""
+        return tuple(e.proportions for e in self.ensembles)
+
+    @cached_property
+    def distances(self) -> tuple[NDArray[np.float64], ...]:
+        """Divergence of each realization from the training image in bits, over resolutions."""
+        if self.anodi is None:
+            return ()
+        mixed = self.anodi.weights @ self.anodi.divergence[:, 0]
+        return tuple(mixed[self.anodi.owner == k] for k in range(len(self.names)))
+
+    @property
+    def distance(self) -> NDArray[np.float64]:
+        """Mean divergence from the training image by setting, in bits, over resolutions."""
+        return self._mixed(None if self.anodi is None else self.anodi.within)
+
+    @property
+    def variety(self) -> NDArray[np.float64]:
+        """Mean divergence between realizations by setting, in bits, over resolutions."""
+        return self._mixed(None if self.anodi is None else self.anodi.between)
+
+    def _mixed(self, values: NDArray[np.float64] | None) -> NDArray[np.float64]:
+        if self.anodi is None or values is None:
+            return np.full(len(self.names), np.nan)
+        return values @ self.anodi.weights
+
+    @property
+    def ratios(self) -> list[PairRatio]:
+        """Every setting against each one before it; none while `anodi` is None."""
+        if self.anodi is None:
+            return []
+        pairs = [(a, b) for k, a in enumerate(self.names) for b in self.names[:k]]
+        return [PairRatio(a, b, *self.anodi.relative(a, b)) for a, b in pairs]
+
+
+OnPartial = Callable[[Comparison], None]
+
+
+def compare(
+    training_image: TrainingImage,
+    grid_shape: tuple[int, int] | Grid,
+    settings: Mapping[str, Parameters],
+    hard_data: HardData | None = None,
+    n_realizations: int = 10,
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Callable[[], bool] | None = None,
+    facies: int | None = None,
+    on_partial: OnPartial | None = None,
+    so_far: OnPartial | None = None,
+) -> Comparison:
+    """Simulate two to four settings alike and compare them.
+
+    Realization r has the same random numbers in all settings. Compared are the band of indicator
+    variograms and of connectivity functions against the training image's curve, and the pattern
+    histograms by ANODI (Tan et al. 2014).
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    grid_shape : pair of int or Grid
+        Rows and columns of the simulation grid.
+    settings : mapping of str to Parameters
+        From 2 to 4, by name.
+    hard_data : HardData, optional
+    n_realizations, seed : int
+        The same for all settings.
+    progress : callable, optional
+        Called as progress(fraction, n_done) over all of it; n_done counts realizations.
+    cancel : callable, optional
+        Asked as often; returns True to stop.
+    facies : int, optional
+        Index into the codes of the facies whose curves are compared; the last where left out.
+    on_partial : callable, optional
+        Called with what is known: after each setting, then with curves, then with patterns.
+
+    Returns
+    -------
+    Comparison
+        Without patterns, and with the reason in `problem`, where the images are too small.
+
+    Raises
+    ------
+    CCWSIMError
+        For another number of settings, or one that does not fit; nothing is simulated then.
+    Cancelled
+        Where `cancel` returned True.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> both = {"coarse": p, "cells": Parameters(16, 4, method="ccsim")}
+    >>> compare(stripes, (40, 50), both, n_realizations=2).ratios[0].name
+    'cells'
+    """
+    if so_far is not None:
+        warnings.warn("so_far is now on_partial", DeprecationWarning, stacklevel=2)
+        on_partial = so_far
+    data, grid = hard_data or HardData(), Grid.of(grid_shape)
+    _check(training_image, grid, settings, data, seed)
+    course = _Course(progress, cancel, len(settings) * n_realizations)
+    report = on_partial or (lambda _: None)
+    found = Comparison((), ())
+    for k, (name, parameters) in enumerate(settings.items()):
+        course.check()
+        study = training_image, grid, parameters, data, n_realizations, seed
+        simulating = partial(course.simulating, k, len(settings), n_realizations)
+        ensemble = simulate(*study, progress=simulating, cancel=cancel)
+        found = Comparison((*found.names, name), (*found.ensembles, ensemble))
+        report(found)
+    first = training_image.n_facies - 1 if facies is None else facies
+    found = _with_curves(found, first, course, SIMULATED, CURVES_DONE)
+    report(found)
+    found = _with_patterns(found, course, CURVES_DONE, 1.0)
+    report(found)
+    return found
+
+
+def add_curves(
+    comparison: Comparison,
+    facies: int,
+    progress: Progress | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Comparison:
+    """Return a comparison with the curves of one more facies (an index into the codes)."""
+    n = sum(e.n for e in comparison.ensembles)
+    return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class _Course:
+    """Progress and cancel over all steps."""
+
+    progress: Progress | None
+    cancel: Callable[[], bool] | None
+    n: int
+
+    def simulating(self, k: int, n_settings: int, each: int, share: float, n_done: int) -> None:
+        if self.progress:
+            self.progress(SIMULATED * (k + share) / n_settings, k * each + n_done)
+
+    def check(self) -> None:
+        if self.cancel and self.cancel():
+            raise Cancelled("the comparison was stopped")
+
+    def at(self, low: float, high: float, share: float) -> None:
+        self.check()
+        if self.progress:
+            self.progress(low + share * (high - low), self.n)
+
+
+def _check(
+    image: TrainingImage, grid: Grid, settings: Mapping[str, Parameters], data: HardData, seed: int
+) -> None:
+    if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
+        raise CCWSIMError(
+            f"{len(settings)} settings were given; compare {MIN_SETTINGS} to {MAX_SETTINGS}"
+        )
+    for name, parameters in settings.items():
+        try:
+            Study(image, grid, parameters, data, seed)
+        except CCWSIMError as error:
+            raise CCWSIMError(f"setting {name}: {error}") from None
+
+
+def _with_curves(
+    found: Comparison, facies: int, course: _Course, low: float, high: float
+) -> Comparison:
+    more = compared_curves(found.ensembles, facies, partial(course.at, low, high))
+    return replace(found, curves={**found.curves, **more})
+
+
+def _with_patterns(found: Comparison, course: _Course, low: float, high: float) -> Comparison:
+    image = found.ensembles[0].training_image
+    stacks = {n: e.indices for n, e in zip(found.names, found.ensembles, strict=True)}
+    try:
+        report = partial(course.at, low, high)
+        patterns = anodi(stacks, image.indices, image.n_facies, progress=report)
+    except Cancelled:
+        raise
+    except CCWSIMError as error:  # an image too small for its patterns: the rest still holds
+        return replace(found, problem=str(error))
+    return replace(found, anodi=patterns, scaling=patterns.scaling())

@@ -1,0 +1,255 @@
+"""Features of a training image: stationarity, range and spacing, thickness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.metrics.etype import proportions
+from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.stack import as_image, as_indices
+from ccwsim.metrics.variograms import variogram
+from ccwsim.model.arrays import check_int
+from ccwsim.model.errors import CCWSIMError
+
+QUARTERS = ("south-west", "south-east", "north-west", "north-east")
+PROPORTION_LIMIT = 0.15
+"""A quarter's proportion may differ by so many √(p (1 − p)), the spread of the indicator."""
+VARIOGRAM_LIMIT = 0.2
+"""A quarter's variogram may differ by so much of the sill, as a root mean square over lags."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stationarity:
+    """Proportions and variograms of the four quarters of an image.
+
+    Attributes
+    ----------
+    proportions : ndarray, shape (4, n_facies)
+        Of the quarters in the order of `QUARTERS`.
+    proportion_shift : ndarray, shape (4, n_facies)
+        |p of the quarter − p| / √(p (1 − p)).
+    lags : ndarray of int, shape (n_lags,)
+    variograms : ndarray, shape (4, n_facies, 2, n_lags)
+        [quarter, facies, E-W or N-S, lag].
+    variogram_shift : ndarray, shape (4, n_facies, 2)
+        Root mean square over lags of γ of the quarter − γ, in sills.
+    """
+
+    proportions: NDArray[np.float64]
+    proportion_shift: NDArray[np.float64]
+    lags: NDArray[np.int64]
+    variograms: NDArray[np.float64]
+    variogram_shift: NDArray[np.float64]
+
+    @property
+    def stationary(self) -> bool:
+        """Whether no quarter differs by more than the limits."""
+        same_shares = bool((self.proportion_shift <= PROPORTION_LIMIT).all())
+        return same_shares and bool((self.variogram_shift <= VARIOGRAM_LIMIT).all())
+
+
+def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
+    """Compare the four quarters of an image with the whole.
+
+    Parameters
+    ----------
+    indices : ndarray, shape (ny, nx)
+        Facies indices.
+    n_facies : int
+
+    Raises
+    ------
+    CCWSIMError
+        For an image of fewer than 8 rows or columns.
+
+    Examples
+    --------
+    >>> half = np.zeros((40, 40), int)
+    >>> half[:, 20:] = 1
+    >>> stationarity(half, 2).stationary
+    False
+    """
+    image = as_indices(indices, n_facies)[0]
+    ny, nx = image.shape
+    if min(ny, nx) < 8:
+        raise CCWSIMError(
+            f"an image of {ny} × {nx} cells is too small to compare its quarters; "
+            "at least 8 × 8 are needed"
+        )
+    rows, columns = (slice(0, ny // 2), slice(ny // 2, ny)), (slice(0, nx // 2), slice(nx // 2, nx))
+    quarters = [image[r, c] for r in rows for c in columns]
+    shares = np.array([proportions(quarter, n_facies)[0] for quarter in quarters])
+    whole = proportions(image, n_facies)[0]
+    deviation = np.sqrt(whole * (1 - whole))
+    lags = np.arange(min(ny, nx) // 4 + 1)
+    own = np.array([_curves(quarter, n_facies, lags) for quarter in quarters])
+    distance = np.sqrt(np.mean((own - _curves(image, n_facies, lags)) ** 2, axis=3))
+    return Stationarity(
+        shares,
+        _in_units(np.abs(shares - whole), deviation),
+        lags,
+        own,
+        _in_units(distance, (deviation**2)[:, None]),
+    )
+
+
+def _curves(image: NDArray, n_facies: int, lags: NDArray) -> NDArray[np.float64]:
+    return np.array(
+        [
+            [variogram(image, k, direction, lags).gamma[0] for direction in ("E-W", "N-S")]
+            for k in range(n_facies)
+        ]
+    )
+
+
+def _in_units(values: NDArray, unit: NDArray) -> NDArray[np.float64]:
+    """Return values / unit, and 0 for a facies that fills the image or none of it."""
+    units = np.broadcast_to(unit, values.shape)
+    return np.divide(values, units, out=np.zeros(values.shape), where=units > 0)
+
+
+SILL_SHARE = 0.95
+PROMINENCE = 0.1
+"""A peak of the correlation that stands out less is noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spacing:
+    """How far features reach and how they repeat along a direction.
+
+    Attributes
+    ----------
+    lags : ndarray of int, shape (n_lags,)
+    correlation : ndarray, shape (n_lags,)
+        1 − Σ γ / Σ sill, pooled over facies.
+    range : int or None
+        The first lag where γ reaches 95 % of the sill; None where it does not.
+    spacing : int or None
+        The first lag where the correlation rises to a peak again: the distance from feature to
+        feature; None where there is no such peak.
+    strength : float
+        How far that peak stands out, from 0 (no repetition) to about 2 (strict period).
+    """
+
+    lags: NDArray[np.int64]
+    correlation: NDArray[np.float64]
+    range: int | None
+    spacing: int | None
+    strength: float
+
+
+def feature_spacing(
+    indices: NDArray[np.integer], n_facies: int, direction: Direction = "E-W"
+) -> Spacing:
+    """Return range and spacing of the features, from lags up to half the smaller side.
+
+    Parameters
+    ----------
+    indices : ndarray, shape (ny, nx)
+        Facies indices.
+    n_facies : int
+    direction : str, float or pair of int
+        As in `variogram`.
+
+    Examples
+    --------
+    >>> found = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)), 2)
+    >>> found.range, found.spacing, round(found.strength, 3)
+    (3, 10, 2.0)
+    """
+    image = as_indices(indices, n_facies)[0]
+    lags = np.arange(max(min(image.shape) // 2, 1))
+    parts = [variogram(image, k, direction, lags) for k in range(n_facies)]
+    sill = sum(float(part.sill[0]) for part in parts)
+    if not sill:
+        return Spacing(lags, np.ones(len(lags)), None, None, 0.0)
+    correlation = 1 - np.sum([part.gamma[0] for part in parts], axis=0) / sill
+    reached = np.flatnonzero(correlation <= 1 - SILL_SHARE)
+    from scipy.signal import find_peaks  # here: it takes longer to import than all the rest
+
+    peaks, about = find_peaks(correlation, prominence=PROMINENCE)
+    return Spacing(
+        lags,
+        correlation,
+        int(reached[0]) if len(reached) else None,
+        int(peaks[0]) if len(peaks) else None,
+        float(about["prominences"][0]) if len(peaks) else 0.0,
+    )
+
+
+THICK_SHARE = 0.95
+"""A facies is as thick as the squares that keep so much of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Granulometry:
+    """What remains of a facies when all that is thinner than a size is taken away.
+
+    Attributes
+    ----------
+    sizes : ndarray of int, shape (n_sizes,)
+        1, 2, … cells.
+    kept : ndarray, shape (n_sizes,)
+        Share of the facies' cells that lie in a square of that size inside the facies.
+    """
+
+    sizes: NDArray[np.int64]
+    kept: NDArray[np.float64]
+
+    def thickness(self, share: float = THICK_SHARE) -> int:
+        """Return the largest size that keeps at least `share` of the facies; 0 if it is absent."""
+        return int(np.count_nonzero(self.kept >= share))
+
+
+def granulometry(
+    image: NDArray[np.integer], facies: int, max_size: int = 64, down_to: float = 0.0
+) -> Granulometry:
+    """Open a facies with squares of growing size (Matheron 1975), until nothing is left.
+
+    Squares lie inside the image, so that a body cut by its edge counts as thin as it looks.
+
+    Parameters
+    ----------
+    image : ndarray, shape (ny, nx)
+        Facies codes or indices.
+    facies : int
+        Which value of the image.
+    max_size : int
+        Largest square.
+    down_to : float
+        Stop after the first size that keeps a smaller share.
+
+    Raises
+    ------
+    CCWSIMError
+        For a largest square below one cell.
+
+    Examples
+    --------
+    >>> river = np.zeros((9, 9), int)
+    >>> river[3:6] = 1
+    >>> granulometry(river, 1).thickness()
+    3
+    """
+    max_size = check_int("max_size", max_size, 1, 2**31)
+    inside = as_image(image) == check_int("facies", facies, 0, 2**31)
+    total = int(inside.sum())
+    kept: list[float] = []
+    for size in range(1, min(max_size, *inside.shape) + 1):
+        whole = _square_sums(inside, size) == size * size
+        if not whole.any():
+            break
+        reached = _square_sums(np.pad(whole, size - 1), size) > 0
+        kept.append(np.count_nonzero(reached) / total)
+        if kept[-1] < down_to:
+            break
+    return Granulometry(np.arange(1, len(kept) + 1), np.array(kept))
+
+
+def _square_sums(mask: NDArray[np.bool_], size: int) -> NDArray[np.int64]:
+    """Return the sum of each size × size square of a mask, at its south-west cell."""
+    table = np.pad(np.cumsum(np.cumsum(mask, axis=0), axis=1), ((1, 0), (1, 0)))
+    return table[size:, size:] - table[:-size, size:] - table[size:, :-size] + table[:-size, :-size]
