@@ -1,12 +1,9 @@
-"""What can go wrong, said so that the user can mend it."""
+"""Errors whose messages name the value and the fix."""
 
 from __future__ import annotations
 
 from reprlib import Repr
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ccwsim.model.ensemble import Ensemble
+from typing import Any
 
 
 class CCWSIMError(ValueError):
@@ -22,9 +19,9 @@ class Cancelled(CCWSIMError):
         The realizations that were finished before, None where there was none.
     """
 
-    def __init__(self, message: str, ensemble: Ensemble | None = None) -> None:
+    def __init__(self, message: str, ensemble: Any = None) -> None:
         super().__init__(message)
-        self.ensemble = ensemble
+        self.ensemble = ensemble  # an `Ensemble`, which knows errors: no circle
 
 
 _SHORT = Repr()
