@@ -20,7 +20,9 @@ ROOT = Path(__file__).parents[1]
 FIRST = ("tests/browser/", "tests/ui/", "tests/io/", "tests/engine/", "tests/")
 """Folders whose files take longest, from the longest."""
 
-settings.register_profile("patient", deadline=None)  # a test never fails for being slow
+settings.register_profile(
+    "patient", deadline=None, max_examples=40
+)  # a test never fails for being slow
 settings.load_profile("patient")
 
 

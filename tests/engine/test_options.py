@@ -74,6 +74,7 @@ def test_a_wider_overlap_joins_shapes_better():
     assert broken_share(wide).mean() < 0.8 * broken_share(narrow).mean()
 
 
+@pytest.mark.slow
 def test_searching_more_places_fits_more_data(well_data):
     little = simulated(well_data, search_fraction=0.001)
     much = simulated(well_data, search_fraction=1.0)

@@ -18,6 +18,7 @@ from ccwsim.report import report_html
 from ccwsim.sharing import link_of, reproduction_recipe, study_report
 from ccwsim.ui.share.projects import choices_of, study_of
 from tests.report.test_report import OUTSIDE, own_part
+from tests.some import some
 
 ROOT = Path(__file__).parents[2]
 SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1, search_fraction=1e-6)
@@ -44,7 +45,7 @@ def project_of(choices: Choices, study: Study) -> Project:
     return Project(study, choices.n_realizations, choices.image.colours, Shown(), link_of(choices))
 
 
-@pytest.mark.parametrize("what", STUDIES)
+@pytest.mark.parametrize("what", some(STUDIES, ["turned", "uploaded"]))
 def test_script_and_command_give_the_same_cells(what, tmp_path):
     choices = STUDIES[what]
     study = study_of(choices)

@@ -26,6 +26,7 @@ from ccwsim.io import (
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.report import Document, Section, Text, write_report
+from tests.some import some
 
 ROOT = Path(__file__).parents[2]
 IMAGE = TrainingImage(np.tile([[0, 0, 7, 7]], (24, 10)))
@@ -95,7 +96,9 @@ def test_a_disk_that_fills_up_leaves_the_good_file(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
-@pytest.mark.parametrize("name", ["out.npz", "stream.npy", "report.html", "study.ccwsim"])
+@pytest.mark.parametrize(
+    "name", some(["out.npz", "stream.npy", "report.html", "study.ccwsim"], ["out.npz"])
+)
 def test_a_write_that_ends_half_way_leaves_the_good_file(name, tmp_path):
     """The system itself refuses what is beyond a limit of a process, after part was written."""
     path = tmp_path / name
@@ -148,7 +151,7 @@ def killed(code: str, path: Path, seconds: float) -> None:
     process.stdout.close()
 
 
-@pytest.mark.parametrize("seconds", [0.0, 0.031, 0.083])
+@pytest.mark.parametrize("seconds", some([0.0, 0.031, 0.083], [0.031]))
 def test_a_process_that_is_killed_leaves_a_whole_file(tmp_path, seconds):
     path = tmp_path / "out.bin"
     path.write_bytes(GOOD)

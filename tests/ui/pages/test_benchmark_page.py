@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-import time
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -29,6 +28,7 @@ from ccwsim.ui.benchmark.words import said_growth, said_levels, why_ended
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
+from tests.waiting import wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "benchmark.py")
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
@@ -47,12 +47,8 @@ def launched(**changes) -> AppTest:
 
 
 def settled(app: AppTest) -> AppTest:
-    end = time.monotonic() + 120
-    while time.monotonic() < end:
-        run = app.session_state[KEY].page(Benchmark).running
-        if run is None:
-            break
-        run.job.wait(60)
+    """The page after its measurements."""
+    wait_until(lambda: app.session_state[KEY].page(Benchmark).running is None, "the measurements")
     app.run()
     assert not app.exception
     return app
@@ -140,9 +136,7 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     case = TimingCase(Parameters(), (48, 48))
     run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
     state.page(Benchmark).grids = run
-    end = time.monotonic() + 60
-    while not run.timings and time.monotonic() < end:
-        time.sleep(0.01)
+    wait_until(lambda: run.timings, "the first measurement")
     app.run()
     assert not app.exception
     assert app.button(key="measure_data").disabled

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import time
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -27,6 +26,7 @@ from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of,
 from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
+from tests.waiting import PATIENCE, wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "compare.py")
 OWN = Parameters(template_size=16, overlap_size=4)
@@ -49,10 +49,16 @@ def launched(choices: Choices = SMALL, n: int = 3, others: list | None = None) -
 
 
 def settled(app: AppTest) -> AppTest:
-    end = time.monotonic() + 120
-    while app.session_state[KEY].page(Comparing).job is not None and time.monotonic() < end:
-        time.sleep(0.1)
-        app.run()
+    """The page after its comparison."""
+
+    def at_rest() -> bool:
+        job = app.session_state[KEY].page(Comparing).job
+        if job is not None:
+            assert job.wait(PATIENCE), "the comparison does not come to its end"
+            app.run()
+        return job is None
+
+    wait_until(at_rest, "the comparison")
     assert not app.exception
     return app
 

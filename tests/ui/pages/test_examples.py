@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +39,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of
 from tests.ui.widgets import named
+from tests.waiting import wait_until
 
 PAGES = Path(__file__).parents[3] / "pages"
 PAGE = str(PAGES / "examples.py")
@@ -95,11 +95,7 @@ def html(app: AppTest) -> str:
 
 
 def run_until(app: AppTest, done) -> AppTest:
-    end = time.monotonic() + 120
-    while not done(app) and time.monotonic() < end:
-        time.sleep(0.1)
-        quiet(app.run())
-    assert done(app)
+    wait_until(lambda: done(quiet(app.run())), "the page", every=0.1)
     return app
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import time
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -35,6 +34,7 @@ from ccwsim.ui.sweep.setting import numbers_of
 from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.sweep.table import sweep_csv
 from tests.ui.widgets import named
+from tests.waiting import wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "sweep.py")
 PLACED = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
@@ -277,9 +277,7 @@ def test_a_stopped_sweep_keeps_what_is_finished():
     run = state.page(SweepState).run
     assert run is not None
     assert run.job is not None
-    end = time.monotonic() + 300
-    while not run.rows and time.monotonic() < end:
-        time.sleep(0.005)
+    wait_until(lambda: run.rows, "the first setting", every=0.005)
     run.job.cancel()
     assert run.job.wait(300)
     n = len(run.found.rows)

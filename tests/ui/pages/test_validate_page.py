@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,7 +41,9 @@ from ccwsim.ui.validate.statistics import (
     transitions,
 )
 from ccwsim.ui.validate.summary import findings, of_connectivity, of_data, of_proportions
+from tests.some import some
 from tests.ui.widgets import named
+from tests.waiting import PATIENCE, wait_until
 
 ROOT = Path(__file__).parents[3]
 PAGE = str(ROOT / "pages" / "validate.py")
@@ -67,15 +68,21 @@ def launched(choices: Choices = SMALL, seen=ALL, **changes) -> AppTest:
 
 
 def settled(app: AppTest) -> AppTest:
-    end = time.monotonic() + 120
-    while time.monotonic() < end:
+    """The page after its run and all that it waits for, drawn as seldom as can be."""
+
+    def at_rest() -> bool:
         state = app.session_state[KEY]
+        v = state.page(Validation)
+        if state.job is None and not v.waiting:
+            return True
         if state.job is not None:
-            assert state.job.wait(120)
-        elif not state.page(Validation).waiting:
-            break
-        time.sleep(0.1)
+            assert state.job.wait(PATIENCE), "the run does not come to its end"
+        for statistic in v.waiting.values():
+            v.bench.wait_for(statistic, PATIENCE)
         app.run()
+        return False
+
+    wait_until(at_rest, "all statistics of the page")
     assert not app.exception
     return app
 
@@ -120,7 +127,7 @@ def test_only_what_came_into_view_is_worked_out():
 
 
 def test_the_summary_says_what_was_found():
-    said = html(launched())
+    said = html(launched(seen=frozenset()))
     assert "No hard data" in said
     assert "proportions within" in said
     assert "sand is connected over" in said
@@ -128,7 +135,7 @@ def test_the_summary_says_what_was_found():
     assert "realizations differ from each other" in said
 
 
-@pytest.mark.parametrize("name", datasets.names())
+@pytest.mark.parametrize("name", some(datasets.names(), ["delta"]))
 def test_every_bundled_image_can_be_judged(name):
     app = launched(replace(SMALL, image=ImageChoice(bundled=name)))
     assert not texts(app)
@@ -151,7 +158,7 @@ def test_a_tiny_image_says_why_and_draws_the_rest():
 
 
 def test_another_facies_is_followed_everywhere():
-    app = launched()
+    app = launched(seen=frozenset())
     settled(app.selectbox(key="judged").set_value(0).run())
     assert app.session_state[KEY].facies == 0
     assert "mud is connected over" in html(app)
@@ -159,7 +166,7 @@ def test_another_facies_is_followed_everywhere():
 
 
 def test_the_arrows_go_round():
-    app = launched()
+    app = launched(seen=frozenset())
     settled(app.button(key="shown_previous").click().run())
     assert app.session_state[KEY].shown == 2
     settled(app.button(key="shown_next").click().run())
@@ -167,7 +174,7 @@ def test_the_arrows_go_round():
 
 
 def test_more_realizations_can_be_run_from_here():
-    app = launched()
+    app = launched(seen=frozenset())
     app.number_input(key="n_realizations").set_value(5).run()
     assert "was changed since" in html(app)
     settled(app.button(key="run").click().run())
@@ -402,9 +409,7 @@ def test_a_long_run_takes_no_more_memory_for_more_realizations():
 
 def test_a_long_run_can_be_stopped_and_keeps_what_it_has():
     run = long_run(100_000).start()
-    end = time.monotonic() + 60
-    while run.summary is None and time.monotonic() < end:
-        time.sleep(0.01)
+    wait_until(lambda: run.summary is not None, "the first realizations")
     run.job.cancel()
     assert run.job.wait(60)
     assert run.job.error is None
@@ -413,7 +418,7 @@ def test_a_long_run_can_be_stopped_and_keeps_what_it_has():
 
 
 def test_a_long_run_is_shown_on_the_page():
-    app = launched()
+    app = launched(seen=frozenset({"long"}))
     app.number_input(key="n_long").set_value(12).run()
     app.button(key="long_start").click().run()
     run = app.session_state[KEY].page(Validation).long_run
