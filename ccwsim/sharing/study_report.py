@@ -6,26 +6,36 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
+from ccwsim.metrics import etype
+from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import parameter_table
-from ccwsim.report import Block, Code, Document, Facts, Row, Section, Table, Text, surroundings
+from ccwsim.report import (
+    Block,
+    Chart,
+    Code,
+    Document,
+    Facts,
+    Picture,
+    Row,
+    Section,
+    Table,
+    Text,
+    surroundings,
+)
+from ccwsim.report.pictures import Statistic, bundle_chart, bundle_of, map_picture, share_picture
 from ccwsim.sharing.link import left_out, said
 from ccwsim.sharing.recipe import Recipe
-from ccwsim.sharing.study_charts import (
-    counted_charts,
-    curve_charts,
-    e_type_maps,
-    image_map,
-    realization_map,
-    small_maps,
-)
 
 MAX_LISTED = 40
 """More data or realizations are summed up instead of listed."""
+MAX_MAPS = 24
+STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 REVISED = (
-    "These realizations were mended around edits of the hard data: link, script and command "
-    "simulate the study anew, which honours the same data and differs in other cells."
+    "These realizations were re-simulated locally around edits of the hard data: link, script and "
+    "command simulate the study anew, which honours the same data and differs in other cells."
 )
 
 
@@ -54,116 +64,190 @@ def study_report(
         What came out, each a short phrase.
     link : str
         The address that opens the study.
-    how : Again
+    how : Recipe
         The script and the command.
     """
     image, grid = ensemble.training_image, ensemble.grid
-    number = min(shown.realization, ensemble.n - 1)
     facies = min(shown.facies, image.n_facies - 1)
-    name = image.name or "a training image"
+    name, of_facies = image.name or "a training image", f"of {image.facies_names[facies]}"
+    maps = _first_maps(ensemble, colours, min(shown.realization, ensemble.n - 1))
+    counts = (_times_and_proportions(ensemble, colours), _table_of_realizations(ensemble))
+    study = (_study(ensemble), _facies(ensemble), *_data(ensemble))
+    mean = 1000 * float(ensemble.cpu_seconds.mean())
     sections = (
-        Section("Study", (_study(ensemble), _facies(ensemble), *_data(ensemble)),
-                gist=f"{name}, {ensemble.hard_data.n} hard data"),
-        Section("Realizations", (
-            Row((image_map(ensemble, colours), realization_map(ensemble, colours, number))),
-            small_maps(ensemble, colours),
-        ), gist=f"{ensemble.n} of {grid.nx} × {grid.ny} cells"),
-        Section("E-type", (e_type_maps(ensemble, facies),),
-                gist=f"of {image.facies_names[facies]}, over {ensemble.n} realizations"),
-        Section("Variograms and connection", curve_charts(ensemble, facies),
-                gist=f"of {image.facies_names[facies]}, against the training image"),
-        Section("CPU time and proportions",
-                (counted_charts(ensemble, colours), *_each(ensemble)),
-                gist=f"{1000 * float(ensemble.cpu_seconds.mean()):.3g} ms a realization"),
-        Section("Parameters", (_parameters(ensemble),)),
-        Section("The same again", _again(ensemble, choices, link, how)),
-    )  # fmt: skip
+        ("Study", study, f"{name}, {ensemble.hard_data.n} hard data"),
+        (
+            "Realizations",
+            (maps, _small_maps(ensemble, colours)),
+            f"{ensemble.n} of {grid.nx} × {grid.ny} cells",
+        ),
+        (
+            "E-type",
+            (_e_type_maps(ensemble, facies),),
+            f"{of_facies}, over {ensemble.n} realizations",
+        ),
+        (
+            "Variograms and connectivity",
+            _curve_charts(ensemble, facies),
+            f"{of_facies}, against the training image",
+        ),
+        ("CPU time and proportions", counts, f"{mean:.3g} ms a realization"),
+        ("Parameters", (_parameters(ensemble),), ""),
+        ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
+    )
+    opening = Text(". ".join(fact[:1].upper() + fact[1:] for fact in facts) + ".")
+    digest = ("Realizations", f"digest {ensemble.digest}")
     return Document(
-        f"{ensemble.n} realizations of {name}", sections, "A study with CCWSIM",
-        (Text(". ".join(fact[:1].upper() + fact[1:] for fact in facts) + "."),),
-        Facts((*surroundings(), ("Seed", str(ensemble.seed)),
-               ("Realizations", f"digest {ensemble.digest}"))),
-    )  # fmt: skip
+        f"{ensemble.n} realizations of {name}",
+        tuple(Section(title, blocks, gist=gist) for title, blocks, gist in sections),
+        "A study with CCWSIM",
+        (opening,),
+        Facts((*surroundings(), ("Seed", str(ensemble.seed)), digest)),
+    )
 
 
 def _study(ensemble: Ensemble) -> Facts:
-    image, grid = ensemble.training_image, ensemble.grid
+    image, grid, n = ensemble.training_image, ensemble.grid, ensemble.hard_data.n
     ny, nx = image.shape
-    n = ensemble.hard_data.n
+    ti = f"{image.name or 'unnamed'}, {nx} × {ny} cells, {image.n_facies} facies"
+    cells = f"{grid.nx} × {grid.ny} cells of {grid.cell_size[0]:g} × {grid.cell_size[1]:g}"
     return Facts(
         (
-            ("Training image", f"{image.name or 'unnamed'}, {nx} × {ny} cells, "
-                               f"{image.n_facies} facies, digest {image.digest}"),
-            ("Grid", f"{grid.nx} × {grid.ny} cells of {grid.cell_size[0]:g} × "
-                     f"{grid.cell_size[1]:g}, from ({grid.origin[0]:g}, {grid.origin[1]:g})"),
+            ("Training image", f"{ti}, digest {image.digest}"),
+            ("Grid", f"{cells}, from ({grid.origin[0]:g}, {grid.origin[1]:g})"),
             ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
             ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
         )
-    )  # fmt: skip
+    )
 
 
 def _facies(ensemble: Ensemble) -> Table:
     image, mean = ensemble.training_image, ensemble.proportions.mean(axis=0)
-    codes = ensemble.hard_data.facies
-    rows = tuple(
-        (image.facies_names[k], str(code), f"{100 * image.proportions[k]:.1f} %",
-         f"{100 * mean[k]:.1f} %", str(np.count_nonzero(codes == code)))
-        for k, code in enumerate(image.codes.tolist())
-    )  # fmt: skip
-    return Table(
-        ("facies", "code", "in the training image", "in the realizations", "hard data"), rows
-    )
+    rows = []
+    for k, code in enumerate(image.codes.tolist()):
+        shares = (f"{100 * share:.1f} %" for share in (image.proportions[k], mean[k]))
+        n = np.count_nonzero(ensemble.hard_data.facies == code)
+        rows.append((image.facies_names[k], str(code), *shares, str(n)))
+    header = ("facies", "code", "in the training image", "in the realizations", "hard data")
+    return Table(header, tuple(rows))
 
 
 def _data(ensemble: Ensemble) -> tuple[Block, ...]:
     data = ensemble.hard_data
     if not 0 < data.n <= MAX_LISTED:
         return ()
-    centres = ensemble.grid.centers_of(data.cells).tolist()
-    rows = tuple(
-        (f"{x:g}", f"{y:g}", str(row), str(column), str(code))
-        for (x, y), (row, column), code in zip(
-            centres, data.cells.tolist(), data.facies.tolist(), strict=True
-        )
+    rows = []
+    for (x, y), cell, code in zip(
+        ensemble.grid.centers_of(data.cells), data.cells, data.facies, strict=True
+    ):
+        rows.append((f"{x:g}", f"{y:g}", *map(str, cell), str(code)))
+    return (Table(("x", "y", "row", "column", "facies"), tuple(rows), "Hard data"),)
+
+
+def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
+    """Return the training image, at the scale of the realizations where it can be, and one."""
+    image, data = ensemble.training_image, ensemble.hard_data
+    ny, nx = image.shape
+    share = min(max(nx / ensemble.grid.nx, 0.5), 2.0)
+    caption = f"Training image {image.name or ''}, {nx} × {ny} cells"
+    ti = map_picture(image.indices, image, colours, caption, share=share)
+    caption = f"Realization {number + 1} of {ensemble.n}"
+    caption += f", with {data.n} hard data" if data.n else ""
+    return Row((ti, map_picture(ensemble.indices[number], image, colours, caption, data)))
+
+
+def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
+    shown = ensemble.indices[:MAX_MAPS]
+    items = tuple(
+        Picture(map_png(one, colours), str(r), f"Realization {r}", 0.6, pixelated=True)
+        for r, one in enumerate(shown, start=1)
     )
-    return (Table(("x", "y", "row", "column", "facies"), rows, "Hard data"),)
+    return Row(items, _first(len(shown), ensemble), columns=6)
 
 
-def _each(ensemble: Ensemble) -> tuple[Block, ...]:
-    n = min(ensemble.n, MAX_LISTED)
-    names = ensemble.training_image.facies_names
-    shares, wrong = ensemble.proportions, ensemble.n_mismatched
+def _first(n: int, ensemble: Ensemble) -> str:
+    return "" if n == ensemble.n else f"The first {n} of {ensemble.n} realizations"
+
+
+def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
+    """Return the probability of a facies and the entropy, cell by cell."""
+    image = ensemble.training_image
+    found = etype(ensemble.indices, image.n_facies)
+    probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
+    entropy = "Entropy: dark blue where all agree, yellow where none knows"
+    likely = share_picture(found.probability[facies], probability)
+    return Row((likely, share_picture(found.entropy, entropy)))
+
+
+def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
+    """Return variograms, then connectivity, of a facies, each E–W and N–S; none of one row."""
+    image = ensemble.training_image
+    if min(*image.shape, *ensemble.grid.shape) < 2:
+        return ()
+    name, images, rows = image.facies_names[facies], ensemble.indices[:MAX_CURVES], []
+    for statistic in STATISTICS:
+        bundles = {}
+        for axis, way in ((1, "E-W"), (0, "N-S")):
+            longest = min(image.shape[axis], ensemble.grid.shape[axis]) // 2
+            lags = np.arange(max(1, min(MAX_LAG, longest)) + 1)
+            bundles[way] = bundle_of(statistic, images, image, facies, way, lags)
+        each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
+        top = 1.1 * float(np.nanmax(each)) or 1.0
+        rows.append(
+            Row(
+                tuple(bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items())
+            )
+        )
+    return tuple(rows)
+
+
+def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:
+    image, milliseconds = ensemble.training_image, 1000 * ensemble.cpu_seconds
+    times = times_chart(milliseconds, float(milliseconds.mean()), LIGHT, height=240)
+    shares = proportions_chart(
+        image.facies_names, image.proportions, ensemble.proportions, colours, LIGHT
+    )
+    title, alt = "Facies proportions", "Facies proportions, image and realizations"
+    legend = (("training image", LIGHT.reference),)
+    time = "CPU time of each realization"
+    return Row((Chart(times, time, time), Chart(shares, title, alt, legend)))
+
+
+def _table_of_realizations(ensemble: Ensemble) -> Table:
+    shares, wrong = 100 * ensemble.proportions[:MAX_LISTED], ensemble.n_mismatched
     rows = tuple(
-        (str(r + 1), f"{1000 * ensemble.cpu_seconds[r]:.3g}", str(wrong[r]),
-         *(f"{100 * share:.1f}" for share in shares[r]))
-        for r in range(n)
-    )  # fmt: skip
-    head = ("realization", "CPU time (ms)", "data wrong", *(f"{name} (%)" for name in names))
-    caption = "" if n == ensemble.n else f"The first {n} of {ensemble.n} realizations"
-    return (Table(head, rows, caption),)
+        (
+            str(r + 1),
+            f"{1000 * ensemble.cpu_seconds[r]:.3g}",
+            str(wrong[r]),
+            *(f"{share:.1f}" for share in row),
+        )
+        for r, row in enumerate(shares)
+    )
+    names = (f"{name} (%)" for name in ensemble.training_image.facies_names)
+    header = ("realization", "CPU time (ms)", "data wrong", *names)
+    return Table(header, rows, _first(len(rows), ensemble))
 
 
 def _parameters(ensemble: Ensemble) -> Table:
-    p = ensemble.parameters
-    rows = tuple(
-        (row["name"], row["symbol"], said(getattr(p, row["name"])),
-         "" if str(getattr(p, row["name"])) == row["default"] else "changed")
-        for row in parameter_table()
-    )  # fmt: skip
-    return Table(("parameter", "in the paper", "value", ""), rows)
+    rows = []
+    for row in parameter_table():
+        value = getattr(ensemble.parameters, row["name"])
+        changed = "" if str(value) == row["default"] else "changed"
+        rows.append((row["name"], row["symbol"], said(value), changed))
+    return Table(("parameter", "in the paper", "value", ""), tuple(rows))
 
 
-def _again(ensemble: Ensemble, choices: Choices, link: str, how: Recipe) -> tuple[Block, ...]:
+def _reproduction(
+    ensemble: Ensemble, choices: Choices, link: str, how: Recipe
+) -> tuple[Block, ...]:
     blocks: list[Block] = [Text(REVISED)] if ensemble.revised else []
     blocks.append(Code(link, "The link"))
     missing = left_out(choices)
     if missing:
-        blocks.append(
-            Text(f"The link cannot carry {' and '.join(missing)}: take the project file.")
-        )
-    beside = "; it reads the project file, which has to lie beside it"
-    blocks.append(Code(how.python, f"In Python{beside if how.python_needs_project else ''}"))
-    blocks.append(
-        Code(how.command, f"On the command line{beside if how.command_needs_project else ''}")
-    )
-    return tuple(blocks)
+        words = f"The link cannot carry {' and '.join(missing)}: take the project file."
+        blocks.append(Text(words))
+    beside = "; it reads the project file, which has to be in the same folder"
+    python = f"In Python{beside if how.python_needs_project else ''}"
+    command = f"On the command line{beside if how.command_needs_project else ''}"
+    return (*blocks, Code(how.python, python), Code(how.command, command))

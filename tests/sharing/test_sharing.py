@@ -100,8 +100,8 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     assert "<script>alert" not in page
     assert not OUTSIDE.search(own_part(page))
     titles = [section.title for section in document.sections]
-    assert titles == ["Study", "Realizations", "E-type", "Variograms and connection",
-                      "CPU time and proportions", "Parameters", "The same again"]  # fmt: skip
+    assert titles == ["Study", "Realizations", "E-type", "Variograms and connectivity",
+                      "CPU time and proportions", "Parameters", "Reproduction"]  # fmt: skip
     assert page.count('class="plot"') == 6
     assert page.count("<img") == 2 + 3 + 2
     for words in ("read_project", "--project", e.digest, "cannot carry", "Realization 3 of 3"):

@@ -1,0 +1,85 @@
+"""Maps and curves of realizations as pictures and charts of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.figures import LIGHT, Bundle, Dots, curves_chart, data_map_png, share_png
+from ccwsim.metrics import band, connectivity, variogram
+from ccwsim.metrics.directions import Direction
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.report.document import Chart, Picture
+
+Floats = NDArray[np.float64]
+Statistic = Literal["variogram", "connectivity"]
+SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
+LEGEND = (
+    ("training image", LIGHT.reference),
+    ("median", LIGHT.ink),
+    ("5–95 %", "#DDDCDA"),
+    ("each realization", "#BCBEC0"),
+)
+
+
+def map_picture(
+    indices: NDArray[np.uint8],
+    image: TrainingImage,
+    colours: Sequence[str],
+    caption: str,
+    data: HardData | None = None,
+    share: float = 1.0,
+) -> Picture:
+    """Return a map; data that it does not honour are ringed red and counted in the caption."""
+    dots = None
+    if data is not None and data.n:
+        facies = np.searchsorted(image.codes, data.facies)
+        wrong = indices[data.cells[:, 0], data.cells[:, 1]] != facies
+        dots = Dots(data.cells, [str(colours[k]) for k in facies.tolist()], wrong)
+        if wrong.any():
+            caption += f"; {np.count_nonzero(wrong)} of {data.n} data wrong (ringed red)"
+    png = data_map_png(indices, colours, dots)
+    return Picture(png, caption, f"Map of facies: {caption}", share, pixelated=dots is None)
+
+
+def share_picture(shares: Floats, caption: str) -> Picture:
+    """Return a map of shares from 0, dark blue, to 1, yellow."""
+    return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
+
+
+def curves_of(
+    statistic: Statistic, images: NDArray, facies: int, way: Direction, lags: NDArray
+) -> Floats:
+    """Return γ or τ of images (one or a stack), one row each."""
+    if statistic == "variogram":
+        return variogram(images, facies, way, lags).gamma
+    return connectivity(images, facies, way, lags).tau
+
+
+def bundle_of(
+    statistic: Statistic,
+    images: NDArray,
+    image: TrainingImage,
+    facies: int,
+    way: Direction,
+    lags: NDArray,
+) -> Bundle:
+    """Return a statistic of all realizations and of the training image."""
+    reference = curves_of(statistic, image.indices, facies, way, lags)[0]
+    each = curves_of(statistic, images, facies, way, lags)
+    spread = band(each, 0.05, 0.95)
+    return Bundle(lags.astype(float), reference, each, spread.low, spread.median, spread.high)
+
+
+def bundle_chart(
+    bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
+) -> Chart:
+    """Return the chart of a bundle up to γ = `top`; connectivity always goes up to 1."""
+    top = 1.04 if statistic == "connectivity" else top
+    title = f"{statistic.capitalize()} {str(way).replace('-', '–')} of {facies}"
+    figure = curves_chart(bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height)
+    return Chart(figure, title, f"{title}: realizations and training image", LEGEND)
