@@ -1,14 +1,15 @@
 """The experiments of the paper, run again, and their report."""
 
-from ccwsim.paper.document import document_of, summary, verdict_of
-from ccwsim.paper.experiment import Experiment, Outcome, Run
-from ccwsim.paper.extent import FULL, QUICK, Extent
+from ccwsim.paper.experiment import FULL, QUICK, Experiment, Extent, Outcome, Run
 from ccwsim.paper.inputs import Inputs, inputs_in
 from ccwsim.paper.reproduction import (
     EXPERIMENTS,
     Finished,
     Reproduction,
+    document_of,
     reproduce,
+    summary,
+    verdict_of,
     with_largest_grid,
 )
 

@@ -1,4 +1,4 @@
-"""What an experiment of the paper is, what it is given, and what comes out of it."""
+"""What an experiment of the paper is, how much of it is run, and what comes out of it."""
 
 from __future__ import annotations
 
@@ -10,25 +10,70 @@ from ccwsim.model.errors import Cancelled
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.extent import Extent
 from ccwsim.paper.inputs import Inputs
 from ccwsim.report import Block, Judgement
 from ccwsim.run.simulation import simulate
 
 
-@dataclass
-class Run:
-    """What an experiment is given: inputs, sizes, seed, and a way to tell and to be stopped.
+@dataclass(frozen=True)
+class Extent:
+    """How much of the paper is run: everything in minutes, or a little of everything in seconds.
 
     Attributes
     ----------
-    inputs : Inputs
-    extent : Extent
-    seed : int
-    progress : callable
-        Called with the share of the experiment that is done.
-    cancel : callable
-        Says whether to stop.
+    name : str
+        "full" or "quick".
+    n_many : int
+        Realizations where the paper has 100.
+    n_few : int
+        Realizations where methods are compared in pictures and curves.
+    n_anodi : int
+        Realizations of each method for the analysis of distances.
+    n_timed : int
+        Realizations whose times are averaged.
+    largest_side : int
+        Longest side of a grid that is not about time, in cells.
+    timed_sides : tuple of int
+        Sides of the square grids whose time is measured.
+    largest_lag : int
+        Of variograms and connectivity, in cells.
+    """
+
+    name: str
+    n_many: int
+    n_few: int
+    n_anodi: int
+    n_timed: int
+    largest_side: int
+    timed_sides: tuple[int, ...]
+    largest_lag: int
+
+    @property
+    def is_full(self) -> bool:
+        """Whether grids are the paper's, so that its seconds can stand beside ours."""
+        return self.name != "quick"
+
+    def side(self, wanted: int) -> int:
+        """Return a side that the paper uses, made smaller where this extent asks for it.
+
+        Examples
+        --------
+        >>> FULL.side(512), QUICK.side(512)
+        (512, 144)
+        """
+        return min(wanted, self.largest_side)
+
+
+FULL = Extent("full", 100, 10, 50, 9, 1000, (500, 1000, 1500, 2000, 2500), 100)
+QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
+
+
+@dataclass
+class Run:
+    """What an experiment is given: inputs, extent, seed, and ways to report and to be stopped.
+
+    `progress` is called with the share of the experiment that is done; `cancel` says whether to
+    stop.
     """
 
     inputs: Inputs
@@ -44,24 +89,9 @@ class Run:
         self._steps, self._done = max(steps, 1), 0
 
     def step(self) -> None:
-        """Note that a step is done.
-
-        Raises
-        ------
-        Cancelled
-            Where the user has asked to stop.
-        """
+        """Note that a step is done; raise Cancelled where the user has asked to stop."""
         self._done += 1
         self.progress(min(self._done / self._steps, 1.0))
-        self.check()
-
-    def check(self) -> None:
-        """Stop here where the user has asked to.
-
-        Raises
-        ------
-        Cancelled
-        """
         if self.cancel():
             raise Cancelled("stopped")
 
@@ -105,9 +135,9 @@ class Experiment:
     title : str
         What it shows.
     place : str
-        Section, figure or table of the paper, as far as they are known.
+        Section, figure or table of the paper.
     shows : str
-        What the paper's figure or table shows; nothing that is not known.
+        What the paper shows there; nothing that is not known.
     run : callable
         Called as run(Run), returns an Outcome.
     weight : float

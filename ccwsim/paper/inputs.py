@@ -58,11 +58,11 @@ class Inputs:
         found = read_training_image(path)
         names = FACIES.get(name)
         fits = names is not None and len(names) == found.n_facies
-        return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names if fits
-                             else None)  # fmt: skip
+        names = names if fits else None
+        return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
 
-    def said(self, name: str) -> str:
-        """Say in words which image stands for one of the paper's."""
+    def describe(self, name: str) -> str:
+        """Return a phrase that says which image stands for one of the paper's."""
         file, bundled = IMAGES[name]
         if self._file(f"paper/{file}.npy") is not None:
             return f"the authors' {name} training image"
@@ -75,7 +75,7 @@ class Inputs:
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         """Return about `n` hard data for an image on a grid.
 
-        The authors' data where they are at hand and those of them that lie in the grid; else data
+        The authors' data where they are at hand and those of them that are in the grid; else data
         read off an image of the same kind, as many as the grid's share of the paper's one.
         """
         stem = DATA.get((name, n))
@@ -91,7 +91,7 @@ class Inputs:
         if path is not None and self._file(f"{DATA['channel', 4000]}.csv") is not None:
             truth = read_training_image(path).array
         else:
-            truth = self._truth("channel", shape).array
+            truth = self._reference_field("channel", shape).array
         truth = truth[: shape[0], : shape[1]]
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
@@ -126,14 +126,14 @@ class Inputs:
         path = self.folder / relative
         return path if path.is_file() else None
 
-    def _truth(self, name: str, shape: tuple[int, int]) -> TrainingImage:
+    def _reference_field(self, name: str, shape: tuple[int, int]) -> TrainingImage:
         return reference_field(IMAGES[name][1], shape)
 
     def _sampled(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         stem = DATA[name, n]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
         share = shape[0] * shape[1] / (ny * nx)
-        truth = self._truth(name, shape).array
+        truth = self._reference_field(name, shape).array
         return sample_random(truth, max(round(n * share), 1), seed=n)
 
 
@@ -166,7 +166,7 @@ def inputs_in(folder: str | Path | None) -> Inputs:
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:
-    """Return the data that lie in a grid.
+    """Return the data that are in a grid.
 
     Examples
     --------

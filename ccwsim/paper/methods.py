@@ -1,43 +1,50 @@
-"""The settings that the paper compares, and realizations of the published codes beside them."""
+"""The methods that the paper compares: settings, published realizations, measures and charts."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
+from ccwsim.metrics import pattern_distance
+from ccwsim.metrics.lags import Direction
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Run
-from ccwsim.paper.published_times import SINGLE_TIMES
+from ccwsim.report import Chart, Picture
+from ccwsim.report.pictures import curves_of, map_picture
 
-CONDITIONING = "Data conditioning “to a considerable degree” (the authors' page)."
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
-SAID = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
-"""The settings of the authors' script."""
+SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
+"""Of the authors' script."""
+COLOURS = {
+    "training image": LIGHT.reference,
+    "CCWSIM": "#173F6B",
+    "MS-CCSIM": "#B9770E",
+    "CCSIM": "#3A9E7E",
+    "published CCWSIM": "#6F93BC",
+    "published MS-CCSIM": "#E8B765",
+    "DeeSse": "#A78BD0",
+    "SNESIM": "#7A7F86",
+}
+"""One colour a method, in every chart of the report."""
+LAGS = (21, 41, 61, 81)
+"""At which connectivity is given in numbers."""
 
 
 def settings(method: str, level: int, *, exact: bool = True, template: int = 32) -> Parameters:
-    """Return the settings of the authors' script for a method and level.
-
-    Parameters
-    ----------
-    method : str
-        "ccwsim", "ms-ccsim" or "ccsim".
-    level : int
-    exact : bool
-        Whether every datum is honoured at full resolution; the published codes do not.
-    template : int
+    """Return the settings of the authors' script; with `exact` every datum is honoured.
 
     Examples
     --------
     >>> settings("ccwsim", 1).overlap_size
     8
     """
-    return Parameters(
-        template_size=template, overlap_size=8, wavelet_level=level, method=method,
-        exact_data=exact,
-    )  # fmt: skip
+    return Parameters(template, 8, level, method=method, exact_data=exact)
 
 
 def published(run: Run, image: TrainingImage, name: str, shape: tuple[int, int]) -> NDArray | None:
@@ -59,17 +66,9 @@ def image_named(name: str) -> str:
     return "stone wall" if "stonewall" in name else "channel"
 
 
-def stated_seconds(where: str) -> float:
-    """Return a time that the paper, or the authors' page, states for one experiment.
-
-    Examples
-    --------
-    >>> stated_seconds("Fig. 6")
-    6.52
-    """
-    found = next(t.cpu_seconds for t in SINGLE_TIMES if t.where == where)
-    assert found is not None
-    return found
+def median_seconds(ensemble: Ensemble) -> float:
+    """Return the CPU time of a realization."""
+    return float(np.median(ensemble.cpu_seconds))
 
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
@@ -83,3 +82,84 @@ def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
     """
     wrong = [data.n_mismatched(image.codes[one]) for one in images]
     return float(np.mean(wrong) / max(data.n, 1))
+
+
+def mean_distances(images: NDArray, image: TrainingImage) -> NDArray[np.float64]:
+    """Return the pattern distance from the training image at 1, 1/2, 1/3, mean of realizations."""
+    return pattern_distance(images, image.indices, image.n_facies).mean(axis=0)
+
+
+def format_distances(distances: NDArray[np.float64]) -> str:
+    """Return distances at several resolutions for one cell of a table."""
+    return " ".join(f"{d:.4f}" for d in distances)
+
+
+def relative_tau(
+    images: NDArray, image: TrainingImage, lags: Sequence[int] = LAGS
+) -> dict[int, float]:
+    """Return mean connectivity E–W relative to the training image's at the lags that fit.
+
+    Examples
+    --------
+    >>> ti = TrainingImage(np.eye(60, dtype=int))
+    >>> relative_tau(ti.indices[None], ti)
+    {21: nan}
+    """
+    smallest = min(*images.shape[-2:], *image.shape)
+    fits = [lag for lag in lags if lag <= smallest // 2] or [max(smallest // 4, 1)]
+    facies, at = image.n_facies - 1, np.array(fits)
+    own = np.array([np.mean(c) for c in curves_of("connectivity", images, facies, "E-W", at).T])
+    reference = curves_of("connectivity", image.indices, facies, "E-W", at)[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return dict(zip(fits, (own / reference).tolist(), strict=True))
+
+
+def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
+    """Return the lags 0 … up to half of the smallest side of some images, at most `largest`.
+
+    Examples
+    --------
+    >>> lags_for((8, 30), (100, 100), largest=50)
+    array([0, 1, 2, 3, 4])
+    """
+    smallest = min(side for shape in shapes for side in shape[-2:])
+    return np.arange(min(largest, smallest // 2) + 1)
+
+
+def paper_map(
+    indices: NDArray[np.uint8], image: TrainingImage, caption: str, data: HardData | None = None
+) -> Picture:
+    """Return a map in the usual colours, with data."""
+    return map_picture(indices, image, facies_colours(image), caption, data)
+
+
+def image_picture(image: TrainingImage, description: str, share: float = 0.6) -> Picture:
+    """Return the training image itself."""
+    ny, nx = image.shape
+    caption = f"Training image, {nx} × {ny}: {description}"
+    return map_picture(image.indices, image, facies_colours(image), caption, share=share)
+
+
+def connectivity_chart(
+    stacks: Mapping[str, NDArray], image: TrainingImage, way: Direction, lags: NDArray
+) -> Chart:
+    """Return mean connectivity of several methods around the training image's, one line each."""
+    facies = image.n_facies - 1
+    lines = []
+    for name, images in stacks.items():
+        mean = np.nanmean(curves_of("connectivity", images, facies, way, lags), axis=0)
+        dash = "dash" if "level 3" in name else "dot" if "exact" in name else "solid"
+        lines.append(Line(name, lags, mean, colour_of(name), dash))
+    reference = curves_of("connectivity", image.indices, facies, way, lags)[0]
+    lines.append(Line("training image", lags, reference, LIGHT.reference))
+    title = f"Connectivity {str(way).replace('-', '–')} of {image.facies_names[facies]}, mean"
+    figure = lines_chart(
+        lines, LIGHT, x_title="lag (cells)", y_title="τ", y_range=(0, 1.04), height=280
+    )
+    legend = tuple((line.name, line.colour) for line in lines)
+    return Chart(figure, title, f"{title}: {', '.join(stacks)}, training image", legend)
+
+
+def colour_of(name: str) -> str:
+    """Return the colour of a method; what follows a comma does not matter."""
+    return COLOURS.get(name.split(",")[0], "#7A7F86")

@@ -7,6 +7,7 @@ ratios within one source can: of two levels, two methods, two numbers of data.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -112,15 +113,24 @@ FIGURE_13 = tuple(
 )
 """CPU time of the largest of five grids, by level; the values of the other four are not at hand."""
 
+
+def _single(
+    source: Source, where: str, seconds: float, image: str = "channel", **known: Any
+) -> PublishedTime:
+    """Return a time whose level the source does not say, and of the rest only what is `known`."""
+    known = {"n_cells": None, "n_data": None, **known}
+    return PublishedTime(
+        source, where, image, method="ccwsim", level=None, cpu_seconds=seconds, **known
+    )
+
+
 SINGLE_TIMES = (
-    PublishedTime(PAPER, "Fig. 6", "channel", None, 0, "ccwsim", None, 6.52),
-    PublishedTime(PAPER, "Fig. 7", "channel", None, None, "ccwsim", None, 2.42,
-                  note="mean of 100 realizations"),
-    PublishedTime(PAPER, "three facies", "three facies", 1_000_000, None, "ccwsim", None, 3.50),
-    PublishedTime(AUTHORS_PAGE, "Ganges delta", "Ganges delta", None, None, "ccwsim", None, 7.7),
-    PublishedTime(AUTHORS_PAGE, "4000 data", "channel", None, 4000, "ccwsim", None, 1.06,
-                  note="about 4000 data"),
-)  # fmt: skip
+    _single(PAPER, "Fig. 6", 6.52, n_data=0),
+    _single(PAPER, "Fig. 7", 2.42, note="mean of 100 realizations"),
+    _single(PAPER, "three facies", 3.50, "three facies", n_cells=1_000_000),
+    _single(AUTHORS_PAGE, "Ganges delta", 7.7, "Ganges delta"),
+    _single(AUTHORS_PAGE, "4000 data", 1.06, n_data=4000, note="about 4000 data"),
+)
 """Times that stand alone; None is what their source does not say."""
 
 
@@ -129,10 +139,8 @@ def _octave(image: str, side: int, n_data: int, *rows: tuple) -> list[PublishedT
     times = []
     for method, level, cpu_seconds, percent, *note in rows:
         wrong = None if percent is None else percent / 100
-        times.append(
-            PublishedTime(OCTAVE, "", image, side**2, n_data, method, level, cpu_seconds, wrong,
-                          *note)
-        )  # fmt: skip
+        study = OCTAVE, "", image, side**2, n_data
+        times.append(PublishedTime(*study, method, level, cpu_seconds, wrong, *note))
     return times
 
 
@@ -202,3 +210,16 @@ def published_time(
         if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:
             return t
     return None
+
+
+def stated_seconds(where: str) -> float:
+    """Return a time that the paper, or the authors' page, states for one experiment.
+
+    Examples
+    --------
+    >>> stated_seconds("Fig. 6")
+    6.52
+    """
+    found = next(t.cpu_seconds for t in SINGLE_TIMES if t.where == where)
+    assert found is not None
+    return found

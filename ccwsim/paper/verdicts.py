@@ -5,9 +5,9 @@ from __future__ import annotations
 from ccwsim.report import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
-TONES: dict[str, Tone] = {
-    AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERS: "bad", OPEN: "unknown",
-}  # fmt: skip
+TONES: dict[str, Tone] = dict.fromkeys((AGREES, BETTER), "good")
+TONES |= dict.fromkeys((BEHIND, DIFFERS), "bad") | {OPEN: "unknown"}
+CONDITIONING = "Data conditioning “to a considerable degree” (the authors' page)."
 ALIKE = 1.25
 """Two times or ratios are alike where they differ by less than this factor."""
 
@@ -53,19 +53,20 @@ def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
         "(MATLAB there, compiled code here): this is no speed-up of the method."
     )
     word = compared(ours, theirs, more_is_better=False)
-    said = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
-    return Judgement(f"{where}: {seconds(theirs)} for {what}.", found, said, TONES[word])
+    shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
+    return Judgement(f"{where}: {seconds(theirs)} for {what}.", found, shown, TONES[word])
+
+
+def not_comparable(claim: str, ours: float) -> Judgement:
+    """Leave a CPU time of the paper open where our grid is smaller than the paper's."""
+    return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
 
 
 def of_order(claim: str, found: str, ours: float, theirs: float) -> Judgement:
     """Judge whether the ratio of two methods lies on the same side of 1 here as in the paper.
 
-    Parameters
-    ----------
-    claim, found : str
-    ours, theirs : float
-        The ratio here and in the paper. One within `ALIKE` of 1 in the paper says that the two are
-        alike, which is found where it is within the square of that here.
+    A ratio within `ALIKE` of 1 in the paper says that the two are alike, which is found where it
+    is within the square of that here.
 
     Examples
     --------
@@ -90,23 +91,16 @@ def of_ratio(claim: str, ours: float, theirs: float, *, alike: float = 1.5) -> J
     'agrees'
     """
     found = f"Here {ours:.2f} times; in the paper {theirs:.2f} times."
-    return judged(claim, found, AGREES if max(ours, theirs) <= alike * min(ours, theirs) else
-                  DIFFERS)  # fmt: skip
+    near = max(ours, theirs) <= alike * min(ours, theirs)
+    return judged(claim, found, AGREES if near else DIFFERS)
 
 
-def of_data(claim: str, wrong: float, n_data: int, theirs: float | None) -> Judgement:
+def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
     """Judge the share of data not honoured against that of the published code, where known.
-
-    Parameters
-    ----------
-    wrong : float
-        Share of our data that are not honoured.
-    theirs : float or None
-        The same for realizations of the published code.
 
     Examples
     --------
-    >>> of_data("data are honoured", 0.0, 397, 0.065).word
+    >>> of_data(0.0, 397, 0.065).word
     'better'
     """
     found = (
@@ -115,10 +109,10 @@ def of_data(claim: str, wrong: float, n_data: int, theirs: float | None) -> Judg
         else f"{percent(wrong)} of {n_data} data are not honoured."
     )
     if theirs is None:
-        return judged(claim, found, AGREES if wrong == 0 else DIFFERS)
+        return judged(CONDITIONING, found, AGREES if wrong == 0 else DIFFERS)
     found += f" Realizations of the authors' code miss {percent(theirs)}."
     word = AGREES if wrong == theirs else BETTER if wrong < theirs else BEHIND
-    return judged(claim, found, word)
+    return judged(CONDITIONING, found, word)
 
 
 def seconds(value: float) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, Bundle, Dots, curves_chart, data_map_png, share_png
 from ccwsim.metrics import band, connectivity, variogram
-from ccwsim.metrics.directions import Direction
+from ccwsim.metrics.lags import Direction
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Chart, Picture

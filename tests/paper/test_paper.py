@@ -26,14 +26,15 @@ from ccwsim.paper import (
     verdict_of,
     with_largest_grid,
 )
-from ccwsim.paper.grid_size import GRID_SIZE
 from ccwsim.paper.inputs import Inputs, inside
-from ccwsim.paper.limits import LIMITS
 from ccwsim.paper.methods import wrong_share
-from ccwsim.paper.unconditional import UNCONDITIONAL
 from ccwsim.paper.verdicts import compared, of_data, of_order, of_ratio, of_time
 from ccwsim.report import Judgement, Text, report_html
 
+UNCONDITIONAL, GRID_SIZE, LIMITS = (
+    next(e for e in EXPERIMENTS if e.name == name)
+    for name in ("unconditional", "grid-size", "limits")
+)
 TINY = replace(QUICK, n_many=3, n_few=2, n_anodi=2, timed_sides=(64, 96), largest_side=96)
 OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)
 ODD = "</script><b>&\"'"
@@ -137,10 +138,10 @@ def test_words_follow_the_numbers():
         "less time", "like time", "more time",
     ]  # fmt: skip
     assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").found
-    assert [of_data("x", w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))] == [
+    assert [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))] == [
         "better", "agrees", "behind",
     ]  # fmt: skip
-    assert [of_data("x", w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
+    assert [of_data(w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
     assert [of_ratio("x", r, 4.0).word for r in (3.0, 1.0)] == ["agrees", "differs"]
     assert [of_order("x", "", r, 0.4).word for r in (0.5, 0.9, 2.0)] == [
         "agrees", "differs", "differs",
@@ -177,7 +178,7 @@ def test_the_authors_files_are_used_and_the_rest_is_ours(tmp_path):
     for folder in (tmp_path, tmp_path / "paper"):
         found = inputs_in(folder)
         np.testing.assert_array_equal(found.image("channel").array, own)
-        assert found.said("channel").startswith("the authors'")
+        assert found.describe("channel").startswith("the authors'")
         assert found.image("stone wall").name == "stone_wall"
         assert found.data("channel", 100, (512, 512)).n == 2
         assert found.data("channel", 100, (96, 96)).cells.tolist() == [[0, 1]]
