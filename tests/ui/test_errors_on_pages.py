@@ -36,7 +36,7 @@ BROKEN = (
     ("validate", "ccwsim.ui.validate.page.draw_summary"),
     ("validate", "ccwsim.ui.validate.page.facies_map"),
     ("compare", "ccwsim.ui.compare.page.sentences"),
-    ("sweep", "ccwsim.ui.sweep.controls.pretty"),
+    ("sweep", "ccwsim.ui.sweep.plan.pretty"),
     ("how_it_works", "ccwsim.ui.how_it_works.page.draw_steps"),
     ("how_it_works", "ccwsim.ui.how_it_works.page.trace_of"),
     ("benchmark", "ccwsim.ui.benchmark.page.this_machine"),

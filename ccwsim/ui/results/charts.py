@@ -32,7 +32,13 @@ def draw_chart(chart: Any, key: str, alt: str) -> None:
 
 
 def draw_clickable_chart(
-    chart: Any, key: str, alt: str, choose: Callable[[int], None], n_series: int = 1
+    chart: Any,
+    key: str,
+    alt: str,
+    choose: Callable[[int], None],
+    *,
+    n_series: int = 1,
+    mode_bar: bool = True,
 ) -> None:
     """Draw a chart whose first series have points to click; `choose` gets the point's number."""
 
@@ -43,5 +49,7 @@ def draw_clickable_chart(
             choose(int(numbers[0]))
 
     select: Any = {"on_select": catch_callback_errors(clicked), "selection_mode": "points"}
-    config = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
+    config: dict = {"displayModeBar": False}
+    if mode_bar:
+        config = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
     st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=config, **select)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
+from typing import Any
 
 import streamlit as st
 
@@ -56,10 +57,11 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
     return text.getvalue().encode()
 
 
-def csv_button(label: str, name: str, content: Callable[[], bytes], key: str = "") -> None:
+def csv_button(label: str, name: str, content: Callable[[], bytes], **options: Any) -> None:
     """Draw a button that saves a table, which is made when it is pressed."""
-    options: dict = {"file_name": f"{name}.csv", "mime": "text/csv", "on_click": "ignore"}
-    st.download_button(label, content, key=key or f"download_{name}", width="stretch", **options)
+    options = {"key": f"download_{name}", "width": "stretch", **options}
+    file: dict[str, Any] = {"file_name": f"{name}.csv", "mime": "text/csv", "on_click": "ignore"}
+    st.download_button(label, content, **file, **options)
 
 
 def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:

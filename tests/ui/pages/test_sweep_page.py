@@ -17,22 +17,23 @@ from ccwsim.experiments.sweep import recommended, settings
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.sweep.controls import problem_of, said_plan, start
 from ccwsim.ui.sweep.follow import progress_text, said_end
-from ccwsim.ui.sweep.ranges import (
-    MOST,
+from ccwsim.ui.sweep.page import choose, is_current
+from ccwsim.ui.sweep.plan import (
+    MAX_SETTINGS,
+    describe_plan,
     pace,
     plan_of,
+    problem_of,
     ranges_of,
     seconds_of,
+    start,
     suited_ranges,
     use_setting,
     values_on_offer,
 )
-from ccwsim.ui.sweep.results import choose, is_current
-from ccwsim.ui.sweep.setting import numbers_of
+from ccwsim.ui.sweep.setting import numbers_of, sweep_csv
 from ccwsim.ui.sweep.state import SweepState
-from ccwsim.ui.sweep.table import sweep_csv
 from tests.ui.widgets import named
 from tests.waiting import wait_until
 
@@ -141,17 +142,17 @@ def test_a_pill_changes_the_plan():
 
 def test_what_does_not_fit_is_left_out_and_said():
     state = state_of(ranges={**FEW, "wavelet_level": [1, 3], "overlap_size": [4, 8]})
-    said = said_plan(state, plan_of(state))
+    said = describe_plan(state, plan_of(state))
     assert "2 left out: Overlap 4 must be a multiple of 8 at level 3" in said
     state = state_of(ranges={**FEW, "method": ["ccsim"]})
-    assert "2 left out that mean the same" in said_plan(state, plan_of(state))
+    assert "2 left out that mean the same" in describe_plan(state, plan_of(state))
 
 
 @pytest.mark.parametrize(
     ("ranges", "words"),
     [
         ({"template_size": [8, 12, 16, 24, 32, 48, 64, 96], "wavelet_level": [1, 2],
-          "n_candidates": [1, 5, 10, 20, 50]}, f"at most {MOST}"),
+          "n_candidates": [1, 5, 10, 20, 50]}, f"at most {MAX_SETTINGS}"),
         ({"template_size": []}, "Template has no value to try"),
         ({"wavelet_level": [6], "template_size": [16]}, "No combination fits together"),
     ],
@@ -206,11 +207,11 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
 def test_it_is_drawn_for_any_training_image_without_data(name):
     choices = replace(SMALL, image=ImageChoice(bundled=name), data=DataChoice())
     state = swept(choices=choices, ranges={**FEW, "method": list(METHODS), "wavelet_level": [1]})
-    state.page(SweepState).error = "mended"  # of a sweep with data; there are none to mend now
+    state.page(SweepState).error = "mended"  # of a sweep with data; there are none now
     app = launched(state)
     said = html(app)
     assert "Recommended: " in said
-    assert "Data mended" not in said
+    assert "Data re-simulated" not in said
     assert "search" not in said
 
 

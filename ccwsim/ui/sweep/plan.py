@@ -1,4 +1,4 @@
-"""Which settings a sweep tries: ranges that suit the study, and what they come to."""
+"""Which settings a sweep tries: ranges that suit the study, what they come to, and a start."""
 
 from __future__ import annotations
 
@@ -11,18 +11,30 @@ from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.ui.jobs.admission import Demand, check_limits
+from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.sweep.run import SweepRun
 from ccwsim.ui.sweep.state import SweepState
+from ccwsim.ui.widgets.facts import seconds
 
-MOST = 64
+MAX_SETTINGS = 64
 """Settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
 OVERLAPS = (2, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 CANDIDATES = (1, 5, 10, 20, 50, 100)
 FRACTIONS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0)
 DEFAULT_LEVELS = (1, 2, 3)
+LABELS = {
+    "template_size": "Template T (cells)",
+    "wavelet_level": "Level",
+    "overlap_size": "Overlap OR (cells)",
+    "n_candidates": "Candidates K",
+    "method": "Method",
+    "search_fraction": "Search fraction",
+}
 
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
@@ -49,8 +61,8 @@ def ranges_of(state: State) -> dict[str, list[Any]]:
     ranges = {}
     for name, values in offered.items():
         chosen = state.page(SweepState).ranges.get(name)
-        still = None if chosen is None else [value for value in chosen if value in values]
-        ranges[name] = suited[name] if still is None or (chosen and not still) else still
+        kept = None if chosen is None else [value for value in chosen if value in values]
+        ranges[name] = suited[name] if kept is None or (chosen and not kept) else kept
     return ranges
 
 
@@ -72,13 +84,7 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
 
 
 def plan_of(state: State) -> Settings:
-    """Return the settings that the ranges come to.
-
-    Raises
-    ------
-    CCWSIMError
-        For a range without a value.
-    """
+    """Return the settings that the ranges come to; a range without a value is an error."""
     shape = image_of(state.choices.image).shape
     # pills come in the order of their clicks, methods in no order but their own
     ranges = {
@@ -89,7 +95,7 @@ def plan_of(state: State) -> Settings:
 
 
 def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:
-    """Return how long a plan will take about, by the pace of the latest run where there is one."""
+    """Return about how long a plan takes, by the pace of the latest run where there is one."""
     choices = state.choices
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
@@ -113,6 +119,81 @@ def pace(ensemble: Ensemble | None) -> float:
     )
     took = float(ensemble.cpu_seconds.mean()) + grid.ny * grid.nx * JUDGING
     return min(max(took / expected, 0.3), 10.0)
+
+
+def describe_study(state: State) -> str:
+    """Say what is simulated."""
+    choices = state.choices
+    image = image_of(choices.image)
+    ny, nx = image.shape
+    try:
+        n = data_of(choices).n
+        data = f"{n} hard data" if n else "no hard data"
+    except CCWSIMError:
+        data = "hard data that do not fit"
+    return (
+        f"{pretty(image.name)}, {nx} × {ny}, {image.n_facies} facies\n"
+        f"{data}, grid {choices.grid.nx} × {choices.grid.ny}, seed {choices.seed}"
+    )
+
+
+def describe_plan(state: State, plan: Settings) -> str:
+    """Say how many settings there are, how long they take, and what was left out and why."""
+    time = seconds_of(state, plan)
+    about = f"about {seconds(max(round(time), 1))}" if time < 90 else f"about {time / 60:.0f} min"
+    n = state.page(SweepState).n_realizations
+    settings = "setting" if len(plan) == 1 else "settings"
+    realizations = "realization" if n == 1 else "realizations"
+    text = f"{len(plan)} {settings} × {n} {realizations}: {about} on one core."
+    if plan.left_out:
+        n = len(plan.left_out)
+        text += f"\n{n} left out: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
+    if plan.n_equal:
+        text += f"\n{plan.n_equal} left out that mean the same: CCSIM has no level."
+    return text
+
+
+def problem_of(state: State) -> str:
+    """Return why a sweep cannot start, or an empty text."""
+    try:
+        data_of(state.choices)
+        plan = plan_of(state)
+    except CCWSIMError as error:
+        text = str(error)
+        for name, label in LABELS.items():
+            text = text.replace(f"{name} has no value", f"{label.split(' ')[0]} has no value")
+        return text
+    if not len(plan):
+        return f"No combination fits together. {plan.left_out[0][1]}."
+    if len(plan) > MAX_SETTINGS:
+        return f"{len(plan)} settings; a sweep tries at most {MAX_SETTINGS}: take fewer values."
+    cells = state.choices.grid.ny * state.choices.grid.nx
+    try:
+        n_cells = len(plan) * state.page(SweepState).n_realizations * cells
+        check_limits(Demand(n_cells, data_of(state.choices).n))
+    except CCWSIMError as error:
+        return str(error)
+    return ""
+
+
+def start(state: State) -> None:
+    """Start the sweep as it is set up; what an earlier one found is dropped."""
+    page_state = state.page(SweepState)
+    if problem_of(state):
+        return
+    choices, image = state.choices, image_of(state.choices.image)
+    study = (image, choices.grid, data_of(choices), choices.seed)
+    facies = min(state.facies, image.n_facies - 1)
+    run = SweepRun(
+        *study, plan_of(state).fitting, page_state.n_realizations, facies, colours_of(state)
+    )
+    page_state.message = ""
+    try:
+        page_state.run = run.start()
+    except CCWSIMError as error:
+        page_state.message = str(error)
+        return
+    page_state.chosen, page_state.shown = None, 0
 
 
 def use_setting(state: State, parameters: Parameters) -> None:
