@@ -54,6 +54,16 @@ class TimingCase:
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
     """Return square grids × parameters, the small grids first.
 
+    Parameters
+    ----------
+    sides : sequence of int
+        Of the grids in cells.
+    parameters : sequence of Parameters
+
+    Returns
+    -------
+    list of TimingCase
+
     Examples
     --------
     >>> cases = grid_cases([256, 64], [Parameters(wavelet_level=1), Parameters(wavelet_level=2)])
@@ -68,6 +78,18 @@ def data_cases(
 ) -> list[TimingCase]:
     """Return numbers of data × parameters on one grid, the small numbers first.
 
+    Parameters
+    ----------
+    numbers : sequence of int
+        Of hard data.
+    parameters : sequence of Parameters
+    grid_shape : pair of int
+        Rows and columns.
+
+    Returns
+    -------
+    list of TimingCase
+
     Examples
     --------
     >>> [c.n_data for c in data_cases([1000, 0], [Parameters()], (512, 512))]
@@ -80,6 +102,15 @@ def typical_seconds(training_image: TrainingImage, case: TimingCase) -> float:
     """Return the CPU seconds of one realization on a typical core, from a count of operations.
 
     Right within a factor of about three; `expected_seconds` corrects it by measurements.
+
+    Parameters
+    ----------
+    training_image : TrainingImage
+    case : TimingCase
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -319,6 +350,13 @@ def time_cases(
         For more data than cells, and as `simulate`.
     Cancelled
         Where `cancel` returned True; what was yielded before stays good.
+
+    Examples
+    --------
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> cases = [TimingCase(Parameters(16, 4, 1), (40, 50), n) for n in (0, 9)]
+    >>> [t.n_data for t in time_cases(stripes, cases, n_realizations=1)]
+    [0, 9]
     """
     seed = check_int("seed", seed, 0)
     for case in cases:
@@ -432,6 +470,10 @@ def expected_seconds(
         Of each case.
     measured : sequence of Timing
         With the same training image; each case is scaled by the most similar of them.
+
+    Returns
+    -------
+    float
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Validation of realizations against the training image, the data and a hidden truth."""
+"""Validation of realizations against the training image, the data and a reference field."""
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling
 from ccwsim.metrics.bands import Band, RunningCurves, band

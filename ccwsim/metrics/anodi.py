@@ -42,6 +42,10 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
         Symmetric, 0 on the diagonal.
     n_dimensions : int
 
+    Returns
+    -------
+    Scaling
+
     Raises
     ------
     CCWSIMError
@@ -179,6 +183,10 @@ def anodi(
         Of the resolutions; 2^−g for the g-th where left out. They are made to sum to 1.
     progress : callable, optional
         Called with the share that is done.
+
+    Returns
+    -------
+    Anodi
 
     Raises
     ------

@@ -39,6 +39,11 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     low, high : float
         Probabilities of the lower and the upper quantile.
 
+    Returns
+    -------
+    Band
+        Of the shape of one curve.
+
     Raises
     ------
     CCWSIMError
@@ -61,9 +66,9 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     shape = values.shape[1:]
     rows = np.full((6, *shape), np.nan)
     if known.any():
-        there = values[:, known]
-        rows[0, known] = np.nanmean(there, axis=0)
-        rows[1:, known] = np.nanquantile(there, [low, 0.5, high, 0.0, 1.0], axis=0)
+        present = values[:, known]
+        rows[0, known] = np.nanmean(present, axis=0)
+        rows[1:, known] = np.nanquantile(present, [low, 0.5, high, 0.0, 1.0], axis=0)
     return Band(*rows)
 
 
@@ -78,7 +83,7 @@ class RunningCurves:
     n_points : int
         Of each curve.
     low, high : float
-        Between which all values lie.
+        Limits of all values.
     n_bins : int
 
     Examples
@@ -120,18 +125,18 @@ class RunningCurves:
         if values.shape != self._sums.shape:
             raise CCWSIMError(f"a curve of {len(self._sums)} points is needed, not {values.shape}")
         points = np.flatnonzero(~np.isnan(values))
-        there = values[points]
+        present = values[points]
         n_bins = self._counts.shape[1]
-        bins = np.floor((there - self._low) / self._width + 1e-9)
-        if len(there) and (bins.min() < 0 or bins.max() > n_bins):
+        bins = np.floor((present - self._low) / self._width + 1e-9)
+        if len(present) and (bins.min() < 0 or bins.max() > n_bins):
             raise CCWSIMError(
-                f"a curve from {there.min():g} to {there.max():g} leaves the bins from "
+                f"a curve from {present.min():g} to {present.max():g} leaves the bins from "
                 f"{self._low:g} to {self._low + n_bins * self._width:g}"
             )
         self._counts[points, np.minimum(bins, n_bins - 1).astype(np.int64)] += 1
-        self._sums[points] += there
-        self._smallest[points] = np.minimum(self._smallest[points], there)
-        self._largest[points] = np.maximum(self._largest[points], there)
+        self._sums[points] += present
+        self._smallest[points] = np.minimum(self._smallest[points], present)
+        self._largest[points] = np.maximum(self._largest[points], present)
 
     def band(self, low: float = 0.1, high: float = 0.9) -> Band:
         """Return the band of the curves added so far; NaN where there were none.

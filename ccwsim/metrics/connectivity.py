@@ -21,16 +21,16 @@ _TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """Probability of connection of one facies.
+    """Connectivity function of one facies.
 
     Attributes
     ----------
     lags : ndarray of int, shape (n_lags,)
         In steps of the direction.
     tau : ndarray, shape (n, n_lags)
-        P(x and x + h in one body | both in the facies); NaN where no such pair exists.
+        P(x and x + h in one geobody | both in the facies); NaN where no such pair exists.
     unconditional : ndarray, shape (n, n_lags)
-        P(x and x + h in one body), over all pairs of cells.
+        P(x and x + h in one geobody), over all pairs of cells.
     neighbours : int
         4 or 8: which cells count as touching.
     """
@@ -44,7 +44,7 @@ class Connectivity:
 def connected_geobodies(
     image: NDArray[np.integer], facies: int, neighbours: int = 8
 ) -> tuple[NDArray[np.int32], int]:
-    """Number the connected bodies of a facies.
+    """Number the connected geobodies of a facies.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def connected_geobodies(
     Returns
     -------
     labels : ndarray of int32, shape (ny, nx)
-        0 outside the facies, else the number of the body from 1 on.
-    n_bodies : int
+        0 outside the facies, else the number of the geobody from 1 on.
+    n_geobodies : int
 
     Raises
     ------
@@ -87,7 +87,7 @@ def connectivity(
     neighbours: int = 8,
     progress: Fraction | None = None,
 ) -> Connectivity:
-    """Return the probability of connection τ(h) of a facies (Renard & Allard 2013).
+    """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
     Two cells are connected where a chain of touching cells of the facies joins them anywhere in
     the image. Pairs are counted exactly; nothing is normalised to another image.
@@ -107,6 +107,10 @@ def connectivity(
         4 or 8.
     progress : callable, optional
         Called with the share that is done.
+
+    Returns
+    -------
+    Connectivity
 
     Raises
     ------
@@ -137,18 +141,18 @@ def connectivity(
 
 @kernel
 def _count_pairs(labels, offsets):
-    """Return how many pairs are both in the facies, and how many in one body, a lag a row."""
+    """Count, for each lag, the pairs with both cells in the facies and those in one geobody."""
     ny, nx = labels.shape
     counts = np.zeros((len(offsets), 2), np.int64)
     for lag in range(len(offsets)):
         dy, dx = offsets[lag]
         first, last = max(0, -dx), nx - max(0, dx)
         for i in range(max(0, -dy), ny - max(0, dy)):
-            here, there = labels[i, first:last], labels[i + dy, first + dx : last + dx]
+            tail, head = labels[i, first:last], labels[i + dy, first + dx : last + dx]
             both, joined = np.int32(0), np.int32(0)
-            for j in range(len(here)):
-                both += np.int32((here[j] != 0) & (there[j] != 0))
-                joined += np.int32((here[j] != 0) & (here[j] == there[j]))
+            for j in range(len(tail)):
+                both += np.int32((tail[j] != 0) & (head[j] != 0))
+                joined += np.int32((tail[j] != 0) & (tail[j] == head[j]))
             counts[lag, 0] += both
             counts[lag, 1] += joined
     return counts
@@ -156,20 +160,20 @@ def _count_pairs(labels, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Geobodies:
-    """Connected bodies of one facies, one value an image.
+    """Connected geobodies of one facies, one value for each image.
 
     Attributes
     ----------
     n_bodies : ndarray of int, shape (n,)
     sizes : tuple of ndarray
-        Cells of each body of each image, largest first.
+        Cells of each geobody of each image, largest first.
     gamma : ndarray, shape (n,)
         Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN
         where the facies does not occur.
     percolates_ew, percolates_ns : ndarray of bool, shape (n,)
-        Whether one body touches both the west and the east edge, or the south and the north one.
+        Whether one geobody touches the west and the east edge, or the south and the north edge.
     euler_number : ndarray of int, shape (n,)
-        Bodies minus holes.
+        Geobodies minus holes.
     neighbours : int
         4 or 8: which cells count as touching. Holes use the other of the two.
     """
@@ -183,7 +187,7 @@ class Geobodies:
     neighbours: int
 
 
-class _One(NamedTuple):
+class _ImageGeobodies(NamedTuple):
     sizes: NDArray[np.int64]
     ew: bool
     ns: bool
@@ -193,7 +197,7 @@ class _One(NamedTuple):
 def geobody_statistics(
     images: ArrayLike, facies: int, neighbours: int = 8, progress: Fraction | None = None
 ) -> Geobodies:
-    """Return the connected bodies of a facies in each image (Renard & Allard 2013).
+    """Return the connected geobodies of a facies in each image (Renard & Allard 2013).
 
     Parameters
     ----------
@@ -206,6 +210,10 @@ def geobody_statistics(
     progress : callable, optional
         Called with the share that is done.
 
+    Returns
+    -------
+    Geobodies
+
     Raises
     ------
     CCWSIMError
@@ -213,8 +221,8 @@ def geobody_statistics(
 
     Examples
     --------
-    >>> bodies = geobody_statistics([[1, 1, 0, 1]], 1)
-    >>> bodies.n_bodies, bodies.sizes[0].tolist(), bodies.gamma.round(3)
+    >>> found = geobody_statistics([[1, 1, 0, 1]], 1)
+    >>> found.n_bodies, found.sizes[0].tolist(), found.gamma.round(3)
     (array([2]), [2, 1], array([0.556]))
     """
     stack = as_stack(images)
@@ -234,18 +242,18 @@ def geobody_statistics(
     )
 
 
-def _of_one(image: NDArray[np.integer], facies: int, neighbours: int) -> _One:
+def _of_one(image: NDArray[np.integer], facies: int, neighbours: int) -> _ImageGeobodies:
     labels, n_bodies = connected_geobodies(image, facies, neighbours)
     sizes = np.bincount(labels.ravel(), minlength=n_bodies + 1)[1:]
-    return _One(
+    return _ImageGeobodies(
         sizes=np.sort(sizes)[::-1],
-        ew=_shared(labels[:, 0], labels[:, -1]),
-        ns=_shared(labels[0], labels[-1]),
+        ew=_have_common_label(labels[:, 0], labels[:, -1]),
+        ns=_have_common_label(labels[0], labels[-1]),
         euler=int(_euler_number(labels, neighbours == 8)),
     )
 
 
-def _shared(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
+def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
     both = np.intersect1d(one, other)
     return bool((both > 0).any())
 

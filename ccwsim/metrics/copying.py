@@ -34,7 +34,7 @@ class Copying:
     seams : ndarray of bool, shape (ny, nx)
         Cells whose eastern or northern neighbour was not their neighbour in the training image.
     n_unknown : int
-        Cells that came from nowhere (a position below 0).
+        Cells without a source (a position below 0).
     """
 
     copied: float
@@ -48,23 +48,27 @@ class Copying:
 
 
 def copying(positions: ArrayLike, ti_shape: tuple[int, int]) -> Copying:
-    """Return what was copied, from the places in the training image that the cells came from.
+    """Return what was copied, from the locations in the training image that the cells came from.
 
     Parameters
     ----------
     positions : array_like of int, shape (ny, nx)
-        Row · nx + column in the training image of each cell; below 0 where it came from nowhere.
+        Row · nx + column in the training image of each cell; below 0 without a source.
     ti_shape : pair of int
         Rows and columns of the training image.
+
+    Returns
+    -------
+    Copying
 
     Raises
     ------
     CCWSIMError
-        For another number of dimensions or a place outside the training image.
+        For another number of dimensions or a location outside the training image.
 
     Examples
     --------
-    >>> found = reuse([[0, 1, 4], [3, 4, 7]], (3, 3))
+    >>> found = copying([[0, 1, 4], [3, 4, 7]], (3, 3))
     >>> found.largest_square, found.largest_block, round(found.copied, 3)
     (2, 4, 0.714)
     """
@@ -103,7 +107,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, int]) -> Copying:
 
 
 def _shifts(source: NDArray[np.int64], ti_shape: tuple[int, int]) -> NDArray[np.int64]:
-    """Return one number a cell that is equal for cells moved by the same (rows, columns)."""
+    """Return a number for each cell, equal for cells shifted by the same (rows, columns)."""
     ny, nx = source.shape
     down = source // ti_shape[1] - np.arange(ny)[:, None] + ny
     along = source % ti_shape[1] - np.arange(nx) + nx

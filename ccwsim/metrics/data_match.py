@@ -43,6 +43,10 @@ def data_match(realizations: ArrayLike, hard_data: HardData) -> DataMatch:
         Facies codes, as the data have them.
     hard_data : HardData
 
+    Returns
+    -------
+    DataMatch
+
     Raises
     ------
     CCWSIMError

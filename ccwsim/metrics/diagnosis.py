@@ -21,8 +21,10 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
-"""So many templates should fit along the smaller side, else the image is soon repeated."""
+"""So many templates should fit along the smaller side, else realizations repeat the image."""
 MAX_ADVISED_LEVEL = 3
+PERIODIC = 0.5
+"""From this strength of the spacing on, the image counts as periodic."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,17 @@ class Advice:
 def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
     """Return how many templates fit into an image without overlap.
 
+    Parameters
+    ----------
+    shape : pair of int
+        Rows and columns of the image.
+    template_size : int
+        Side of the template in cells.
+
+    Returns
+    -------
+    int
+
     Examples
     --------
     >>> templates_that_fit((256, 256), 32)
@@ -57,17 +70,10 @@ def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
-    """Return how many cells a template needs to hold a feature, and how that is known.
+    """Return how many cells a template needs to hold a feature, and the reason in words.
 
-    The distance from feature to feature where they repeat within a template that may be advised,
-    else twice the geometric mean of both ranges.
-
-    Parameters
-    ----------
-    ew, ns : Spacing
-        Of the training image along both axes.
-    side : int
-        Its smaller side in cells.
+    That is the distance from feature to feature along an axis where they repeat within the largest
+    template to advise for that smaller `side`, else twice the geometric mean of both ranges.
 
     Examples
     --------
@@ -103,13 +109,6 @@ def largest_template(side: int) -> int:
 def advise_level(thinnest: int, side: int) -> Advice:
     """Advise the wavelet level whose blocks are not larger than the thinnest facies.
 
-    Parameters
-    ----------
-    thinnest : int
-        Thickness of the thinnest facies in cells.
-    side : int
-        Smaller side of the training image in cells.
-
     Examples
     --------
     >>> advise_level(5, 256).value
@@ -118,9 +117,9 @@ def advise_level(thinnest: int, side: int) -> Advice:
     by_feature = max(thinnest, 1).bit_length() - 1
     by_side = (largest_template(side) // 2).bit_length() - 1
     level = min(by_feature, by_side, MAX_ADVISED_LEVEL)
-    compared = "single cells have to be compared"
+    compared = "single cells must be compared"
     if level:
-        compared = f"blocks of 2^{level} = {2**level} cells still see it"
+        compared = f"blocks of 2^{level} = {2**level} cells still resolve it"
     reason = f"The thinnest facies is {_cells(thinnest)} thick: {compared}."
     return Advice("wavelet_level", level, reason)
 
@@ -128,27 +127,18 @@ def advise_level(thinnest: int, side: int) -> Advice:
 def advise_template(wanted: int, why: str, side: int, level: int) -> Advice:
     """Advise a template that holds a feature, while enough templates fit.
 
-    Parameters
-    ----------
-    wanted, why
-        As `feature_size` gives them.
-    side : int
-        Smaller side of the training image in cells.
-    level : int
-        The advised wavelet level.
-
     Examples
     --------
     >>> advise_template(34, "Features repeat about every 34 cells", 256, 2).value
     32
     """
-    largest, unit = largest_template(side), 2**level
+    largest, block_size = largest_template(side), 2**level
     if wanted > largest:
         why += f", but {MIN_ACROSS} templates should fit along {side} cells"
-    step = max(unit, 8 if largest >= 16 else 1)
+    step = max(block_size, 8 if largest >= 16 else 1)
     size = max(round(min(max(wanted, 16), largest) / step), 1) * step
-    size = max(size - step if size > largest else size, 4, unit)
-    held = "hold what belongs together" if size >= wanted - step else "are the most"
+    size = max(size - step if size > largest else size, 4, block_size)
+    held = "hold a feature" if size >= wanted - step else "are the maximum"
     return Advice("template_size", size, f"{why}: {size} cells {held}.")
 
 
@@ -160,22 +150,18 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     >>> advise_overlap(32, 5, 2).value
     8
     """
-    unit = 2**level
-    most = max(template // 2 // unit * unit, unit)
-    size = min(max(-(-max(template // 4, thinnest) // unit) * unit, unit), most)
+    block_size = 2**level
+    largest = max(template // 2 // block_size, 1)
+    n_blocks = min(max(-(-max(template // 4, thinnest) // block_size), 1), largest)
     reason = (
         f"A quarter of the template, and where it can be the {_cells(thinnest)} of the thinnest "
-        "facies, lets bodies join."
+        "facies, lets geobodies continue."
     )
-    return Advice("overlap_size", size, reason)
+    return Advice("overlap_size", n_blocks * block_size, reason)
 
 
 def _cells(n: int) -> str:
     return f"{n} cell" if n == 1 else f"{n} cells"
-
-
-STRICT = 0.5
-"""From this strength on the image repeats itself like wallpaper."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,11 +200,15 @@ class Diagnosis:
 
 
 def diagnose(training_image: TrainingImage) -> Diagnosis:
-    """Look at a training image and advise template size, overlap and wavelet level.
+    """Analyse a training image and advise template size, overlap and wavelet level.
 
     Parameters
     ----------
     training_image : TrainingImage
+
+    Returns
+    -------
+    Diagnosis
 
     Raises
     ------
@@ -234,7 +224,7 @@ def diagnose(training_image: TrainingImage) -> Diagnosis:
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
     image, n_facies = training_image.indices, training_image.n_facies
-    looks = stationarity(image, n_facies)
+    quarters = stationarity(image, n_facies)
     thickness = tuple(
         granulometry(image, k, down_to=THICK_SHARE).thickness() for k in range(n_facies)
     )
@@ -244,48 +234,39 @@ def diagnose(training_image: TrainingImage) -> Diagnosis:
     level = advise_level(min(thickness), side)
     template = advise_template(wanted, why, side, level.value)
     overlap = advise_overlap(template.value, min(thickness), level.value)
-    return Diagnosis(
-        looks,
-        thickness,
-        ew,
-        ns,
-        wanted,
-        templates_that_fit(training_image.shape, template.value),
-        (level, template, overlap),
-        tuple(_warnings(training_image, looks, (ew, ns), wanted)),
-    )
+    n_fit = templates_that_fit(training_image.shape, template.value)
+    warnings = tuple(_warnings(training_image, quarters, (ew, ns), wanted))
+    advice = level, template, overlap
+    return Diagnosis(quarters, thickness, ew, ns, wanted, n_fit, advice, warnings)
 
 
 def _warnings(
-    ti: TrainingImage,
-    looks: Stationarity,
-    spacings: tuple[Spacing, Spacing],
-    wanted: int,
+    ti: TrainingImage, quarters: Stationarity, spacings: tuple[Spacing, Spacing], wanted: int
 ) -> list[str]:
-    said = []
+    warnings = []
     n_fit = templates_that_fit(ti.shape, wanted)
     if n_fit < MIN_ACROSS**2:
-        said.append(
+        warnings.append(
             f"Only {n_fit} templates large enough for its features ({wanted} cells) fit the image: "
-            "pieces of it will be seen again and again; a larger one would give more variety."
+            "realizations repeat pieces of it; a larger training image would give more variety."
         )
-    quarter, facies = divmod(int(looks.proportion_shift.argmax()), ti.n_facies)
-    if looks.proportion_shift.max() > PROPORTION_LIMIT:
-        said.append(
-            f"The {QUARTERS[quarter]} quarter has {looks.proportions[quarter, facies]:.0%} of "
+    quarter, facies = divmod(int(quarters.proportion_shift.argmax()), ti.n_facies)
+    if quarters.proportion_shift.max() > PROPORTION_LIMIT:
+        warnings.append(
+            f"The {QUARTERS[quarter]} quarter has {quarters.proportions[quarter, facies]:.0%} of "
             f"{ti.facies_names[facies]}, the whole image {ti.proportions[facies]:.0%}: it is not "
-            "stationary, and realizations mix what belongs to different places."
+            "stationary, and realizations mix the patterns of its parts."
         )
-    elif looks.variogram_shift.max() > VARIOGRAM_LIMIT:
-        where = QUARTERS[int(looks.variogram_shift.max(axis=(1, 2)).argmax())]
-        said.append(
+    elif quarters.variogram_shift.max() > VARIOGRAM_LIMIT:
+        where = QUARTERS[int(quarters.variogram_shift.max(axis=(1, 2)).argmax())]
+        warnings.append(
             f"The variogram of the {where} quarter differs from that of the whole image: sizes or "
-            "directions change from place to place, and realizations mix them."
+            "directions change across it, and realizations mix them."
         )
     for name, spacing in zip(("east–west", "north–south"), spacings, strict=True):
-        if spacing.spacing is not None and spacing.strength >= STRICT:
-            said.append(
-                f"The image repeats itself every {spacing.spacing} cells {name}; an overlap that "
-                "is too narrow lets the rhythm slip."
+        if spacing.spacing is not None and spacing.strength >= PERIODIC:
+            warnings.append(
+                f"The image repeats every {spacing.spacing} cells {name}; an overlap that "
+                "is too narrow loses the period."
             )
-    return said
+    return warnings

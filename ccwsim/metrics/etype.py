@@ -25,6 +25,11 @@ def proportions(images: ArrayLike, n_facies: int) -> NDArray[np.float64]:
         Facies indices.
     n_facies : int
 
+    Returns
+    -------
+    ndarray, shape (n, n_facies)
+        Shares of the cells; each row sums to 1.
+
     Examples
     --------
     >>> proportions([[0, 1, 1, 1]], 3)
@@ -47,6 +52,10 @@ def proportion_quantiles(
     probabilities : sequence of float
         From 0 to 1.
 
+    Returns
+    -------
+    ndarray, shape (n_quantiles, n_facies)
+
     Raises
     ------
     CCWSIMError
@@ -65,7 +74,7 @@ def proportion_quantiles(
 
 
 CELLS_A_PIECE = 1_000_000
-"""Cells whose entropy is worked out at a time."""
+"""Cells whose entropy is computed at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +112,10 @@ def etype(images: ArrayLike, n_facies: int) -> EType:
         Facies indices of the realizations.
     n_facies : int
 
+    Returns
+    -------
+    EType
+
     Examples
     --------
     >>> found = etype([[[0, 1]], [[1, 1]]], 2)
@@ -115,6 +128,16 @@ def etype(images: ArrayLike, n_facies: int) -> EType:
 
 def facies_counts(images: ArrayLike, n_facies: int) -> NDArray[np.int32]:
     """Return how many realizations have each facies in each cell, shape (n_facies, ny, nx).
+
+    Parameters
+    ----------
+    images : array_like, shape (n, ny, nx)
+        Facies indices of the realizations.
+    n_facies : int
+
+    Returns
+    -------
+    ndarray of int32, shape (n_facies, ny, nx)
 
     Examples
     --------
@@ -131,6 +154,15 @@ def facies_counts(images: ArrayLike, n_facies: int) -> NDArray[np.int32]:
 
 def etype_of_counts(counts: NDArray[np.integer]) -> EType:
     """Return the E-type of counts (n_facies, ny, nx), as `facies_counts` makes them.
+
+    Parameters
+    ----------
+    counts : ndarray of int, shape (n_facies, ny, nx)
+        Realizations by facies and cell, as `facies_counts` gives them.
+
+    Returns
+    -------
+    EType
 
     Raises
     ------
@@ -157,6 +189,16 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     Parameters
     ----------
     probability : array_like, shape (n_facies, ...)
+
+    Returns
+    -------
+    ndarray, shape (...)
+        From 0 (certain) to 1 (all facies equally likely).
+
+    Raises
+    ------
+    CCWSIMError
+        For an array without facies.
 
     Examples
     --------

@@ -60,6 +60,10 @@ def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
         Facies indices.
     n_facies : int
 
+    Returns
+    -------
+    Stationarity
+
     Raises
     ------
     CCWSIMError
@@ -87,13 +91,8 @@ def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
     lags = np.arange(min(ny, nx) // 4 + 1)
     own = np.array([_curves(quarter, n_facies, lags) for quarter in quarters])
     distance = np.sqrt(np.mean((own - _curves(image, n_facies, lags)) ** 2, axis=3))
-    return Stationarity(
-        shares,
-        _in_units(np.abs(shares - whole), deviation),
-        lags,
-        own,
-        _in_units(distance, (deviation**2)[:, None]),
-    )
+    shift = _in_units(np.abs(shares - whole), deviation)
+    return Stationarity(shares, shift, lags, own, _in_units(distance, (deviation**2)[:, None]))
 
 
 def _curves(image: NDArray, n_facies: int, lags: NDArray) -> NDArray[np.float64]:
@@ -154,6 +153,10 @@ def feature_spacing(
     direction : str, float or pair of int
         As in `variogram`.
 
+    Returns
+    -------
+    Spacing
+
     Examples
     --------
     >>> found = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)), 2)
@@ -168,16 +171,13 @@ def feature_spacing(
         return Spacing(lags, np.ones(len(lags)), None, None, 0.0)
     correlation = 1 - np.sum([part.gamma[0] for part in parts], axis=0) / sill
     reached = np.flatnonzero(correlation <= 1 - SILL_SHARE)
-    from scipy.signal import find_peaks  # here: it takes longer to import than all the rest
+    from scipy.signal import find_peaks  # late: it takes longer to import than all the rest
 
     peaks, about = find_peaks(correlation, prominence=PROMINENCE)
-    return Spacing(
-        lags,
-        correlation,
-        int(reached[0]) if len(reached) else None,
-        int(peaks[0]) if len(peaks) else None,
-        float(about["prominences"][0]) if len(peaks) else 0.0,
-    )
+    reach = int(reached[0]) if len(reached) else None
+    if not len(peaks):
+        return Spacing(lags, correlation, reach, None, 0.0)
+    return Spacing(lags, correlation, reach, int(peaks[0]), float(about["prominences"][0]))
 
 
 THICK_SHARE = 0.95
@@ -209,7 +209,7 @@ def granulometry(
 ) -> Granulometry:
     """Open a facies with squares of growing size (Matheron 1975), until nothing is left.
 
-    Squares lie inside the image, so that a body cut by its edge counts as thin as it looks.
+    Squares lie inside the image, so that a geobody cut by its edge counts as thin as it appears.
 
     Parameters
     ----------
@@ -221,6 +221,10 @@ def granulometry(
         Largest square.
     down_to : float
         Stop after the first size that keeps a smaller share.
+
+    Returns
+    -------
+    Granulometry
 
     Raises
     ------

@@ -14,8 +14,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
 """One lag of each named direction in rows (to the north) and columns (to the east)."""
 
-MOST = 1_000_000
-"""No lag is longer."""
+MAX_STEPS = 1_000_000
+"""Of a lag."""
 
 Direction = str | float | tuple[int, int]
 """A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag."""
@@ -26,11 +26,6 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
 
     A named direction and a pair (rows, columns) take `lag` whole steps; an azimuth goes `lag`
     cells far and is rounded to the nearest cell.
-
-    Raises
-    ------
-    CCWSIMError
-        For a direction that is none of these.
 
     Examples
     --------
@@ -45,25 +40,20 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
             raise CCWSIMError(f"direction {shown(direction)} must be one of {known}, or an azimuth")
         return np.outer(lags, STEPS[direction]).astype(np.int64)
     if isinstance(direction, (int, float, np.integer, np.floating)):
-        if isinstance(direction, bool) or not abs(direction) < MOST:
+        if isinstance(direction, bool) or not abs(direction) < MAX_STEPS:
             raise CCWSIMError(f"direction {shown(direction)} must be an azimuth in degrees")
         angle = np.deg2rad(float(direction))
         return np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
     step = as_array(direction, "direction")
     if step.shape != (2,) or step.dtype.kind not in "ui" or not step.any():
         raise CCWSIMError(f"direction {shown(direction)} must be two whole numbers, not both 0")
-    if max(abs(int(step[0])), abs(int(step[1]))) > MOST:
-        raise CCWSIMError(f"direction {shown(direction)} must have numbers of at most {MOST}")
+    if max(abs(int(step[0])), abs(int(step[1]))) > MAX_STEPS:
+        raise CCWSIMError(f"direction {shown(direction)} must have numbers of at most {MAX_STEPS}")
     return np.outer(lags, step.astype(np.int64))
 
 
 def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64]:
     """Return 0 … lags for a number, or the given lags as an array.
-
-    Raises
-    ------
-    CCWSIMError
-        For lags that are not whole numbers from 0 on.
 
     Examples
     --------
@@ -73,19 +63,13 @@ def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64
     array = as_array(lags, "lags")
     if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0 or array.min() < 0:
         raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps from 0 on")
-    if array.max() > MOST:
-        raise CCWSIMError(f"lags = {shown(lags)} must be at most {MOST} steps")
+    if array.max() > MAX_STEPS:
+        raise CCWSIMError(f"lags = {shown(lags)} must be at most {MAX_STEPS} steps")
     return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
 
 
 def check_offsets(offsets: NDArray[np.int64], shape: tuple[int, int]) -> None:
-    """Say which lag is longer than the image.
-
-    Raises
-    ------
-    CCWSIMError
-        Where no pair of cells is that far apart.
-    """
+    """Raise `CCWSIMError` for the first lag that is longer than the image."""
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))
     if len(far):
         rows, columns = offsets[far[0]]
@@ -96,12 +80,7 @@ def check_offsets(offsets: NDArray[np.int64], shape: tuple[int, int]) -> None:
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return −max_lag … max_lag, or say that they do not fit the image.
-
-    Raises
-    ------
-    CCWSIMError
-        For a lag below 1 or not smaller than the image.
+    """Return −max_lag … max_lag; raise `CCWSIMError` where they do not fit the image.
 
     Examples
     --------
@@ -153,7 +132,5 @@ def overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
     lags = np.arange(-max_lag, max_lag + 1)
     y0, y1 = np.maximum(0, -lags), ny - np.maximum(0, lags)
     x0, x1 = np.maximum(0, -lags), nx - np.maximum(0, lags)
-    return (
-        table[np.ix_(y1, x1)] - table[np.ix_(y0, x1)]
-        - table[np.ix_(y1, x0)] + table[np.ix_(y0, x0)]
-    )  # fmt: skip
+    north = table[np.ix_(y1, x1)] - table[np.ix_(y1, x0)]
+    return north - (table[np.ix_(y0, x1)] - table[np.ix_(y0, x0)])

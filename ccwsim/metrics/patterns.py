@@ -34,6 +34,10 @@ def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArr
         1 returns a copy.
     n_facies : int
 
+    Returns
+    -------
+    ndarray of uint8, shape (ny // factor, nx // factor)
+
     Raises
     ------
     CCWSIMError
@@ -103,7 +107,7 @@ FACTORS = (1, 2, 3)
 """Full, half and third resolution."""
 CELLS_OF_STRIP = 4_000_000
 """Cells whose patterns are counted at a time."""
-DENSE = 2**20
+MAX_TABLE = 2**20
 """Up to so many possible patterns are counted in a table, more by sorting."""
 
 
@@ -130,7 +134,7 @@ class PatternHistogram:
 def pattern_histogram(
     indices: NDArray[np.integer], n_facies: int, size: int = PATTERN_SIZE
 ) -> PatternHistogram:
-    """Count the patterns of size × size cells at every place of an image, exactly.
+    """Count the patterns of size × size cells at every location of an image, exactly.
 
     Parameters
     ----------
@@ -139,6 +143,10 @@ def pattern_histogram(
     n_facies : int
     size : int
         Side of the patterns.
+
+    Returns
+    -------
+    PatternHistogram
 
     Raises
     ------
@@ -155,7 +163,7 @@ def pattern_histogram(
     size = check_int("pattern size", size, 1, min(image.shape))
     fits = size * size * np.log2(max(n_facies, 2)) < 64
     base = n_facies if fits else 0
-    if fits and n_facies ** (size * size) <= DENSE:
+    if fits and n_facies ** (size * size) <= MAX_TABLE:
         table = np.zeros(n_facies ** (size * size), np.int64)
         for codes in _codes_of_strips(image, size, base):
             table += np.bincount(codes.view(np.int64), minlength=len(table))
@@ -163,9 +171,9 @@ def pattern_histogram(
         found, counts = there.astype(np.uint64), table[there]
     else:
         strips = [np.unique(c, return_counts=True) for c in _codes_of_strips(image, size, base)]
-        found, place = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
+        found, index = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
         counts = np.zeros(len(found), np.int64)
-        np.add.at(counts, place, np.concatenate([s[1] for s in strips]))
+        np.add.at(counts, index, np.concatenate([s[1] for s in strips]))
     return PatternHistogram(found, counts / counts.sum(), size)
 
 
@@ -202,8 +210,13 @@ def pyramid_histograms(
 
     Returns
     -------
-    list of list
+    list of list of PatternHistogram
         [image][factor].
+
+    Examples
+    --------
+    >>> [len(row) for row in pyramid_histograms(np.eye(12, dtype=int), 2, factors=[1, 2])]
+    [2]
     """
     stack = as_indices(images, n_facies)
     factors = as_integers(as_array(factors, "factors"), "factors").reshape(-1).tolist()
@@ -228,7 +241,7 @@ def _mixed(value):
 
 @kernel
 def _pattern_codes(image, size, base):
-    """Return the code of the pattern at each place: digits in `base`, or hashed for base 0."""
+    """Return the code of the pattern at each location: digits in `base`, or hashed for base 0."""
     ny, nx = image.shape
     digit = np.uint64(base) if base else np.uint64(0x9E3779B97F4A7C15)
     strip = np.uint64(1)
@@ -254,6 +267,16 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
 
     JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m), m = (a + b) / 2 (Lin 1991). Its square root is a
     distance.
+
+    Parameters
+    ----------
+    a, b : PatternHistogram
+        Of patterns of the same size.
+
+    Returns
+    -------
+    float
+        In bits; 0 for equal histograms, 1 for those without a common pattern.
 
     Raises
     ------
@@ -323,6 +346,11 @@ def divergences(
     progress : callable, optional
         Called with the share that is done.
 
+    Returns
+    -------
+    ndarray, shape (n_factors, n, n)
+        In bits, from 0 to 1; symmetric.
+
     Examples
     --------
     >>> rows = pyramid_histograms(np.eye(8, dtype=int)[None].repeat(2, axis=0), 2, factors=[1])
@@ -331,19 +359,19 @@ def divergences(
     """
     n, n_factors = len(histograms), len(histograms[0])
     result = np.zeros((n_factors, n, n))
-    packed = [_packed([row[g] for row in histograms]) for g in range(n_factors)]
+    joined = [_joined([row[g] for row in histograms]) for g in range(n_factors)]
 
     def fill(k: int) -> None:
         # rows k and n − 1 − k together are equally long for every k
         for row in {k, n - 1 - k}:
             for g in range(n_factors):
-                _fill_row(*packed[g], row, result[g])
+                _fill_row(*joined[g], row, result[g])
 
     map_parallel(fill, (n + 1) // 2, progress)
     return result + result.transpose(0, 2, 1)
 
 
-def _packed(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArray]:
+def _joined(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArray]:
     starts = np.cumsum([0] + [len(h.codes) for h in histograms])
     codes = np.concatenate([h.codes for h in histograms])
     return codes, np.concatenate([h.frequencies for h in histograms]), starts

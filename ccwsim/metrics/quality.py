@@ -19,7 +19,7 @@ from ccwsim.system.workers import check_stop
 
 CELLS_OF_STRIP = 1_000_000
 """Cells in which realizations are compared at a time."""
-WAYS: tuple[Direction, Direction] = ("E-W", "N-S")
+AXES: tuple[Direction, Direction] = ("E-W", "N-S")
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Quality:
         |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
         both are known, E–W and N–S; NaN where there is no such lag.
     facies : int
-        Place of the facies that τ is of.
+        Index of the facies that τ is of.
     differing : float
         Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
     n_resimulated, n_forced, n_mismatched : float
@@ -72,19 +72,23 @@ class Quality:
 
 
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
-    """Judge an ensemble by patterns, connection, variety, hard data and CPU time.
+    """Judge an ensemble by patterns, connectivity, variety, hard data and CPU time.
 
     Parameters
     ----------
     ensemble : Ensemble
     facies : int, optional
-        Place in the training image's codes of the facies whose connection counts; the last one
+        Index into the training image's codes of the facies whose connectivity counts; the last
         where not given.
+
+    Returns
+    -------
+    Quality
 
     Raises
     ------
     CCWSIMError
-        For a facies that is not there, and for a grid too small for patterns.
+        For an unknown facies, and for a grid too small for patterns.
 
     Examples
     --------
@@ -96,8 +100,8 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     ((0.0, 0.0), 0.0)
     """
     image = ensemble.training_image
-    place = image.n_facies - 1 if facies is None else facies
-    place = check_int("facies", place, 0, image.n_facies - 1)
+    last = image.n_facies - 1
+    index = check_int("facies", last if facies is None else facies, 0, last)
     each = pattern_distance(ensemble.indices, image.indices, image.n_facies)
     spread = float(each.mean(axis=1).std(ddof=1)) if ensemble.n > 1 else float("nan")
     lags = lags_of(ensemble)
@@ -106,10 +110,10 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
         pattern_spread=spread,
         tau_errors=(
-            _tau_error(ensemble, place, WAYS[0], lags),
-            _tau_error(ensemble, place, WAYS[1], lags),
+            _tau_error(ensemble, index, AXES[0], lags),
+            _tau_error(ensemble, index, AXES[1], lags),
         ),
-        facies=place,
+        facies=index,
         differing=differing_share(ensemble.indices, image.n_facies),
         n_resimulated=float(ensemble.n_resimulated.mean()),
         n_forced=float(ensemble.n_forced.mean()),
@@ -141,17 +145,17 @@ def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
 
 
 def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
-    """Return the lags at which connection is compared, 1 up to half of the smallest side."""
+    """Return the lags at which τ(h) is compared, 1 up to half of the smallest side."""
     smallest = min(*ensemble.grid.shape, *ensemble.training_image.shape)
     return np.arange(1, max(min(MAX_LAG, smallest // 2), 1) + 1)
 
 
-def _tau_error(ensemble: Ensemble, place: int, way: Direction, lags: NDArray[np.int64]) -> float:
-    wanted = connectivity(ensemble.training_image.indices, place, way, lags).tau[0]
-    found = connectivity(ensemble.indices, place, way, lags).tau
+def _tau_error(ensemble: Ensemble, facies: int, way: Direction, lags: NDArray[np.int64]) -> float:
+    reference = connectivity(ensemble.training_image.indices, facies, way, lags).tau[0]
+    found = connectivity(ensemble.indices, facies, way, lags).tau
     there = ~np.isnan(found)
-    known = there.any(axis=0) & ~np.isnan(wanted)
+    known = there.any(axis=0) & ~np.isnan(reference)
     if not known.any():
         return float("nan")
     mean = np.where(there, found, 0.0).sum(axis=0)[known] / there.sum(axis=0)[known]
-    return float(np.abs(mean - wanted[known]).mean())
+    return float(np.abs(mean - reference[known]).mean())

@@ -1,4 +1,4 @@
-"""Scores of an ensemble's probabilities where the true facies are known."""
+"""Scores of an ensemble's probabilities against a reference field."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ccwsim.model.errors import CCWSIMError
 
 @dataclass(frozen=True, eq=False)
 class ReferenceScores:
-    """How well probabilities foresaw the truth.
+    """How well probabilities predicted the reference field.
 
     Attributes
     ----------
     accuracy : float
-        Share of the cells whose most likely facies is the true one.
+        Share of the cells whose most likely facies is that of the reference field.
     brier : float
         Mean of Σ (p − o)² over facies, o = 1 for the true one; 0 is perfect, 2 the worst.
     log_score : float
         Mean of −ln p of the true facies; 0 is perfect. A share of n realizations counts as
-        (n p + ½) / (n + n_facies / 2), so that a facies no realization has is not impossible.
+        (n p + ½) / (n + n_facies / 2), so that a facies that no realization has is not impossible.
     n_cells : int
         How many cells were scored.
     right : ndarray of bool, shape (ny, nx)
@@ -40,7 +40,7 @@ class ReferenceScores:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Whether what has probability p comes true in a share p of the cells.
+    """Whether what has probability p is observed in a share p of the cells.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Calibration:
     forecast : ndarray, shape (n_bins,)
         Mean probability in each bin; NaN for an empty one.
     observed : ndarray, shape (n_bins,)
-        Share that came true; NaN for an empty one.
+        Share that was observed; NaN for an empty one.
     count : ndarray of int, shape (n_bins,)
         Cells (times facies) in each bin.
     error : float
@@ -69,18 +69,22 @@ def score_reference(
     n_realizations: int,
     scored: NDArray[np.bool_] | None = None,
 ) -> ReferenceScores:
-    """Score probabilities, as `etype` gives them, against the true facies.
+    """Score probabilities, as `etype` gives them, against a reference field.
 
     Parameters
     ----------
     probability : array_like, shape (n_facies, ny, nx)
         They sum to 1 in each cell.
     truth : array_like, shape (ny, nx)
-        Index of the true facies.
+        Facies indices of the reference field.
     n_realizations : int
         How many the probabilities are shares of.
     scored : ndarray of bool, shape (ny, nx), optional
-        Which cells count; leave out those with hard data, which are no achievement.
+        Which cells count; exclude those with hard data, which every realization honours.
+
+    Returns
+    -------
+    ReferenceScores
 
     Raises
     ------
@@ -125,10 +129,14 @@ def calibration(
         Index of one facies; all facies pooled where left out.
     n_bins : int
 
+    Returns
+    -------
+    Calibration
+
     Raises
     ------
     CCWSIMError
-        For shapes that do not fit, a facies that is not there, or no bins.
+        For shapes that do not fit, an unknown facies, or no bins.
 
     Examples
     --------
@@ -164,8 +172,8 @@ def _checked(
     p, truth = as_floats(probability, "probabilities"), as_array(truth, "truth")
     if p.ndim != 3 or p.shape[1:] != np.shape(truth):
         raise CCWSIMError(
-            f"probabilities of shape (n_facies, ny, nx) and a truth of (ny, nx) are needed, not "
-            f"{p.shape} and {np.shape(truth)}"
+            "probabilities of shape (n_facies, ny, nx) and a reference field of (ny, nx) are "
+            f"needed, not {p.shape} and {np.shape(truth)}"
         )
     true = as_indices(truth, len(p))[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)

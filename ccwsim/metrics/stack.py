@@ -14,19 +14,14 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
 
 CELLS_A_PIECE = 200_000_000
-"""Cells that are compared between two looks at whether to stop: some tenths of a second."""
+"""Cells that are compared between two checks for a stop: some tenths of a second."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Called as progress(fraction) in the caller's own thread."""
 
 
 def as_stack(images: ArrayLike) -> NDArray[np.integer]:
-    """Return one image or many as an array (n, ny, nx) of whole numbers.
-
-    Raises
-    ------
-    CCWSIMError
-        For another number of dimensions, no cells, or values that are not whole numbers.
+    """Return one image or many as an array (n, ny, nx) of whole numbers, or raise `CCWSIMError`.
 
     Examples
     --------
@@ -51,11 +46,6 @@ def as_stack(images: ArrayLike) -> NDArray[np.integer]:
 def as_image(image: ArrayLike) -> NDArray[np.integer]:
     """Return one image as an array (ny, nx) of whole numbers.
 
-    Raises
-    ------
-    CCWSIMError
-        As `as_stack`, and for several images.
-
     Examples
     --------
     >>> as_image([[0, 1], [1, 1]]).shape
@@ -69,11 +59,6 @@ def as_image(image: ArrayLike) -> NDArray[np.integer]:
 
 def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
     """Return one image or many as bytes (n, ny, nx) from 0 to n_facies − 1.
-
-    Raises
-    ------
-    CCWSIMError
-        As `as_stack`, and for a value outside 0 … n_facies − 1.
 
     Examples
     --------
@@ -95,15 +80,9 @@ def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
 def in_pieces(
     function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), worked out for some rows after another, between which it can stop.
+    """Return function(rows), computed in pieces of some rows, between which it can be stopped.
 
-    Parameters
-    ----------
-    function : callable
-        Returns one row for each of those that it is given.
-    rows : ndarray, shape (n, ...)
-    cells : int
-        Cells that each row is worked out from.
+    `function` returns one row for each of those it is given, from so many `cells` each.
 
     Examples
     --------
@@ -123,7 +102,7 @@ def in_pieces(
 def map_parallel(
     function: Callable[[int], Result], n: int, progress: Fraction | None = None
 ) -> list[Result]:
-    """Return function(0) … function(n − 1), worked out on all cores by kernels without the lock.
+    """Return function(0) … function(n − 1), computed on all cores by kernels without the lock.
 
     Examples
     --------

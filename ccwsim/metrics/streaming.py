@@ -60,7 +60,7 @@ class RunningStatistics:
     max_lag : int
         Of the curves; made to fit the grid.
     neighbours : int
-        4 or 8, for the probability of connection.
+        4 or 8, for the connectivity function.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class RunningStatistics:
         Raises
         ------
         CCWSIMError
-            For another shape or a facies that is not there.
+            For another shape or an unknown facies.
         """
         if np.shape(realization) != self.shape:
             raise CCWSIMError(

@@ -80,6 +80,10 @@ def variogram(
     progress : callable, optional
         Called with the share that is done.
 
+    Returns
+    -------
+    Variogram
+
     Raises
     ------
     CCWSIMError
@@ -119,6 +123,10 @@ def variogram_map(
         As in `variogram`.
     max_lag : int
 
+    Returns
+    -------
+    VariogramMap
+
     Raises
     ------
     CCWSIMError
@@ -150,10 +158,10 @@ def _count_unequal(inside, offsets):
         dy, dx = offsets[lag]
         first, last = max(0, -dx), nx - max(0, dx)
         for i in range(max(0, -dy), ny - max(0, dy)):
-            here, there = inside[i, first:last], inside[i + dy, first + dx : last + dx]
+            tail, head = inside[i, first:last], inside[i + dy, first + dx : last + dx]
             unequal = np.int32(0)
-            for j in range(len(here)):
-                unequal += np.int32(here[j] != there[j])
+            for j in range(len(tail)):
+                unequal += np.int32(tail[j] != head[j])
             counts[lag] += unequal
     return counts
 
@@ -192,6 +200,10 @@ def transiograms(
     n_facies : int
     direction, lags, progress
         As in `variogram`.
+
+    Returns
+    -------
+    Transiograms
 
     Raises
     ------
