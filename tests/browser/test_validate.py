@@ -15,7 +15,7 @@ pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
 N = 30
-CURVES = ("variogram_E", "variogram_N", "connection_E", "connection_N")
+CURVES = ("variogram_E", "variogram_N", "connectivity_E", "connectivity_N")
 
 DRAWN = """(key) => {
   const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
@@ -154,12 +154,12 @@ def free_point(page) -> int:
 @pytest.mark.parametrize(
     ("section", "expected"),
     [
-        ("Proportions and bodies", {"proportions": "mud|sand|0|1", "gamma": "realizations",
+        ("Proportions and geobodies", {"proportions": "mud|sand|0|1", "gamma": "realizations",
                                     "n_bodies": "realizations", "euler": "realizations",
                                     "largest": "realizations"}),
         ("Patterns", {"anodi": "between realizations"}),
         ("Hard data", {"data_status": "mean over realizations"}),
-        ("Any direction", {"variogram_azimuth": "realizations", "connection_azimuth": "median",
+        ("Any direction", {"variogram_azimuth": "realizations", "connectivity_azimuth": "median",
                            "lags_image": "γ", "lags_mean": "γ", "lags_apart": "γ"}),
         ("Transiograms", {"transiograms": "→"}),
         ("Training image", {"repetition": "E–W", "quarters": "training image"}),
@@ -177,7 +177,7 @@ def test_every_section_draws_its_figures_when_it_comes_into_view(judged, section
 @pytest.mark.parametrize(
     ("section", "keys"),
     [("Uncertainty", ("map_probability", "map_most_likely", "map_entropy")),
-     ("Hard data", ("map_mended",)), ("Re-use", ("map_seams", "map_uses"))],
+     ("Hard data", ("map_mended",)), ("Copying", ("map_seams", "map_uses"))],
 )  # fmt: skip
 def test_every_map_has_colours_in_it(judged, section, keys):
     show(judged, section)
@@ -206,8 +206,8 @@ def taken_home(page, key: str, kind: str) -> bytes:
 
 
 @pytest.mark.slow
-def test_a_long_run_settles_on_the_page(judged):
-    show(judged, "Long run")
+def test_a_large_ensemble_settles_on_the_page(judged):
+    show(judged, "Large ensemble")
     number = judged.locator(".st-key-n_long input")
     number.wait_for(timeout=SLOW)
     fill(judged, "n_long", 200)
@@ -222,7 +222,7 @@ def test_it_opens_cold_on_a_phone_and_in_the_dark(chromium, address):
     context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
     page = context.new_page()
     page.goto(f"{address}/validate")
-    page.wait_for_selector(".st-key-chart_connection_N .js-plotly-plot", timeout=SLOW)
+    page.wait_for_selector(".st-key-chart_connectivity_N .js-plotly-plot", timeout=SLOW)
     assert page.title() == "Validate · CCWSIM"
     assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
     assert not page.locator("[data-testid=stException], [data-testid=stAlert]").count()

@@ -12,7 +12,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
-from ccwsim.experiments.comparison import Comparison, PairRatio, compare
+from ccwsim.experiments.comparison import DIRECTIONS, STATISTICS, Comparison, PairRatio, compare
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import (
     describe_against_first,
@@ -31,10 +31,8 @@ from tests.waiting import PATIENCE, wait_until
 PAGE = str(Path(__file__).parents[3] / "pages" / "compare.py")
 OWN = Parameters(template_size=16, overlap_size=4)
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN)
-FIGURES = {
-    "compared_times", "compared_proportions", "compared_mds", "variogram_E", "variogram_N",
-    "connection_E", "connection_N",
-}  # fmt: skip
+CURVES = {f"{statistic}_{way[0]}" for statistic in STATISTICS for way in DIRECTIONS}
+FIGURES = CURVES | {"compared_times", "compared_proportions", "compared_mds"}
 
 
 def launched(choices: Choices = SMALL, n: int = 3, others: list | None = None) -> AppTest:

@@ -39,10 +39,8 @@ from tests.waiting import wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "sweep.py")
 PLACED = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
-SMALL = Choices(
-    data=DataChoice("placed", placed=PLACED), grid=Grid(48, 64),
-    parameters=Parameters(template_size=16, overlap_size=4),
-)  # fmt: skip
+OWN = Parameters(template_size=16, overlap_size=4)
+SMALL = Choices(data=DataChoice("placed", placed=PLACED), grid=Grid(48, 64), parameters=OWN)
 FEW = {"template_size": [16, 24], "wavelet_level": [1, 2]}
 
 
@@ -102,10 +100,8 @@ def test_it_opens_cold_and_says_what_it_will_show():
 
 def test_ranges_are_those_that_suit_the_study_until_they_are_changed():
     state = State(choices=SMALL)
-    assert ranges_of(state) == {
-        name: values for name, values in suited_ranges(SMALL).items()
-        if name in values_on_offer(SMALL)
-    }  # fmt: skip
+    suited, offered = suited_ranges(SMALL), values_on_offer(SMALL)
+    assert ranges_of(state) == {name: suited[name] for name in suited if name in offered}
     assert len(plan_of(state)) > 1
     state.change(parameters=Parameters(template_size=64, overlap_size=8, n_candidates=7))
     assert 64 in ranges_of(state)["template_size"]
@@ -148,15 +144,21 @@ def test_what_does_not_fit_is_left_out_and_said():
     assert "2 left out that mean the same" in describe_plan(state, plan_of(state))
 
 
+MANY = {
+    "template_size": [8, 12, 16, 24, 32, 48, 64, 96],
+    "wavelet_level": [1, 2],
+    "n_candidates": [1, 5, 10, 20, 50],
+}
+
+
 @pytest.mark.parametrize(
     ("ranges", "words"),
     [
-        ({"template_size": [8, 12, 16, 24, 32, 48, 64, 96], "wavelet_level": [1, 2],
-          "n_candidates": [1, 5, 10, 20, 50]}, f"at most {MAX_SETTINGS}"),
+        (MANY, f"at most {MAX_SETTINGS}"),
         ({"template_size": []}, "Template has no value to try"),
         ({"wavelet_level": [6], "template_size": [16]}, "No combination fits together"),
     ],
-)  # fmt: skip
+)
 def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
     app = launched(state_of(ranges=ranges))
     assert words in warnings(app)
