@@ -59,6 +59,7 @@ def test_an_example_opens_as_the_study_and_the_own_one_comes_back(page, address)
     page.wait_for_url(re.compile(r"/simulate\?.*seed=7"), timeout=SLOW)
 
 
+@pytest.mark.slow
 def test_pictures_come_and_stay_in_their_room(page, address):
     page.goto(f"{address}/examples")
     page.wait_for_function(

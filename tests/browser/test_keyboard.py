@@ -44,7 +44,7 @@ def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(chromium, add
 
     context = chromium.new_context(viewport={"width": 1440, "height": 1000})
     page = context.new_page()
-    page.goto(f"{address}/simulate")
+    page.goto(f"{address}/simulate?grid=64x48&data=none&template=16&overlap=4&realizations=5")
     page.wait_for_selector(".st-key-gallery button", timeout=SLOW)
     page.wait_for_selector(".st-key-chart_times .xtick text", timeout=SLOW)
     at_rest(page)

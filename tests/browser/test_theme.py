@@ -30,7 +30,7 @@ def test_a_switch_of_the_theme_repaints_style_and_charts(chromium, address, firs
     then = "dark" if first == "light" else "light"
     context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme=first)
     page = context.new_page()
-    page.goto(f"{address}/simulate")
+    page.goto(f"{address}/simulate?grid=64x48&data=none&template=16&overlap=4&realizations=3")
     page.wait_for_selector(AXIS, timeout=SLOW)
     at_rest(page)
     label = ".st-key-n_realizations [data-testid=stWidgetLabel] p"

@@ -10,6 +10,7 @@ import pytest
 
 from tests.browser.hands import SLOW, SOON, fill, upload
 from tests.browser.served import CHROMIUM
+from tests.some import some
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
@@ -151,37 +152,47 @@ def free_point(page) -> int:
     return int(nearest.argmax())
 
 
-@pytest.mark.parametrize(
-    ("section", "expected"),
-    [
-        ("Proportions and geobodies", {"proportions": "mud|sand|0|1", "gamma": "realizations",
-                                    "n_bodies": "realizations", "euler": "realizations",
-                                    "largest": "realizations"}),
-        ("Patterns", {"anodi": "between realizations"}),
-        ("Hard data", {"data_status": "mean over realizations"}),
-        ("Any direction", {"variogram_azimuth": "realizations", "connectivity_azimuth": "median",
-                           "lags_image": "γ", "lags_mean": "γ", "lags_apart": "γ"}),
-        ("Transiograms", {"transiograms": "→"}),
-        ("Training image", {"repetition": "E–W", "quarters": "training image"}),
-    ],
-)  # fmt: skip
-def test_every_section_draws_its_figures_when_it_comes_into_view(judged, section, expected):
+FIGURES = {
+    "Proportions and geobodies": {
+        "proportions": "mud|sand|0|1",
+        "gamma": "realizations",
+        "n_bodies": "realizations",
+        "euler": "realizations",
+        "largest": "realizations",
+    },
+    "Patterns": {"anodi": "between realizations"},
+    "Hard data": {"data_status": "mean over realizations"},
+    "Any direction": {
+        "variogram_azimuth": "realizations",
+        "connectivity_azimuth": "median",
+        "lags_image": "γ",
+        "lags_mean": "γ",
+        "lags_apart": "γ",
+    },
+    "Transiograms": {"transiograms": "→"},
+    "Training image": {"repetition": "E–W", "quarters": "training image"},
+}
+MAPS = {
+    "Uncertainty": ("map_probability", "map_most_likely", "map_entropy"),
+    "Hard data": ("map_mended",),
+    "Copying": ("map_seams", "map_uses"),
+}
+
+
+@pytest.mark.parametrize("section", some(FIGURES, ["Patterns", "Hard data"]))
+def test_every_section_draws_its_figures_when_it_comes_into_view(judged, section):
     show(judged, section)
-    for key, series in expected.items():
+    for key, series in FIGURES[section].items():
         points = drawn(judged, key)
         there = [n for name, n in points.items() if re.search(series, name)]
         assert there, f"{key}: {sorted(points)}"
         assert max(there) > 1
 
 
-@pytest.mark.parametrize(
-    ("section", "keys"),
-    [("Uncertainty", ("map_probability", "map_most_likely", "map_entropy")),
-     ("Hard data", ("map_mended",)), ("Copying", ("map_seams", "map_uses"))],
-)  # fmt: skip
-def test_every_map_has_colours_in_it(judged, section, keys):
+@pytest.mark.parametrize("section", some(MAPS, ["Uncertainty"]))
+def test_every_map_has_colours_in_it(judged, section):
     show(judged, section)
-    for key in keys:
+    for key in MAPS[section]:
         judged.locator(f".st-key-{key} canvas").first.wait_for(timeout=SLOW)
         judged.wait_for_function(f"() => ({INK})('{key}') > 2", timeout=SOON)
 

@@ -48,6 +48,7 @@ def test_processes_write_the_same_file(tmp_path):
     np.testing.assert_array_equal(np.load(tmp_path / "out.npy"), study(CODED, 20).realizations)
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_realizations(tmp_path):
     n, shape = 150, (200, 250)
     study(CODED)  # compiled

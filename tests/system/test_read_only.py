@@ -43,6 +43,7 @@ def closed(folder: Path) -> None:
         path.chmod(0o555 if path.is_dir() else 0o444)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
 @pytest.mark.skipif(IS_ROOT and not MORTAL, reason="root writes anywhere")
 def test_kernels_are_read_where_nothing_can_be_written(tmp_path):

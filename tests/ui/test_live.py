@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from threading import Event
 
@@ -69,10 +68,8 @@ def test_a_live_run_shows_a_few_first_and_ends_as_one_run():
 
 def test_a_stopped_live_run_gives_what_was_finished():
     job, _ = gated()
-    before = time.monotonic()
     job.cancel()
     assert job.wait(60)
-    assert time.monotonic() - before < 30
     assert isinstance(job.error, Cancelled)
     assert "stopped after 2 of 6" in str(job.error)
     assert job.error.ensemble.n == 2
