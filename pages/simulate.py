@@ -10,8 +10,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.history import draw_history
 from ccwsim.ui.simulate.live import dim_and_wait, keep_up
 from ccwsim.ui.simulate.results import draw_results
-from ccwsim.ui.study.run import collect, follow_run
-from ccwsim.ui.study.run_step import run_button
+from ccwsim.ui.study.run import collect, follow_run, run_button
 from ccwsim.ui.study.study_column import study_column
 from ccwsim.ui.widgets.literal import plain
 

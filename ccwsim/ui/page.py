@@ -10,7 +10,7 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim.ui.jobs.sessions import settle_memory
 from ccwsim.ui.session.address import take_address
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_share
 from ccwsim.ui.widgets.fields import button

@@ -16,7 +16,7 @@ from ccwsim.ui.hard_data.canvas import said_help
 from ccwsim.ui.hard_data.page import said_answer
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.study.run import simulation_of
+from ccwsim.ui.study.run import part_of
 from ccwsim.ui.validate.conditioning import (
     data_status_shares,
     describe_match,
@@ -148,7 +148,7 @@ SMALL = Choices(
 @pytest.mark.parametrize("page", ["pages/simulate.py", "pages/data.py", "pages/validate.py"])
 def test_each_page_is_drawn_with_data_that_are_wrong(page):
     app = AppTest.from_file(str(Path(__file__).parents[2] / page), default_timeout=120)
-    ensemble = simulation_of(SMALL)(lambda *_: None, lambda: False)
+    ensemble = part_of(SMALL)(0, SMALL.n_realizations, lambda *_: None, lambda: False)
     app.session_state[KEY] = State(choices=SMALL, ensemble=ensemble, ran=SMALL)
     app.run()
     assert not app.exception

@@ -14,7 +14,7 @@ from ccwsim.cli.program import main
 from ccwsim.model.choices import Choices
 from ccwsim.run.executors import connect
 from ccwsim.ui.jobs.scheduler import VARIABLE, executor_of_environment
-from ccwsim.ui.study.run import simulation_of
+from ccwsim.ui.study.run import part_of
 from tests.small_images import blobs
 
 distributed = pytest.importorskip("distributed", reason="dask.distributed is an optional extra")
@@ -115,15 +115,15 @@ def test_the_dashboard_takes_the_address_from_the_environment(client, monkeypatc
     monkeypatch.delenv(VARIABLE, raising=False)
     assert executor_of_environment() is None
     choices = Choices(n_realizations=2)
-    here = simulation_of(choices)(lambda *_: None, lambda: False)
+    here = part_of(choices)(0, 2, lambda *_: None, lambda: False)
     monkeypatch.setenv(VARIABLE, client.scheduler.address)
     own = executor_of_environment()
     assert own is executor_of_environment()
-    assert same(simulation_of(choices)(lambda *_: None, lambda: False), here)
+    assert same(part_of(choices)(0, 2, lambda *_: None, lambda: False), here)
     own.close()
     monkeypatch.setenv(VARIABLE, "tcp://127.0.0.1:9")
     with pytest.raises(CCWSIMError, match="no Dask scheduler answers"):
-        simulation_of(choices)(lambda *_: None, lambda: False)
+        part_of(choices)(0, 2, lambda *_: None, lambda: False)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://127.0.0.1:port", ""])

@@ -114,7 +114,7 @@ def test_running_statistics_that_were_stopped_have_added_nothing(small_pieces):
 
 
 def test_a_job_stops_in_the_midst_of_a_statistic(small_pieces):
-    def work(progress, cancel):
+    def work(job):
         while True:
             STATISTICS["variogram"]()
 

@@ -13,7 +13,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, Parameters
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.session.guarding import DREW
+from ccwsim.ui.session.fragments import LAST_DRAWN
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.errors import catch_callback_errors
@@ -121,7 +121,7 @@ def test_errors_with_a_mend_say_it(error, words, finished, monkeypatch):
 
 
 def test_an_error_of_a_button_is_said_on_the_page_that_follows(finished, monkeypatch, caplog):
-    monkeypatch.setattr("ccwsim.ui.study.run_step.start_run", boom)
+    monkeypatch.setattr("ccwsim.ui.study.run.start_run", boom)
     app = launched("simulate", finished).run()
     assert errors(app) == []
     named(app.button, "run").click()
@@ -147,7 +147,7 @@ def test_an_error_of_a_box_is_said_and_the_value_stays(finished, monkeypatch):
 
 def test_a_study_that_cannot_be_drawn_has_a_way_back(finished, monkeypatch):
     app = launched("simulate", finished).run()
-    assert app.session_state[DREW] == SMALL
+    assert app.session_state[LAST_DRAWN] == SMALL
     real = __import__("ccwsim.ui.study.image_step", fromlist=["thumbnail"]).thumbnail
     monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", boom)
     app.session_state[KEY].choices = replace(SMALL, seed=9)

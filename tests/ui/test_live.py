@@ -17,8 +17,7 @@ from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.simulate.changes import changes_between, study_name
 from ccwsim.ui.simulate.history import go_back, place_of
-from ccwsim.ui.study.live_run import LiveRun, first_part, part_size
-from ccwsim.ui.study.run import collect, part_of, start_run
+from ccwsim.ui.study.run import collect, first_part, in_parts, part_of, part_size, start_run
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
@@ -46,9 +45,14 @@ class Gates:
         return self.some(first, n, progress, cancel)
 
 
-def gated(choices: Choices = SIX, n_first: int = 2, wanted: int = 0) -> tuple[LiveRun, Gates]:
+def in_parts_of(some, choices: Choices = SIX, n_first: int = 2) -> Job:
+    n = choices.n_realizations
+    return Job(lambda job: in_parts(job, some, n_first), choices, n=n)
+
+
+def gated(choices: Choices = SIX) -> tuple[Job, Gates]:
     gates = Gates(choices)
-    job = LiveRun(gates, choices, n_first, wanted=wanted)
+    job = in_parts_of(gates, choices)
     assert job.wait_first(60)
     return job, gates
 
@@ -82,7 +86,7 @@ def test_a_live_run_that_fails_leaves_the_part_that_came():
         return part_of(SIX)(first, n, progress, cancel)
 
     state = State(choices=SIX, live=True)
-    state.job = LiveRun(broken, SIX, 2)
+    state.job = in_parts_of(broken)
     assert state.job.wait(60)
     part = state.ensemble = state.job.partial
     state.ran = SIX
@@ -92,8 +96,8 @@ def test_a_live_run_that_fails_leaves_the_part_that_came():
 
 
 def test_a_part_is_shown_and_the_realization_that_was_large_comes_back():
-    state = State(choices=SIX, live=True, shown=4)
-    state.job, gates = gated(wanted=4)
+    state = State(choices=SIX, live=True, shown=4, wanted=4)
+    state.job, gates = gated()
     collect(state)
     assert (state.ensemble.n, state.shown) == (2, 1)
     assert state.ran == SIX
@@ -106,8 +110,8 @@ def test_a_part_is_shown_and_the_realization_that_was_large_comes_back():
 
 
 def test_a_realization_chosen_meanwhile_stays():
-    state = State(choices=SIX, live=True, shown=4)
-    state.job, gates = gated(wanted=4)
+    state = State(choices=SIX, live=True, shown=4, wanted=4)
+    state.job, gates = gated()
     collect(state)
     state.shown = 0
     gates.open.set()
@@ -121,7 +125,7 @@ def test_an_older_run_is_stopped_and_never_taken_in():
     state.job, _ = older, _ = gated()
     state.change(seed=3)
     start_run(state)
-    assert older.cancelled
+    assert older.is_cancelled()
     assert state.job is not older
     assert older.wait(60)
     assert state.job.wait(60)
@@ -135,7 +139,7 @@ def test_an_older_run_is_stopped_and_never_taken_in():
     [(100, 0.0, 2), (3, 0.0, 2), (100, 40.0, 40), (12, 9.0, 12), (1, 0.0, 1)],
 )
 def test_parts_are_as_large_as_time_allows(left, fits, size, monkeypatch):
-    monkeypatch.setattr("ccwsim.ui.study.live_run.n_cores", lambda: 2)
+    monkeypatch.setattr("ccwsim.ui.study.run.n_cores", lambda: 2)
     assert part_size(left, fits) == size
 
 
@@ -192,7 +196,7 @@ def test_a_live_study_that_cannot_run_stops_the_run_of_the_older_one():
     state.change(data=DataChoice("bundled", "channels_60_wells"))
     app.run()
     assert not app.exception
-    assert job.cancelled
+    assert job.is_cancelled()
     assert state.job is None
     assert state.ensemble is not None
 
@@ -202,7 +206,7 @@ def test_a_live_run_that_was_stopped_or_failed_starts_again_only_after_a_change(
     state = app.session_state[KEY]
     state.change(seed=4)
     state.tried = state.choices
-    state.job = Job(lambda progress, cancel: 1 / 0, about=state.choices)
+    state.job = Job(lambda job: 1 / 0, about=state.choices)
     assert state.job.wait(60)
     app.run()
     assert state.job is None
@@ -269,7 +273,7 @@ def test_going_back_stops_a_run_and_a_run_that_is_gone_changes_nothing():
     go_back(state, "long ago")
     assert state.job is job
     go_back(state, state.runs.runs[0].key)
-    assert job.cancelled
+    assert job.is_cancelled()
     assert (state.job, state.choices) == (None, SMALL)
 
 

@@ -44,8 +44,7 @@ class StillClock:
 def busy(monkeypatch):
     """A server with one place, which somebody else has."""
     queue = Queue(1, StillClock())
-    for module in ("jobs", "background", "timing_run"):
-        monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
+    monkeypatch.setattr("ccwsim.ui.jobs.job.server_queue", lambda: queue)
     other = QueueEntry("somebody else", lambda: None)
     queue.enter(other)
     return queue, other
@@ -176,8 +175,8 @@ def test_a_run_that_takes_the_place_of_one_of_the_session_gets_its_memory(monkey
     state = State(choices=replace(SMALL, grid=Grid(1000, 1000)))
     go = Event()
 
-    def work(progress, cancel):
-        while not cancel():
+    def work(job):
+        while not job.is_cancelled():
             go.wait(0.01)
 
     state.job = before = Job(work)
@@ -202,7 +201,7 @@ def test_data_are_not_sampled_from_a_grid_beyond_the_limit(monkeypatch):
 
 
 def test_a_large_truth_takes_its_turn(monkeypatch):
-    monkeypatch.setattr("ccwsim.ui.jobs.background.SMALL", 1)
+    monkeypatch.setattr("ccwsim.ui.jobs.job.MAX_CELLS_AT_ONCE", 1)
     choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=988))
     assert data_of(choices).n == choices.data.n_sampled
     assert server_queue().n_waiting == 0
@@ -211,7 +210,7 @@ def test_a_large_truth_takes_its_turn(monkeypatch):
 @pytest.mark.parametrize("alone", [True, False])
 def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     queue = Queue(2, StillClock())
-    for module in ("jobs", "timing_run"):
+    for module in ("jobs.job", "benchmark.run"):
         monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
     if not alone:
         queue.enter(QueueEntry("somebody else", lambda: None))

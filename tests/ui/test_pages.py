@@ -24,7 +24,7 @@ from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.fitting import fitted, overlap_sizes, template_sizes
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.study.run import collect, simulation_of, start_run
+from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of
 from tests.some import some
 from tests.ui.widgets import named
@@ -286,7 +286,7 @@ def test_a_cancelled_run_keeps_what_was_finished():
     assert state.ensemble is whole
     part = replace(whole, indices=whole.indices[:1], cpu_seconds=whole.cpu_seconds[:1])
 
-    def stopped(progress, cancel):
+    def stopped(job):
         raise Cancelled("stopped after 1 of 2 realizations", part)
 
     state.job = Job(stopped, about=SMALL)
@@ -299,7 +299,7 @@ def test_a_cancelled_run_keeps_what_was_finished():
 
 def test_a_failed_run_leaves_the_earlier_results():
     state = State(choices=SMALL, ensemble=object())
-    state.job = Job(lambda progress, cancel: 1 / 0, about=SMALL)
+    state.job = Job(lambda job: 1 / 0, about=SMALL)
     assert state.job.wait(5)
     collect(state)
     assert state.ensemble is not None
@@ -307,9 +307,10 @@ def test_a_failed_run_leaves_the_earlier_results():
 
 
 def test_a_job_reports_and_stops_when_asked():
-    def work(progress, cancel):
-        while not cancel():
-            progress(0.25, 3)
+    def work(job):
+        job.report(0.1, 1)
+        while not job.is_cancelled():
+            job.report(0.25, 3)
             time.sleep(0.001)
         return "stopped"
 
@@ -323,9 +324,9 @@ def test_a_job_reports_and_stops_when_asked():
 
 
 def test_the_work_of_a_study_can_be_cancelled():
-    work = simulation_of(replace(SMALL, grid=Grid(900, 900), n_realizations=200))
+    work = part_of(replace(SMALL, grid=Grid(900, 900), n_realizations=200))
     with pytest.raises(Cancelled):
-        work(lambda fraction, n_done: None, lambda: True)
+        work(0, 200, lambda fraction, n_done: None, lambda: True)
 
 
 @pytest.mark.parametrize("level", range(5))

@@ -14,16 +14,12 @@ from ccwsim.ui.benchmark.results import draw_data, draw_grids
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
-from ccwsim.ui.jobs.job import held_up
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.facts import seconds
-from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 
 STYLE = Path(__file__).with_name("benchmark.css")
-POLL_EVERY = 0.5
 DRAW: dict[Kind, Callable[[State], None]] = {"grids": draw_grids, "data": draw_data}
 
 
@@ -50,7 +46,7 @@ def draw_part(state: State, kind: Kind) -> None:
     run = getattr(state.page(Benchmark), kind)
     with st.container(key=f"part_{kind}"):
         if run and run.going:
-            _follow(state, kind)
+            _follow(state, run, kind)
             return
         if run and why_ended(run):
             st.warning(plain(why_ended(run)))
@@ -59,35 +55,26 @@ def draw_part(state: State, kind: Kind) -> None:
         DRAW[kind](state)
 
 
-@st.fragment(run_every=POLL_EVERY)
-def _follow(state: State, kind: Kind) -> None:
-    with error_boundary():
-        run = getattr(state.page(Benchmark), kind)
-        if run is None or not run.going:
-            st.rerun()
-        with st.container(horizontal=True, vertical_alignment="center", key=f"progress_{kind}"):
-            st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
-            button("Cancel", key=f"cancel_{kind}", on_click=run.job.cancel,
-                      disabled=run.job.cancelled)  # fmt: skip
+def _follow(state: State, run: TimingRun, kind: Kind) -> None:
+    def draw() -> None:
         if run.disturbed:
             step_note(DISTURBED)
         DRAW[kind](state)
 
+    assert run.job is not None
+    keys = (f"progress_{kind}", f"cancel_{kind}")
+    follow(run.job, label=lambda: progress_label(run), draw=draw, keys=keys)
 
-def progress_text(run: TimingRun) -> str:
-    """Say how far a run is."""
-    job = run.job
-    if said := held_up(job):
-        return said
-    assert job is not None
+
+def progress_label(run: TimingRun) -> str:
+    """Say how many settings are timed, and which one is now."""
     n = len(run.timings)
     text = f"{n} of {len(run.cases)} settings"
     if n < len(run.cases):
         case = run.cases[n]
         data = f", {case.n_data} data" if case.n_data else ""
         text += f" · now {case.grid_shape[0]}², level {case.parameters.level}{data}"
-    left = job.seconds_left
-    return text if left is None else f"{text} · {seconds(max(left, 1.0))} left"
+    return text
 
 
 def _download(state: State) -> None:

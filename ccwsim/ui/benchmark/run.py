@@ -11,13 +11,12 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.admission import Demand, demand_of
-from ccwsim.ui.jobs.background import BackgroundRun
-from ccwsim.ui.jobs.job import Cancel, Job, Progress
+from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import server_queue
 
 
 @dataclass
-class TimingRun(BackgroundRun):
+class TimingRun:
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -38,6 +37,17 @@ class TimingRun(BackgroundRun):
     disturbed: bool = False
     job: Job | None = None
 
+    def start(self) -> TimingRun:
+        """Begin, on a thread; refused where the server does not have what it demands."""
+        n = len(self.cases)
+        self.job = Job(self._work, demand=self.demand(), n=n, unit="settings")
+        return self
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished
+
     def demand(self) -> Demand:
         """Return what it asks of the server: one case at a time."""
         n_bytes = 0
@@ -50,12 +60,13 @@ class TimingRun(BackgroundRun):
         n_cells = sum(case.n_cells for case in self.cases) * self.n_realizations
         return Demand(n_cells, max((case.n_data for case in self.cases), default=0), n_bytes)
 
-    def _work(self, progress: Progress, cancel: Cancel) -> None:
+    def _work(self, job: Job) -> None:
         def report(fraction: float, n_done: int) -> None:
             self.disturbed = self.disturbed or server_queue().n_active > 1
-            progress(fraction, n_done)
+            job.report(fraction, n_done)
 
+        cases, n = self.cases, self.n_realizations
         for timing in time_cases(
-            self.training_image, self.cases, self.n_realizations, self.seed, report, cancel
+            self.training_image, cases, n, self.seed, report, job.is_cancelled
         ):
             self.timings.append(timing)

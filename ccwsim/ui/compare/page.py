@@ -49,7 +49,7 @@ from ccwsim.ui.results.ghost import ghost_panel
 from ccwsim.ui.results.tables import csv_button
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fitting import levels, overlap_sizes, template_sizes
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.method_step import parameter_field

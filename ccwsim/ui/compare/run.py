@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import streamlit as st
-
 from ccwsim.experiments.comparison import Comparison, add_curves, compare
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.compare.settings import LETTERS, MIN_SETTINGS, Asked, Comparing, Run, settings_of
 from ccwsim.ui.jobs.admission import Demand, demand_of
-from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import POLL_EVERY, failed
-from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.study.run import failed
 
 
 def asked_of(state: State) -> Asked:
@@ -36,16 +33,17 @@ def start_comparison(state: State) -> None:
         page_state.job.cancel()
     asked, facies = run.asked, min(state.facies, image.n_facies - 1)
 
-    def work(progress: Progress, cancel: Cancel) -> Comparison:
+    def work(job: Job[Comparison]) -> Comparison:
         settings = dict(zip(LETTERS, asked.settings, strict=False))
         return compare(
-            image, asked.grid, settings, data, asked.n, asked.seed, progress, cancel,
+            image, asked.grid, settings, data, asked.n, asked.seed, job.report, job.is_cancelled,
             facies=facies, on_partial=run.take,
         )  # fmt: skip
 
     page_state.message = ""
     try:
-        page_state.job = Job(work, run, _demand(state, asked))
+        n = asked.n * len(asked.settings)
+        page_state.job = Job(work, run, _demand(state, asked), n=n)
     except CCWSIMError as error:
         page_state.job, page_state.message = None, str(error)
 
@@ -67,10 +65,11 @@ def want_curves(state: State) -> None:
     if page_state.job is not None or found is None or has_curves(found, state.facies):
         return
     assert page_state.asked is not None
-    facies = state.facies
+    facies, asked = state.facies, page_state.asked
     page_state.job = Job(
-        lambda progress, cancel: add_curves(found, facies, progress, cancel),
-        about=Run(page_state.asked, found),
+        lambda job: add_curves(found, facies, job.report, job.is_cancelled),
+        about=Run(asked, found),
+        n=asked.n * len(asked.settings),
     )
 
 
@@ -108,43 +107,21 @@ def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
     )
 
 
-@st.fragment(run_every=POLL_EVERY)
 def follow_comparison(state: State, n_parts: int) -> None:
-    """Show progress, with a way to stop; draw the page again when more is known, and at the end.
-
-    Parameters
-    ----------
-    state : State
-    n_parts : int
-        How often there was more when the page was drawn.
-    """
-    with error_boundary():
-        job = state.page(Comparing).job
-        if job is None or job.finished:
-            collect_comparison(state)
-            st.rerun()
-        if job.about.n_parts != n_parts:
-            st.rerun()
-        with st.container(horizontal=True, vertical_alignment="center", key="progress"):
-            st.progress(min(job.fraction, 1.0), text=said_progress(job))
-            button(
-                "Cancel",
-                key="cancel",
-                on_click=job.cancel,
-                disabled=job.cancelled,
-            )
+    """Show progress; draw the page again where there are more than `n_parts`, and at the end."""
+    job = state.page(Comparing).job
+    if job is not None:
+        follow(
+            job,
+            on_finished=lambda: collect_comparison(state),
+            has_news=lambda: job.about.n_parts != n_parts,
+            label=lambda: progress_label(job),
+        )
 
 
-def said_progress(job: Job[Comparison]) -> str:
-    """Say how far a comparison is."""
-    run: Run = job.about
-    if said := held_up(job):
-        return said
-    total, known = run.asked.n * len(run.asked.settings), run.partial
-    text = f"{job.n_done} of {total} realizations"
-    if job.n_done >= total:
-        text = "Comparing patterns" if known and known.curves else "Comparing curves"
-    left = job.seconds_left
-    if job.seconds > 2 and left is not None:
-        text += f" · {left:.0f} s left"
-    return text
+def progress_label(job: Job[Comparison]) -> str:
+    """Say which work is done once all realizations are finished; empty before."""
+    if job.n_done < job.n:
+        return ""
+    known = job.about.partial
+    return "Comparing patterns" if known and known.curves else "Comparing curves"

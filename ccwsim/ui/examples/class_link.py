@@ -9,7 +9,7 @@ import streamlit as st
 
 from ccwsim.model.choices import Choices
 from ccwsim.sharing import left_out, link_of
-from ccwsim.ui.session.own_seed import CLASS
+from ccwsim.ui.session.address import CLASS
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.steps import step_note
 

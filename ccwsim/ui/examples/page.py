@@ -19,11 +19,11 @@ from ccwsim.ui.examples.open import (
     go_to,
     open_example,
 )
-from ccwsim.ui.examples.pictures import Picture, expected, picture_bench, pictures_of
+from ccwsim.ui.examples.pictures import Picture, expected, picture_worker, pictures_of
 from ccwsim.ui.examples.quiz_page import draw_quiz
 from ccwsim.ui.examples.state import Examples
 from ccwsim.ui.jobs.statistics import Failure
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.fields import button, field
@@ -31,9 +31,6 @@ from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("examples.css")
-POLL_EVERY = 0.5
-TOGETHER = 1.5
-"""Seconds in which pictures that arrive are drawn together."""
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 
 
@@ -78,12 +75,13 @@ def _draw_plan(state: State) -> None:
                         if not _card(state, number, example, deadline):
                             waiting.append(example)
     if waiting:
-        _follow(waiting, time.monotonic())
+        tasks = [pictures_of(example, chart_theme()) for example in waiting]
+        follow_tasks(picture_worker(), tasks, time.monotonic())
 
 
 def _card(state: State, number: int, example: Example, deadline: float) -> bool:
     """Draw an example and return whether its pictures are there, or never will be."""
-    bench, statistic = picture_bench(), pictures_of(example, chart_theme())
+    bench, statistic = picture_worker(), pictures_of(example, chart_theme())
     bench.ask(statistic)
     found = bench.wait_for(statistic, max(0.0, deadline - time.monotonic()))
     source = f"<span>{escape(example.source)}</span>" if example.source else ""
@@ -124,19 +122,6 @@ def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None)
         f'<div class="pictures n{len(pictures)}" style="grid-template-columns: {columns}"{busy}>'
         f"{figures}</div>"
     )
-
-
-@st.fragment(run_every=POLL_EVERY)
-def _follow(waiting: list[Example], begun: float) -> None:
-    """Draw the page again as pictures come."""
-    with error_boundary():
-        bench, theme = picture_bench(), chart_theme()
-        statistics = [pictures_of(example, theme) for example in waiting]
-        there = [bench.shelf.get(statistic.key) is not None for statistic in statistics]
-        if all(there) or (any(there) and time.monotonic() - begun > TOGETHER):
-            st.rerun()
-        for statistic in statistics:
-            bench.ask(statistic)
 
 
 def _guarded(act, state: State, example: Example) -> None:

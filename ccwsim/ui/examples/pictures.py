@@ -50,7 +50,7 @@ class Picture:
 
 
 @st.cache_resource(show_spinner=False)
-def picture_bench() -> StatisticsWorker:
+def picture_worker() -> StatisticsWorker:
     """Return where pictures are drawn, one after another, and kept for all sessions."""
     return StatisticsWorker(LruCache(most=128))
 

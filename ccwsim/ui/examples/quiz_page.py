@@ -14,13 +14,13 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.ui.examples.quiz_reveal import draw_reveal
 from ccwsim.ui.examples.quiz_rounds import N_PICTURES, Round, draw_round
 from ccwsim.ui.examples.state import Examples, Quiz
-from ccwsim.ui.jobs.job import Job, held_up
+from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.results.facies import pretty
 from ccwsim.ui.session.fitting import fitted, levels
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, POLL_EVERY, failed
+from ccwsim.ui.study.run import PATIENCE, failed
 from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component
@@ -42,7 +42,7 @@ def draw_quiz(state: State) -> None:
     if quiz.message:
         st.error(plain(quiz.message))
     if quiz.job is not None:
-        _follow(state)
+        follow(quiz.job, on_finished=lambda: collect_round(quiz), label=lambda: "Drawing a round …")
     if quiz.round is not None:
         _draw_round(state, quiz.round)
 
@@ -55,7 +55,7 @@ def begin_round(state: State) -> None:
     image, parameters = _image(state), _parameters(quiz)
     seed = quiz.seed + quiz.n_rounds
     quiz.round = None
-    quiz.job = Job(lambda progress, cancel: draw_round(image, parameters, seed))
+    quiz.job = Job(lambda job: draw_round(image, parameters, seed))
 
 
 def collect_round(quiz: Quiz) -> None:
@@ -165,17 +165,6 @@ def _draw_score(quiz: Quiz) -> None:
         f'<div class="score"><p class="facts">{found} of {tries} found; guessing finds one in '
         f"{N_PICTURES}</p><ul>{lines}</ul></div>"
     )
-
-
-@st.fragment(run_every=POLL_EVERY)
-def _follow(state: State) -> None:
-    with error_boundary():
-        quiz = state.page(Examples).quiz
-        if quiz.job is None or quiz.job.finished:
-            collect_round(quiz)
-            st.rerun()
-        words = held_up(quiz.job) or "Drawing a round …"
-        st.html(f'<div class="note" role="status">{words}</div>')
 
 
 def _asked(state: State) -> tuple:

@@ -15,7 +15,7 @@ from ccwsim.ui.hard_data.history import Moment
 from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run_step import problem_of
+from ccwsim.ui.study.run import problem_of
 
 Cell = tuple[int, int]
 

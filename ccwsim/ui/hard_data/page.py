@@ -19,12 +19,11 @@ from ccwsim.ui.hard_data.table import draw_table
 from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.results.gallery import draw_gallery
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
-from ccwsim.ui.study.run import start_run
-from ccwsim.ui.study.run_step import problem_of
+from ccwsim.ui.study.run import problem_of, start_run
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain

@@ -54,7 +54,7 @@ from ccwsim.ui.how_it_works.words import (
 )
 from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.session.fitting import levels, overlap_sizes
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, help_of

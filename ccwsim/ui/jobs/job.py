@@ -19,9 +19,15 @@ Progress = Callable[[float, int], None]
 Cancel = Callable[[], bool]
 SLOW_START = 0.8
 """Seconds without progress after which the kernels must be compiling."""
+LEAST_SHARE = 0.02
+"""Share of the work from which the time left can be estimated."""
+POLL_SECONDS = 0.25
+"""Seconds between two looks at a job that is waited for."""
+MAX_CELLS_AT_ONCE = 4_000_000
+"""Cells of a realization that is simulated while a page is drawn: some tenths of a second."""
 NOTHING = Demand(0)
-_door = Lock()
-"""One job at a time is let in, so that two cannot be promised the same memory."""
+_admission = Lock()
+"""One job at a time is admitted, so that two cannot be promised the same memory."""
 
 
 class Job(Generic[Result]):
@@ -30,60 +36,52 @@ class Job(Generic[Result]):
     Parameters
     ----------
     work : callable
-        Called as work(progress, cancel); what it returns is `result`, what it raises is `error`.
+        Called as work(job): it calls `job.report` with its progress, asks `job.is_cancelled`, and
+        may `job.give` a part of the result. It returns the `result`; what it raises is `error`.
     about : object
-        Whatever the caller wants to find on the job again.
+        What the caller wants to find on the job again, such as the study that is simulated.
     demand : Demand
         What it asks of the server.
-
-    Attributes
-    ----------
-    fraction : float
-        Share of the work that is done, 0 to 1.
-    n_done : int
-        How many pieces are finished.
-    partial : object
-        What is ready before the rest, None until then; `give` sets it.
-    result, error
-        What came out; None until then.
+    n, unit : int, str
+        How many pieces there are, and what they are called: "realizations".
 
     Raises
     ------
     CCWSIMError
-        Where the server has not got what it demands; nothing is begun then.
+        Where the server does not have what it demands; nothing is begun then.
 
     Examples
     --------
-    >>> job = Job(lambda progress, cancel: 6 * 7)
+    >>> job = Job(lambda job: 6 * 7)
     >>> job.wait(5.0), job.result
     (True, 42)
     """
 
     def __init__(
         self,
-        work: Callable[[Progress, Cancel], Result],
+        work: Callable[[Job[Result]], Result],
         about: Any = None,
         demand: Demand = NOTHING,
+        *,
+        n: int = 0,
+        unit: str = "realizations",
     ) -> None:
-        self.about = about
-        self.fraction = 0.0
-        self.n_done = 0
+        self.about, self.n, self.unit = about, n, unit
+        self.fraction, self.n_done = 0.0, 0
         self.partial: Result | None = None
         self.result: Result | None = None
         self.error: Exception | None = None
-        self.collected = False
         self._began: float | None = None
-        self._cancelled = Event()
-        self._finished = Event()
-        self._first = Event()
-        self._work: Callable[[Progress, Cancel], Result] | None = work
+        self._first_report: tuple[float, float] | None = None
+        self._cancelled, self._finished, self._first = Event(), Event(), Event()
+        self._work: Callable[[Job[Result]], Result] | None = work
         self._n_bytes, self._dropped = demand.n_bytes, False
         session, self._queue = current_session(), server_queue()
-        self._place = QueueEntry(session, self._begin, self.drop, self._still_to_take)
-        with _door:
+        self._entry = QueueEntry(session, self._begin, self.drop, self._still_to_take)
+        with _admission:
             if demand is not NOTHING:
                 admit(demand, self._queue.still_to_take)
-            self._queue.enter(self._place)
+            self._queue.enter(self._entry)
         session_monitor().note(session)
 
     def _begin(self) -> None:
@@ -97,17 +95,18 @@ class Job(Generic[Result]):
         error = None
         try:
             assert self._work is not None
-            with stoppable(self._cancelled.is_set):
-                self.result = self._work(self._report, self._cancelled.is_set)
+            with stoppable(self.is_cancelled):
+                self.result = self._work(self)
         except Exception as raised:
             error = raised
         finally:
             self._end(error)
 
     def _end(self, error: Exception | None) -> None:
-        """Keep what came out and nothing else, and give the place back."""
+        """Keep what came out and nothing else, and leave the queue."""
         self.error, self._work = error, None
-        while error is not None:  # what was in the work of a frame would stay with its error
+        while error is not None:
+            # a session keeps its last error: the frames' arrays would stay in memory with it
             traceback.clear_frames(error.__traceback__)
             error = error.__context__ if isinstance(error.__context__, Exception) else None
         if self._dropped:
@@ -115,25 +114,28 @@ class Job(Generic[Result]):
             self.error = Cancelled("stopped, as the page was closed")
         self._finished.set()
         self._first.set()
-        self._queue.leave(self._place)
+        self._queue.leave(self._entry)
 
     def _still_to_take(self) -> float:
-        if self.cancelled or self.finished:
+        if self.is_cancelled() or self.finished:
             return 0.0
         return self._n_bytes * (1 - min(self.fraction, 1.0))
 
-    def _report(self, fraction: float, n_done: int) -> None:
+    def report(self, fraction: float, n_done: int) -> None:
+        """Say which share of the work and how many pieces are done; the work calls this."""
+        if self._first_report is None:
+            self._first_report = time.monotonic(), fraction
         self.fraction, self.n_done = fraction, n_done
 
     def give(self, partial: Result) -> None:
-        """Show what is ready before the rest; the work itself calls this."""
+        """Show what is ready before the rest; the work calls this."""
         self.partial = partial
         self._first.set()
 
     def cancel(self) -> None:
         """Ask the work to stop; it does so when it next looks, and at once where it waits."""
         self._cancelled.set()
-        if self._queue.withdraw(self._place):
+        if self._queue.withdraw(self._entry):
             self._end(Cancelled("stopped before it began"))
 
     def drop(self) -> None:
@@ -141,15 +143,14 @@ class Job(Generic[Result]):
         self._dropped = True
         self.cancel()
 
-    @property
-    def position(self) -> int:
-        """Its place among the jobs that wait, 0 where it does not wait."""
-        return self._queue.position(self._place)
+    def is_cancelled(self) -> bool:
+        """Return whether it was asked to stop."""
+        return self._cancelled.is_set()
 
     @property
-    def cancelled(self) -> bool:
-        """Whether it was asked to stop."""
-        return self._cancelled.is_set()
+    def position(self) -> int:
+        """Its position among the jobs that wait, 0 where it does not wait."""
+        return self._queue.position(self._entry)
 
     @property
     def finished(self) -> bool:
@@ -165,7 +166,7 @@ class Job(Generic[Result]):
 
         Examples
         --------
-        >>> Job(lambda progress, cancel: "all").wait_first(5.0)
+        >>> Job(lambda job: "all").wait_first(5.0)
         True
         """
         return self._first.wait(seconds)
@@ -177,21 +178,62 @@ class Job(Generic[Result]):
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimate of the time left, None where too little is done to tell."""
-        if self.fraction < 0.02:
+        """Estimate of the time left, None where too little is done to tell.
+
+        It is made from the first report on, when the kernels are compiled.
+        """
+        start, share = self._first_report or (0.0, 1.0)
+        if self.fraction - share < LEAST_SHARE:
             return None
-        return self.seconds * (1 - self.fraction) / self.fraction
+        return (time.monotonic() - start) * (1 - self.fraction) / (self.fraction - share)
 
 
-def held_up(job: Job | None) -> str:
-    """Say why a job does not get on, for a progress bar: it waits, it stops, or kernels compile.
+def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
+    """Return work(progress=…, cancel=…) that a page cannot be drawn without.
 
-    Returns
-    -------
-    str
-        Empty where it gets on.
+    Little work is done at once; much of it waits for its turn as a job.
+
+    Raises
+    ------
+    CCWSIMError
+        Where the server does not have what it demands.
+
+    Examples
+    --------
+    >>> result_in_turn(lambda progress, cancel: 6 * 7, Demand(n_cells=1))
+    42
     """
-    if job is None or job.cancelled:
+    admit(demand, server_queue().still_to_take)
+    if demand.n_cells <= MAX_CELLS_AT_ONCE:
+        return work(progress=None, cancel=None)
+    job = Job(lambda job: work(progress=job.report, cancel=job.is_cancelled), demand=demand)
+    while not job.wait(POLL_SECONDS):
+        pass
+    if job.error is not None:
+        raise job.error
+    assert job.result is not None
+    return job.result
+
+
+def progress_text(job: Job, label: str = "") -> str:
+    """Say how far a job is: it waits, stops, compiles, or has done so many of its pieces.
+
+    Parameters
+    ----------
+    job : Job
+    label : str
+        What is said in place of the number of pieces.
+    """
+    if delay := delay_text(job):
+        return delay
+    text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
+    left = job.seconds_left
+    return text if left is None else f"{text} · {format_duration(max(left, 1.0))} left"
+
+
+def delay_text(job: Job) -> str:
+    """Say why a job does not get on: it stops, waits, or kernels compile; empty where it does."""
+    if job.is_cancelled():
         return "Stopping …"
     if position := job.position:
         return f"Waiting: {ordinal(position)} in the queue"
@@ -200,8 +242,19 @@ def held_up(job: Job | None) -> str:
     return ""
 
 
+def format_duration(seconds: float) -> str:
+    """Return a time that is only approximate, without more digits than it deserves.
+
+    Examples
+    --------
+    >>> format_duration(4.7), format_duration(170.0)
+    ('5 s', '3 min')
+    """
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+
+
 def ordinal(number: int) -> str:
-    """Return the word for a place in a row.
+    """Return the word for a position in a row.
 
     Examples
     --------

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
+from ccwsim.ui.jobs.job import Job, delay_text
 from ccwsim.ui.widgets.errors import reason
 
 Value = TypeVar("Value")
@@ -51,10 +51,10 @@ class LruCache:
 
     Examples
     --------
-    >>> shelf = LruCache(most=1)
-    >>> shelf.put(("a",), 1)
-    >>> shelf.put(("b",), 2)
-    >>> shelf.get(("a",)), shelf.get(("b",))
+    >>> cache = LruCache(most=1)
+    >>> cache.put(("a",), 1)
+    >>> cache.put(("b",), 2)
+    >>> cache.get(("a",)), cache.get(("b",))
     (None, 2)
     """
 
@@ -107,12 +107,12 @@ class StatisticsWorker:
 
     Parameters
     ----------
-    shelf : LruCache
+    cache : LruCache
         Where values go.
     """
 
-    def __init__(self, shelf: LruCache) -> None:
-        self.shelf = shelf
+    def __init__(self, cache: LruCache) -> None:
+        self.cache = cache
         self.stopped = False
         self._pending: list[Task] = []
         self._current: Task | None = None
@@ -124,7 +124,7 @@ class StatisticsWorker:
     def ask(self, statistic: Task) -> None:
         """Put a statistic at the end of the queue, unless it is there, known, or all is stopped."""
         with self._changed:
-            if self.stopped or self.shelf.get(statistic.key) is not None:
+            if self.stopped or self.cache.get(statistic.key) is not None:
                 return
             if statistic not in self._pending and statistic != self._current:
                 self._pending.append(statistic)
@@ -152,8 +152,8 @@ class StatisticsWorker:
     def wait_for(self, statistic: Task[Value], seconds: float) -> Value | Failure | None:
         """Return a value as soon as it is there, None where it is not within `seconds`."""
         with self._changed:
-            self._changed.wait_for(lambda: self.shelf.get(statistic.key) is not None, seconds)
-        return self.shelf.get(statistic.key)
+            self._changed.wait_for(lambda: self.cache.get(statistic.key) is not None, seconds)
+        return self.cache.get(statistic.key)
 
     def share_of(self, statistic: Task) -> float | None:
         """Return how much of it is done, None where it was not begun."""
@@ -168,26 +168,26 @@ class StatisticsWorker:
     def waiting(self) -> str:
         """Say which place it has in the queue of the server; empty where it does not wait."""
         job = self._job
-        return held_up(job) if job is not None and job.position else ""
+        return delay_text(job) if job is not None and job.position else ""
 
-    def _run(self, progress: Progress, cancel: Cancel) -> None:
+    def _run(self, job: Job) -> None:
         while True:
             with self._changed:
-                if not self._pending or cancel():
+                if not self._pending or job.is_cancelled():
                     self._current, self._job = None, None
                     self._changed.notify_all()
                     return
                 self._current, self._share = self._pending.pop(0), 0.0
-            value = self._worked_out(self._current, cancel)
+            value = self._worked_out(self._current, job)
             with self._changed:
                 if value is not None:
-                    self.shelf.put(self._current.key, value)
+                    self.cache.put(self._current.key, value)
                 self._changed.notify_all()
 
-    def _worked_out(self, statistic: Task, cancel: Cancel) -> Any:
+    def _worked_out(self, statistic: Task, job: Job) -> Any:
         def progress(share: float) -> None:
             self._share = share
-            if cancel():
+            if job.is_cancelled():
                 raise Cancelled("stopped")
 
         try:

@@ -15,18 +15,17 @@ from ccwsim.ui.paper.words import (
     DURATIONS,
     INTRODUCTION,
     ended_text,
-    progress_text,
+    progress_label,
     said_inputs,
     verdict_list,
 )
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 
 STYLE = Path(__file__).with_name("paper.css")
-POLL_EVERY = 0.5
 EXTENTS = {False: "Full", True: "Quick"}
 
 
@@ -47,7 +46,7 @@ def draw_paper(state: State) -> None:
         st.warning(plain(page_state.message))
     with st.container(key="results"):
         if run is not None and run.going:
-            _follow(state)
+            _follow(run)
         else:
             _ended(run)
 
@@ -89,17 +88,14 @@ def _controls(state: State) -> None:
         st.html(f'<span class="takes">{duration}</span>')
 
 
-@st.fragment(run_every=POLL_EVERY)
-def _follow(state: State) -> None:
-    with error_boundary():
-        run = state.page(PaperState).run
-        if run is None or run.job is None or not run.going:
-            st.rerun()
-        with st.container(horizontal=True, vertical_alignment="center", key="progress"):
-            st.progress(min(run.job.fraction, 1.0), text=progress_text(run))
-            button("Cancel", key="paper_cancel", on_click=run.job.cancel,
-                      disabled=run.job.cancelled)  # fmt: skip
-        st.html(verdict_list(run.finished))
+def _follow(run: PaperRun) -> None:
+    assert run.job is not None
+    follow(
+        run.job,
+        label=lambda: progress_label(run),
+        draw=lambda: st.html(verdict_list(run.finished)),
+        keys=("progress", "paper_cancel"),
+    )
 
 
 def _ended(run: PaperRun | None) -> None:

@@ -20,8 +20,7 @@ from ccwsim.paper import (
 )
 from ccwsim.report import report_html
 from ccwsim.ui.jobs.admission import Demand
-from ccwsim.ui.jobs.background import BackgroundRun
-from ccwsim.ui.jobs.job import Cancel, Job, Progress
+from ccwsim.ui.jobs.job import Job
 
 BYTES_A_CELL = 8
 """Memory of an experiment for each cell of its realizations, with statistics and pictures."""
@@ -30,7 +29,7 @@ VARIABLE = "CCWSIM_DATA"
 
 
 @dataclass
-class PaperRun(BackgroundRun):
+class PaperRun:
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -54,6 +53,17 @@ class PaperRun(BackgroundRun):
     report: bytes = b""
     job: Job | None = None
 
+    def start(self) -> PaperRun:
+        """Begin, on a thread; refused where the server does not have what it demands."""
+        n = len(EXPERIMENTS)
+        self.job = Job(self._work, demand=self.demand(), n=n, unit="experiments")
+        return self
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished
+
     @property
     def _extent(self) -> Extent:
         return QUICK if self.quick else FULL
@@ -67,13 +77,13 @@ class PaperRun(BackgroundRun):
         )  # fmt: skip
         return Demand(n_cells, 0, BYTES_A_CELL * n_cells)
 
-    def _work(self, progress: Progress, cancel: Cancel) -> None:
+    def _work(self, job: Job) -> None:
         found = reproduce(
             self.inputs,
             self._extent,
             self.seed,
-            progress,
-            cancel,
+            job.report,
+            job.is_cancelled,
             EXPERIMENTS,
             self.finished.append,
         )

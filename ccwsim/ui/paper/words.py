@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from html import escape
 
 from ccwsim.paper import EXPERIMENTS, Finished, Inputs, summary, verdict_of
-from ccwsim.ui.jobs.job import held_up
 from ccwsim.ui.paper.run import PaperRun
 from ccwsim.ui.widgets.errors import reason
 
@@ -31,29 +30,12 @@ def said_inputs(inputs: Inputs) -> str:
     return "On the authors’ training images and data, which this server has."
 
 
-def progress_text(run: PaperRun) -> str:
-    """Say how far a run is, by the name of the experiment."""
-    job = run.job
-    if said := held_up(job):
-        return said
-    assert job is not None
+def progress_label(run: PaperRun) -> str:
+    """Say how many experiments are finished, and the name of the one that runs."""
     n = len(run.finished)
     if n >= len(EXPERIMENTS):
         return "Writing the report …"
-    text = f"{n} of {len(EXPERIMENTS)} experiments · now {EXPERIMENTS[n].title}"
-    left = job.seconds_left
-    return text if left is None else f"{text} · about {duration(max(left, 1.0))} left"
-
-
-def duration(seconds: float) -> str:
-    """Return a time that is only about right, without more digits than it deserves.
-
-    Examples
-    --------
-    >>> duration(4.7), duration(170.0)
-    ('5 s', '3 min')
-    """
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+    return f"{n} of {len(EXPERIMENTS)} experiments · now {EXPERIMENTS[n].title}"
 
 
 def ended_text(run: PaperRun) -> str:

@@ -1,42 +1,59 @@
-"""A study starts from the address of a page."""
+"""The address of a page: a study starts from it, and it follows the study."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from secrets import randbelow
 from urllib.parse import urlencode
 
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
+from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.sharing import link_of, read_link
+from ccwsim.sharing import link_of, meant, read_link
 from ccwsim.ui.session.fitting import fitted_to_image
-from ccwsim.ui.session.own_seed import own_seed
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+
+CLASS = "class"
+"""In the address of a class each reader gets a seed of their own."""
+MIN_OWN_SEED = 1000
+"""Seeds below this are what people type: none of them is given out."""
 
 
 def take_address(state: State) -> None:
     """Start a study from the address of the page; what cannot be taken is said in words."""
-    query = {name: st.query_params.get_all(name) for name in st.query_params}
-    choices, shown, notes = read_link(query)
-    choices = own_seed(state, choices)
-    choices, more = together(choices)
+    choices, shown, notes = read_link(_query())
+    choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.told = choices, (*notes, *more)
     show(state, shown)
 
 
-def together(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
+def own_seed(state: State, choices: Choices) -> Choices:
+    """Return a study with a seed of this reader's own where the address is a class's.
+
+    It is drawn once: the word for the class leaves the address, the seed stays in it, so that the
+    page can be loaded again.
+    """
+    if st.query_params.get(CLASS) != "1":
+        return choices
+    del st.query_params[CLASS]
+    state.own_seed = MIN_OWN_SEED + randbelow(MAX_SEED - MIN_OWN_SEED)
+    return replace(choices, seed=state.own_seed)
+
+
+def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     """Return choices whose parts go together, and what had to be changed for it."""
     notes = []
     fitting = fitted_to_image(choices, image_of(choices.image))
     if fitting != choices:
-        own, its = choices.parameters, fitting.parameters
+        own, other = choices.parameters, fitting.parameters
         notes.append(
             f"Template {own.template_size} and overlap {own.overlap_size} do not suit the training "
-            f"image at level {own.level}: {its.template_size} and {its.overlap_size} are taken at "
-            f"level {its.level}."
+            f"image at level {own.level}: {other.template_size} and {other.overlap_size} are taken "
+            f"at level {other.level}."
         )
     try:
         data_of(fitting)
@@ -51,11 +68,32 @@ def show(state: State, shown: Shown) -> None:
     state.shown, state.facies, state.e_type = shown.realization, shown.facies, shown.e_type
 
 
-def link_here(choices: Choices, shown: Shown) -> str:
+def shown_of(state: State) -> Shown:
+    """Return what of the results is looked at."""
+    return Shown(state.shown, state.facies, state.e_type)
+
+
+def follow_study(state: State) -> None:
+    """Write the study behind the address, where it is not there; the page is not drawn again."""
+    query = _query()
+    kept = {name: values for name, values in query.items() if not meant(name)}
+    wanted = {**kept, **link_of(state.choices, shown_of(state))}
+    text = urlencode(wanted, doseq=True)
+    # what the browser told may be older than what it was sent last
+    if text != state.address or wanted != query:
+        st.query_params.from_dict(wanted)
+        state.address = text
+
+
+def page_link_of(choices: Choices, shown: Shown) -> str:
     """Return the whole address that opens a study on this page."""
-    word = urlencode(link_of(choices, shown), doseq=True)
+    text = urlencode(link_of(choices, shown), doseq=True)
     page = (st.context.url or "").split("?")[0]
-    return f"{page}?{word}" if word else page or "?"
+    return f"{page}?{text}" if text else page or "?"
+
+
+def _query() -> dict[str, list[str]]:
+    return {name: st.query_params.get_all(name) for name in st.query_params}
 
 
 def go_to(page: str, instead: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO
 
 import numpy as np
@@ -29,7 +30,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.admission import demand_of
-from ccwsim.ui.jobs.background import done_in_turn
+from ccwsim.ui.jobs.job import result_in_turn
 
 SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""
@@ -140,10 +141,5 @@ def sampled_data(
 def _sampled(key: tuple, _image: TrainingImage, _grid: Grid, _parameters: Parameters) -> HardData:
     n, seed = key[-2:]
     demand = demand_of(Study(_image, _grid, _parameters), 1)
-    truth = done_in_turn(
-        lambda progress, cancel: simulate(
-            _image, _grid, _parameters, seed=seed, progress=progress, cancel=cancel
-        ).realizations[0],
-        demand,
-    )
-    return sample_random(truth, n, seed)
+    reference = result_in_turn(partial(simulate, _image, _grid, _parameters, seed=seed), demand)
+    return sample_random(reference.realizations[0], n, seed)

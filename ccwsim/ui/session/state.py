@@ -39,6 +39,8 @@ class State:
         What went wrong or was stopped, to be said above the results.
     shown : int
         Which realization is large.
+    wanted : int
+        Which was large when the latest run started: it is again as soon as the run has it.
     facies : int
         The place of the facies whose curves and probability are shown.
     e_type : str
@@ -71,6 +73,7 @@ class State:
     ran: Choices | None = None
     message: str = ""
     shown: int = 0
+    wanted: int = 0
     facies: int = 1
     e_type: EMap = "probability"
     chart_format: str = "svg"

@@ -12,9 +12,8 @@ from ccwsim.model.choices import Choices, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report import report_html
 from ccwsim.sharing import REVISED, Recipe, left_out, reproduction_recipe, study_report
-from ccwsim.ui.session.address import link_here
-from ccwsim.ui.session.following import shown_of
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.address import page_link_of, shown_of
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.share.projects import file_name, open_project, project_of, study_of
 from ccwsim.ui.widgets.facts import facts_of
@@ -48,7 +47,7 @@ def _menu(state: State) -> None:
 
 def _link(state: State) -> None:
     _title("Link to this study")
-    st.code(link_here(state.choices, shown_of(state)), language=None, wrap_lines=False)
+    st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=False)
     missing = left_out(state.choices)
     if missing:
         step_note(f"The link cannot carry {' and '.join(missing)}. Save the project for that.")
@@ -82,7 +81,7 @@ def report_of(state: State):
     choices = results_of(state)
     shown, facts = shown_of(state), facts_of(ensemble)
     colours = facies_colours(ensemble.training_image, dict(choices.image.colours))
-    here = link_here(choices, shown)
+    here = page_link_of(choices, shown)
 
     def made() -> bytes:
         how = reproduction_recipe(choices, study_of(choices), file_name(choices))

@@ -16,8 +16,7 @@ from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.hard_data.history import History
 from ccwsim.ui.hard_data.state import Editor
-from ccwsim.ui.session.address import show
-from ccwsim.ui.session.following import shown_of
+from ccwsim.ui.session.address import show, shown_of
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run

@@ -7,8 +7,7 @@ import time
 import streamlit as st
 
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, start_run, stop_run
-from ccwsim.ui.study.run_step import problem_of
+from ccwsim.ui.study.run import PATIENCE, problem_of, start_run, stop_run
 
 POLL_SECONDS = 0.05
 """Seconds between two chances for a change of the user's to end the waiting."""

@@ -11,7 +11,7 @@ from ccwsim.ui.results.e_type import draw_e_type
 from ccwsim.ui.results.facies import colours_of_ran, pretty
 from ccwsim.ui.results.gallery import draw_gallery
 from ccwsim.ui.results.ghost import SMALLEST_IMAGE, draw_ghost
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.downloads import draw_downloads
 from ccwsim.ui.widgets.facts import draw_facts

@@ -1,33 +1,95 @@
-"""Start a simulation, follow it, and take in what it gives."""
+"""Step 5 of the study, the run button; and the run: start it, follow it, take in what it gives."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import streamlit as st
 
+from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.choices import Choices
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.simulation import simulate
+from ccwsim.system.workers import n_cores
 from ccwsim.ui.jobs.admission import Demand, check_limits, demand_of
-from ccwsim.ui.jobs.job import Cancel, Job, Progress, held_up
+from ccwsim.ui.jobs.job import Cancel, Job, Progress
+from ccwsim.ui.jobs.limits import limits_of_environment
 from ccwsim.ui.jobs.scheduler import executor_of_environment
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.past_runs import PastRun
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.live_run import LiveRun, first_part
 from ccwsim.ui.widgets.errors import reason
-from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
-POLL_EVERY = 0.25
 ENOUGH_TO_STOP = 1.0
 """Seconds in which a run that was stopped gives its memory back."""
+AT_ONCE = 0.3
+"""Seconds that the first part of a live run may take."""
+NEXT_PART = 1.0
+"""Seconds of the second part; each later one takes twice as long, as drawing costs time too."""
+MIN_PART = 2
+NEARLY_ALL = 0.7
+"""A part that is so large a share of what is left takes all of it."""
+MAX_REALIZATIONS = 1000
 Some = Callable[[int, int, Progress, Cancel], Ensemble]
+"""Called as some(first, n, progress, cancel): realizations first … first + n − 1 of a study."""
+
+
+def run_step(state: State) -> None:
+    """Draw the step; what is not ready says what it needs."""
+    step_title(5, "Realizations")
+    left, right = pair()
+    with left:
+        field(
+            st.number_input, "How many", key="n_realizations", value=state.choices.n_realizations,
+            min_value=1, max_value=MAX_REALIZATIONS,
+            help="More show the uncertainty better and take proportionally longer.",
+            write=lambda n: state.change(n_realizations=int(n)),
+        )  # fmt: skip
+    with right:
+        field(
+            st.number_input, "Seed", key="seed", value=state.choices.seed, min_value=0,
+            max_value=MAX_SEED,
+            help="The same seed gives the same realizations, on any machine.",
+            write=lambda n: state.change(seed=int(n)),
+        )  # fmt: skip
+    if limits := str(limits_of_environment()):
+        step_note(limits)
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
+        run_button(state, "run")
+        field(
+            st.toggle, "Live", key="live", value=state.live,
+            help="Run again after every change.", write=lambda on: setattr(state, "live", on),
+        )  # fmt: skip
+
+
+def run_button(state: State, key: str) -> None:
+    """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
+    problem = problem_of(state)
+    button(
+        "Run", key=key, type="primary", on_click=start_run, args=(state,),
+        disabled=bool(problem), help=problem or None, width="stretch",
+    )  # fmt: skip
+
+
+def problem_of(state: State) -> str:
+    """Return why the study cannot run, or an empty text."""
+    choices = state.choices
+    try:
+        data = data_of(choices)
+        Study(image_of(choices.image), choices.grid, choices.parameters, data, choices.seed)
+        cells = choices.grid.ny * choices.grid.nx
+        check_limits(Demand(cells * choices.n_realizations, data.n))
+    except CCWSIMError as error:
+        return str(error)
+    return ""
 
 
 def start_run(state: State) -> None:
@@ -55,12 +117,64 @@ def start_run(state: State) -> None:
 
 def _begun(state: State, some: Some, demand: Demand) -> Job[Ensemble]:
     """Return the job of the study, which is in the queue."""
-    choices = state.choices
-    if state.live:
-        n_first = first_part(choices, state.ensemble)
-        return LiveRun(some, choices, n_first, wanted=state.shown, demand=demand)
-    n = choices.n_realizations
-    return Job(lambda progress, cancel: some(0, n, progress, cancel), choices, demand)
+    choices, n = state.choices, state.choices.n_realizations
+    state.wanted = state.shown
+    n_first = first_part(choices, state.ensemble) if state.live else n
+    return Job(lambda job: in_parts(job, some, n_first), choices, demand, n=n)
+
+
+def in_parts(job: Job[Ensemble], some: Some, n_first: int) -> Ensemble:
+    """Simulate a few realizations at once and the rest as they come; all are as of one run."""
+    size, budget = min(n_first, job.n), NEXT_PART
+    start = time.monotonic()
+    whole = _with_part(job, some, None, size)
+    while whole.n < job.n:
+        job.give(whole)
+        each = (time.monotonic() - start) / whole.n
+        size = part_size(job.n - whole.n, budget / each)
+        whole = _with_part(job, some, whole, size)
+        budget *= 2
+    return whole
+
+
+def _with_part(job: Job[Ensemble], some: Some, before: Ensemble | None, size: int) -> Ensemble:
+    if size == job.n:
+        return some(0, size, job.report, job.is_cancelled)
+    done = before.n if before else 0
+
+    def report(fraction: float, n_done: int) -> None:
+        job.report((done + fraction * size) / job.n, done + n_done)
+
+    parts = [before] if before else []
+    try:
+        return joined([*parts, some(done, size, report, job.is_cancelled)])
+    except Cancelled as stopped:
+        parts += [stopped.ensemble] if stopped.ensemble else []
+        ended = joined(parts) if parts else None
+        said = f"stopped after {ended.n if ended else 0} of {job.n} realizations"
+        raise Cancelled(said, ended) from None
+
+
+def first_part(choices: Choices, latest: Ensemble | None) -> int:
+    """Return how many realizations are likely to be finished at once, by the pace of the latest."""
+    if latest is None or latest.revised or latest.wall_seconds <= 0:
+        return MIN_PART
+    cells = choices.grid.ny * choices.grid.nx
+    each = latest.wall_seconds / latest.n * cells / (latest.grid.ny * latest.grid.nx)
+    return part_size(choices.n_realizations, AT_ONCE / each)
+
+
+def part_size(left: int, fits: float) -> int:
+    """Return how many of `left` realizations make the next part, where time does for `fits`.
+
+    Examples
+    --------
+    >>> part_size(100, 0.2), part_size(100, 31.0), part_size(12, 10.0)
+    (2, 30, 12)
+    """
+    cores = n_cores()
+    size = max(int(fits) // cores * cores, cores, MIN_PART)
+    return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
 def demand_of_run(state: State) -> Demand:
@@ -76,12 +190,6 @@ def stop_run(state: State) -> None:
     if state.job is not None:
         state.job.cancel()
         state.job = None
-
-
-def simulation_of(choices: Choices):
-    """Return the work of a study, as work(progress, cancel) → Ensemble."""
-    some, n = part_of(choices), choices.n_realizations
-    return lambda progress, cancel: some(0, n, progress, cancel)
 
 
 def part_of(choices: Choices) -> Some:
@@ -128,8 +236,9 @@ def collect(state: State) -> None:
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
     """Show what a job gave; the realization that was large is again, when it is there."""
-    if isinstance(job, LiveRun):
-        state.shown = job.place_of(state.shown, ensemble.n)
+    shown = min(state.wanted, state.ensemble.n - 1) if state.ensemble else state.wanted
+    if state.shown == shown:  # the user chose no other one meanwhile
+        state.shown = state.wanted
     state.ensemble, state.ran = ensemble, job.about
     state.shown = min(state.shown, ensemble.n - 1)
 
@@ -152,35 +261,12 @@ def failed(error: Exception) -> str:
     return f"The run failed; your study is kept. The reason: {reason(error)}."
 
 
-@st.fragment(run_every=POLL_EVERY)
 def follow_run(state: State) -> None:
-    """Show progress where the results will be, with a way to stop; redraw the page at the end."""
-    with error_boundary():
-        _follow(state)
-
-
-def _follow(state: State) -> None:
+    """Show progress where the results will be; the page is drawn again for each part of them."""
     job = state.job
-    news = job is not None and job.partial is not None and job.partial is not state.ensemble
-    if job is None or job.finished or news:
-        collect(state)
-        st.rerun()
-    with st.container(horizontal=True, vertical_alignment="center", key="progress"):
-        st.progress(min(job.fraction, 1.0), text=progress_text(job))
-        button(
-            "Cancel",
-            key="cancel",
-            on_click=job.cancel,
-            disabled=job.cancelled,
+    if job is not None:
+        follow(
+            job,
+            on_finished=lambda: collect(state),
+            has_news=lambda: job.partial is not None and job.partial is not state.ensemble,
         )
-
-
-def progress_text(job: Job[Ensemble]) -> str:
-    """Say how far a run is."""
-    if said := held_up(job):
-        return said
-    text = f"{job.n_done} of {job.about.n_realizations} realizations"
-    left = job.seconds_left
-    if job.seconds > 2 and left is not None:
-        text += f" · {left:.0f} s left"
-    return text

@@ -9,7 +9,7 @@ from ccwsim.ui.study.data_step import data_step
 from ccwsim.ui.study.grid_step import grid_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.method_step import method_step
-from ccwsim.ui.study.run_step import run_step
+from ccwsim.ui.study.run import run_step
 
 
 def study_column(state: State) -> None:

@@ -20,7 +20,7 @@ from ccwsim.ui.results.charts import draw_clickable_chart
 from ccwsim.ui.results.ghost import ghost_panel
 from ccwsim.ui.results.tables import csv_button
 from ccwsim.ui.results.titled_chart import chart_menu
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.follow import follow_sweep, said_end

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -14,8 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.admission import Demand, demand_of
-from ccwsim.ui.jobs.background import BackgroundRun
-from ccwsim.ui.jobs.job import Cancel, Job, Progress
+from ccwsim.ui.jobs.job import Job
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""
@@ -23,7 +21,7 @@ MAX_KEPT = 4
 
 
 @dataclass
-class SweepRun(BackgroundRun):
+class SweepRun:
     """A sweep that is going on, or has come to an end.
 
     Attributes
@@ -41,9 +39,6 @@ class SweepRun(BackgroundRun):
         How many of them the page shows.
     tiles : list of bytes
         A small picture of each.
-    first_at : (float, float) or None
-        When the first setting was finished and all kernels were compiled, in seconds of a clock,
-        and which share of the work that was.
     """
 
     training_image: TrainingImage
@@ -58,7 +53,17 @@ class SweepRun(BackgroundRun):
     job: Job[Sweep] | None = None
     n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
-    first_at: tuple[float, float] | None = None
+
+    def start(self) -> SweepRun:
+        """Begin, on a thread; refused where the server does not have what it demands."""
+        n = len(self.settings)
+        self.job = Job(self._work, demand=self.demand(), n=n, unit="settings")
+        return self
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished
 
     def demand(self) -> Demand:
         """Return what it asks of the server: one setting at a time, and what is kept of each."""
@@ -72,28 +77,14 @@ class SweepRun(BackgroundRun):
         kept = max(CELLS_KEPT, cells)  # one realization at least
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + kept)
 
-    def _work(self, progress: Progress, cancel: Cancel) -> Sweep:
-        def report(share: float, n_done: int) -> None:
-            if self.first_at is None and self.rows:
-                self.first_at = time.monotonic(), share
-            progress(share, n_done)
-
+    def _work(self, job: Job[Sweep]) -> Sweep:
         room = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))
         return sweep(
             self.training_image, self.grid, self.settings, self.hard_data,
-            n_realizations=self.n_realizations, seed=self.seed, progress=report, cancel=cancel,
+            n_realizations=self.n_realizations, seed=self.seed, progress=job.report,
+            cancel=job.is_cancelled,
             found=self.rows.append, n_kept=min(max(room, 1), MAX_KEPT), facies=self.facies,
         )  # fmt: skip
-
-    @property
-    def seconds_left(self) -> float | None:
-        """Estimate of the time left, None where too little is done to tell."""
-        if self.job is None or self.first_at is None:
-            return None
-        (moment, share), now = self.first_at, self.job.fraction
-        if now - share < 0.02:
-            return None
-        return (time.monotonic() - moment) * (1 - now) / (now - share)
 
     @property
     def found(self) -> Sweep:

@@ -13,21 +13,18 @@ from ccwsim.metrics import RunningSummary, connectivity, variogram
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.jobs.job import held_up
 from ccwsim.ui.results.titled_chart import titled_chart
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
 from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 from ccwsim.ui.validate.panel import Validation
-from ccwsim.ui.widgets.facts import seconds, three_digits
+from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
-
-POLL_EVERY = 1.0
 
 
 def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -58,8 +55,8 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
         st.warning(plain(page_state.long_message))
     if run is not None and not belongs(run, ensemble):
         step_note("The latest long run was of another study.")
-    elif going:
-        _follow(state, colours)
+    elif run is not None and going:
+        _follow(run, state, colours)
     elif run is not None:
         _show(run, state, colours)
 
@@ -80,27 +77,10 @@ def start(state: State) -> None:
         page_state.long_message = str(error)
 
 
-@st.fragment(run_every=POLL_EVERY)
-def _follow(state: State, colours: Sequence[str]) -> None:
-    with error_boundary():
-        run = state.page(Validation).long_run
-        if run is None or not run.going:
-            st.rerun()
-        job = run.job
-        assert job is not None
-        left = job.seconds_left
-        text = f"{job.n_done:,} of {run.n:,} realizations"
-        if left is not None:
-            text += f" · {seconds(left)} left"
-        with st.container(horizontal=True, vertical_alignment="center", key="long_progress"):
-            st.progress(min(job.fraction, 1.0), text=held_up(job) or text)
-            button(
-                "Stop",
-                key="long_stop",
-                on_click=job.cancel,
-                disabled=job.cancelled,
-            )
-        _show(run, state, colours)
+def _follow(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
+    assert run.job is not None
+    keys = ("long_progress", "long_stop")
+    follow(run.job, draw=lambda: _show(run, state, colours), keys=keys, cancel="Stop")
 
 
 def _show(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:

@@ -18,8 +18,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
 from ccwsim.ui.jobs.admission import Demand, demand_of
-from ccwsim.ui.jobs.background import BackgroundRun
-from ccwsim.ui.jobs.job import Cancel, Job, Progress
+from ccwsim.ui.jobs.job import Cancel, Job
 
 CELLS_A_BATCH = 4_000_000
 """Cells that are kept at once, one byte each."""
@@ -29,7 +28,7 @@ LOW, HIGH = 0.05, 0.95
 
 
 @dataclass
-class LargeEnsembleRun(BackgroundRun):
+class LargeEnsembleRun:
     """A run that is going on, or has come to an end.
 
     Attributes
@@ -62,6 +61,16 @@ class LargeEnsembleRun(BackgroundRun):
     nbytes: int = 0
     job: Job | None = None
 
+    def start(self) -> LargeEnsembleRun:
+        """Begin, on a thread; refused where the server does not have what it demands."""
+        self.job = Job(self._work, demand=self.demand(), n=self.n)
+        return self
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished
+
     def demand(self) -> Demand:
         """Return what it asks of the server: a batch of realizations, and the statistics."""
         study = Study(self.training_image, self.grid, self.parameters, self.hard_data, self.seed)
@@ -72,7 +81,8 @@ class LargeEnsembleRun(BackgroundRun):
         cells = self.grid.ny * self.grid.nx
         return min(max(CELLS_A_BATCH // cells, 1), 4 * n_cores())
 
-    def _work(self, progress: Progress, cancel: Cancel) -> None:
+    def _work(self, job: Job) -> None:
+        cancel = job.is_cancelled
         sides = (*self.grid.shape, *self.training_image.shape)
         n_facies, lags = self.training_image.n_facies, min(MAX_LAG, min(sides) // 2)
         running = RunningStatistics(self.grid.shape, n_facies, [self.facies], max_lag=lags)
@@ -80,7 +90,7 @@ class LargeEnsembleRun(BackgroundRun):
         batch, looked = self._batch, 0.0
         while running.n < self.n and not cancel():
             self._add_batch(running, min(batch, self.n - running.n), cancel)
-            progress(running.n / self.n, running.n)
+            job.report(running.n / self.n, running.n)
             done = running.n == self.n or (cancel() and self.summary is None)
             if running.n and (done or time.monotonic() - looked > POLL_SECONDS):
                 self._look(running)

@@ -19,10 +19,9 @@ from ccwsim.ui.results.facies import colours_of_ran
 from ccwsim.ui.results.gallery import step_buttons
 from ccwsim.ui.results.ghost import draw_ghost
 from ccwsim.ui.results.titled_chart import titled_chart
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, collect, follow_run, start_run
-from ccwsim.ui.study.run_step import problem_of, run_button
+from ccwsim.ui.study.run import PATIENCE, collect, follow_run, problem_of, run_button, start_run
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.copying import draw_copying, draw_image
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import streamlit as st
 
 from ccwsim.ui.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
-from ccwsim.ui.session.guarding import error_boundary
+from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.fields import button
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 
 Value = TypeVar("Value")
-POLL_SECONDS = 0.4
-TOGETHER = 1.0
-"""Seconds in which values that arrive are drawn together."""
 MIN_STOPPABLE = 3.0
 """Seconds of work after which it can be stopped."""
 
@@ -104,7 +101,7 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
 
 def known(state: State, task: Task[Value]) -> Value | None:
     """Return a value only where it was worked out already."""
-    value = state.page(Validation).worker.shelf.get(task.key)
+    value = state.page(Validation).worker.cache.get(task.key)
     return None if isinstance(value, Failure) else value
 
 
@@ -113,26 +110,17 @@ def draw_work(state: State) -> None:
     page_state = state.page(Validation)
     waiting = dict(page_state.waiting)
     if waiting and not page_state.worker.stopped:
-        _follow(state, waiting, time.monotonic())
+        worker = page_state.worker
+        tasks = list(waiting.values())
+        follow_tasks(worker, tasks, time.monotonic(), lambda n: _fill(worker, waiting, n))
 
 
-@st.fragment(run_every=POLL_SECONDS)
-def _follow(state: State, waiting: dict[str, Task], begun: float) -> None:
-    """Fill the bars of the panels that wait; draw the page again when some are there.
+def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
+    """Fill the bars of the panels that wait.
 
-    One fragment for all, not one in each panel: the browser gives up on a fragment whose panel is
-    replaced while it draws.
+    One fragment does it for all: the browser gives up on a fragment in a panel that is replaced
+    while it draws.
     """
-    with error_boundary():
-        _fill(state.page(Validation).worker, waiting, begun)
-
-
-def _fill(worker: StatisticsWorker, waiting: dict[str, Task], begun: float) -> None:
-    known = [worker.shelf.get(task.key) is not None for task in waiting.values()]
-    if all(known) or (any(known) and time.monotonic() - begun > TOGETHER):
-        st.rerun()
-    for task in waiting.values():
-        worker.ask(task)
     bars = "".join(
         f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
         for name, task in waiting.items()
@@ -140,7 +128,6 @@ def _fill(worker: StatisticsWorker, waiting: dict[str, Task], begun: float) -> N
     st.html(f"<style>{bars}</style>")
     if worker.seconds > MIN_STOPPABLE or worker.waiting:
         with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
-            n = known.count(False)
             text = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
             st.html(f'<div class="note">{worker.waiting or text}</div>')
             button("Stop", key="stop_work", on_click=worker.stop)

@@ -92,8 +92,8 @@ def test_the_promise_to_a_job_shrinks_as_it_gets_on_and_ends_with_it(monkeypatch
     with_free(monkeypatch, 100 * MEGABYTE)
     half, go = Event(), Event()
 
-    def work(progress, cancel):
-        progress(0.5, 1)
+    def work(job):
+        job.report(0.5, 1)
         half.set()
         go.wait(60)
 

@@ -20,7 +20,7 @@ sys.path.insert(0, {str(ROOT)!r})
 import streamlit as st
 
 from ccwsim import Grid
-from ccwsim.ui import sessions
+from ccwsim.ui.jobs import sessions
 from ccwsim.model.choices import Choices
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import server_queue

@@ -11,7 +11,7 @@ import pytest
 from ccwsim import Cancelled
 from ccwsim.system.memory import give_back_memory
 from ccwsim.ui.jobs import job as jobs
-from ccwsim.ui.jobs.job import Job, held_up
+from ccwsim.ui.jobs.job import Job, delay_text
 from ccwsim.ui.jobs.queue import LONG, Queue, QueueEntry
 from ccwsim.ui.jobs.sessions import GRACE, SessionMonitor
 
@@ -112,15 +112,15 @@ def one_at_a_time(monkeypatch) -> Queue:
 
 def test_a_job_waits_says_so_and_can_be_stopped(one_at_a_time):
     go = Event()
-    first = Job(lambda progress, cancel: go.wait(SLOW))
-    second, third = (Job(lambda progress, cancel: "done") for _ in range(2))
+    first = Job(lambda job: go.wait(SLOW))
+    second, third = (Job(lambda job: "done") for _ in range(2))
     assert (first.position, second.position, third.position) == (0, 1, 2)
-    assert held_up(third) == "Waiting: 2nd in the queue"
+    assert delay_text(third) == "Waiting: 2nd in the queue"
     assert third.seconds == 0
     second.cancel()
     assert second.finished
     assert isinstance(second.error, Cancelled)
-    assert held_up(third) == "Waiting: 1st in the queue"
+    assert delay_text(third) == "Waiting: 1st in the queue"
     go.set()
     assert third.wait(SLOW)
     assert third.result == "done"
@@ -130,10 +130,10 @@ def test_a_job_waits_says_so_and_can_be_stopped(one_at_a_time):
 
 @pytest.mark.parametrize("error", [MemoryError(), ValueError("no"), Cancelled("stopped")])
 def test_whatever_a_job_raises_its_place_is_given_back(one_at_a_time, error):
-    def work(progress, cancel):
+    def work(job):
         raise error
 
-    job, after = Job(work), Job(lambda progress, cancel: "done")
+    job, after = Job(work), Job(lambda job: "done")
     assert job.wait(SLOW)
     assert job.error is error
     assert after.wait(SLOW)
@@ -146,10 +146,10 @@ def test_a_thread_that_cannot_start_is_an_error_of_its_job(one_at_a_time, monkey
 
     with monkeypatch.context() as patch:
         patch.setattr(jobs, "Thread", no_thread)
-        job = Job(lambda progress, cancel: "done")
+        job = Job(lambda job: "done")
     assert job.finished
     assert "thread" in str(job.error)
-    after = Job(lambda progress, cancel: "done")
+    after = Job(lambda job: "done")
     assert after.wait(SLOW)
 
 
@@ -160,7 +160,7 @@ class Big:
 def test_an_error_keeps_nothing_of_what_its_work_held(one_at_a_time):
     held = []
 
-    def work(progress, cancel):
+    def work(job):
         big = Big()
         held.append(weakref.ref(big))
         raise MemoryError("too much")
@@ -248,20 +248,18 @@ def test_giving_memory_back_harms_nothing():
 
 
 def test_a_dropped_job_keeps_nothing():
-    made, begun, held = Event(), Event(), []
+    begun, held = Event(), []
 
-    def work(progress, cancel):
-        assert made.wait(SLOW)
+    def work(job):
         big = Big()
         held.append(weakref.ref(big))
         job.give(big)
         begun.set()
-        while not cancel():
+        while not job.is_cancelled():
             Event().wait(0.001)
         return big
 
     job: Job = Job(work)
-    made.set()
     assert begun.wait(SLOW)
     assert job.partial is not None
     job.drop()

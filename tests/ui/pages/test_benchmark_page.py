@@ -19,13 +19,13 @@ from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.benchmark import settings as benchmark_settings
 from ccwsim.ui.benchmark.csv import timings_csv
-from ccwsim.ui.benchmark.page import progress_text
+from ccwsim.ui.benchmark.page import progress_label
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.benchmark.settings import cases_of_data, cases_of_grids, side_options
 from ccwsim.ui.benchmark.state import Benchmark
 from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table
 from ccwsim.ui.benchmark.words import said_growth, said_levels, why_ended
-from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
 from tests.waiting import wait_until
@@ -162,11 +162,13 @@ def test_a_failed_run_says_why():
 def test_progress_says_what_is_timed():
     cases = [TimingCase(Parameters(wavelet_level=1), (256, 256), 400)]
     run = TimingRun(datasets.load("channels"), cases, 1, 0)
-    run.job = Job(lambda progress, cancel: progress(0.5, 0))
+    run.job = Job(lambda job: job.report(0.5, 0))
     run.job.wait(5)
-    assert progress_text(run).startswith("0 of 1 settings · now 256², level 1, 400 data")
+    assert progress_text(run.job, progress_label(run)).startswith(
+        "0 of 1 settings · now 256², level 1, 400 data"
+    )
     run.job.cancel()
-    assert progress_text(run) == "Stopping …"
+    assert progress_text(run.job, progress_label(run)) == "Stopping …"
 
 
 def test_only_grids_that_fit_into_memory_are_on_offer():

@@ -15,9 +15,9 @@ import ccwsim.ui.paper.words as paper_words
 from ccwsim import CCWSIMError
 from ccwsim.paper import Experiment, Finished, Inputs, Outcome
 from ccwsim.report import Judgement, Text
-from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
-from ccwsim.ui.paper.words import ended_text, progress_text, said_inputs, verdict_list
+from ccwsim.ui.paper.words import ended_text, progress_label, said_inputs, verdict_list
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
 
@@ -111,10 +111,12 @@ def test_a_run_is_followed_by_name_and_can_be_cancelled(monkeypatch):
     assert inside.wait(60)
     app.run()
     run = app.session_state[KEY].page(PaperState).run
-    assert progress_text(run).startswith(f"1 of 3 experiments · now second {ODD}")
+    assert progress_text(run.job, progress_label(run)).startswith(
+        f"1 of 3 experiments · now second {ODD}"
+    )
     assert html(app).count('<span class="good">agrees</span>') == 1
     named(app.button, "paper_cancel").click().run()
-    assert progress_text(run) == "Stopping …"
+    assert progress_text(run.job, progress_label(run)) == "Stopping …"
     go.set()
     assert run.job.wait(60)
     app.run()
@@ -141,7 +143,7 @@ def test_the_folder_of_the_server_is_used_where_it_is_right(monkeypatch, data_di
 
 
 def test_a_run_that_breaks_down_is_said():
-    def broken(progress, cancel):
+    def broken(job):
         raise RuntimeError("no disk")
 
     run = PaperRun(Inputs(), True, 0)

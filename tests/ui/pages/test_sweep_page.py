@@ -16,8 +16,9 @@ from ccwsim import Grid, HardData, Parameters
 from ccwsim.experiments.sweep import recommended, settings
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
+from ccwsim.ui.jobs.job import progress_text
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.sweep.follow import progress_text, said_end
+from ccwsim.ui.sweep.follow import said_end
 from ccwsim.ui.sweep.page import choose, is_current
 from ccwsim.ui.sweep.plan import (
     MAX_SETTINGS,
@@ -314,9 +315,9 @@ def test_progress_says_settings_and_time(done):
     assert run is not None
     assert run.job is not None
     run.job.fraction, run.job.n_done = 0.5, 2
-    assert progress_text(run).startswith("2 of 4 settings")
+    assert progress_text(run.job).startswith("2 of 4 settings")
     run.job.cancel()
-    assert progress_text(run) == "Stopping …"
+    assert progress_text(run.job) == "Stopping …"
 
 
 def test_the_estimate_follows_the_pace_of_the_latest_run(done):

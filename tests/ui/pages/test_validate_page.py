@@ -355,7 +355,7 @@ def test_findings_come_as_they_are_known(ensemble):
     state = State(facies=1)
     state.page(Validation).worker = StatisticsWorker(LruCache())
     few = len(findings(state, ensemble))
-    shelf = state.page(Validation).worker.shelf
+    shelf = state.page(Validation).worker.cache
     for way in ("E-W", "N-S"):
         asked = curves(ensemble, "connectivity", 1, way)
         shelf.put(asked.key, asked.work(nothing))

@@ -1,0 +1,146 @@
+"""Parts of a page that are drawn by themselves: errors are caught, jobs are followed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import streamlit as st
+
+from ccwsim.model.choices import Choices
+from ccwsim.ui.jobs.job import POLL_SECONDS, Job, progress_text
+from ccwsim.ui.jobs.statistics import StatisticsWorker, Task
+from ccwsim.ui.session.address import follow_study
+from ccwsim.ui.session.state import KEY, session_state
+from ccwsim.ui.widgets.errors import TROUBLE, is_control_flow, logged, user_message
+from ccwsim.ui.widgets.fields import button
+
+LAST_DRAWN = "ccwsim_last_drawn"
+"""Where the session keeps the choices that a page was last drawn with, whole."""
+DRAW_SECONDS = 0.5
+"""Seconds between two looks at a job whose results are drawn as they come."""
+TOGETHER = 1.0
+"""Seconds in which values that arrive are drawn together."""
+
+
+@contextmanager
+def error_boundary(whole: bool = False) -> Iterator[None]:
+    """Say errors in words and keep the state; for the body of a page and of each fragment.
+
+    What was changed goes into the address.
+
+    Parameters
+    ----------
+    whole : bool
+        Whether this is the whole body of a page: a way back to what could be drawn is offered.
+    """
+    if TROUBLE in st.session_state:
+        st.error(st.session_state.pop(TROUBLE))
+    try:
+        yield
+        if whole and KEY in st.session_state:
+            st.session_state[LAST_DRAWN] = session_state().choices
+    except Exception as error:
+        if is_control_flow(error):
+            raise
+        st.error(user_message(error, "drawn"))
+        if whole:
+            _draw_way_back()
+    if KEY in st.session_state:
+        try:
+            follow_study(session_state())
+        except Exception as error:  # the page is there, only its address is not
+            logged(error)
+
+
+def _draw_way_back() -> None:
+    """Offer the study that could be drawn, so that one that cannot never locks the reader out."""
+    drawn = st.session_state.get(LAST_DRAWN)
+    if drawn is not None and drawn != session_state().choices:
+        label = "Back to the study before"
+        button(label, key="way_back", type="primary", on_click=_go_back, args=(drawn,))
+
+
+def _go_back(drawn: Choices) -> None:
+    state = session_state()
+    state.choices, state.image_draft, state.data_draft = drawn, None, None
+
+
+def follow(
+    job: Job,
+    *,
+    on_finished: Callable[[], None] | None = None,
+    has_news: Callable[[], bool] | None = None,
+    label: Callable[[], str] | None = None,
+    draw: Callable[[], object] | None = None,
+    keys: tuple[str, str] = ("progress", "cancel"),
+    cancel: str = "Cancel",
+) -> None:
+    """Show the progress of a job, with a way to stop it, and draw the page again at its end.
+
+    Parameters
+    ----------
+    job : Job
+        Where it has no number of pieces, only what it does is said.
+    on_finished : callable
+        Called before the page is drawn again, to take in what the job gives.
+    has_news : callable
+        Returns whether the page is to be drawn again already for a part of the results.
+    label : callable
+        Returns what is said in place of how many pieces are done.
+    draw : callable
+        Draws what is known so far, below the progress.
+    keys : tuple of str
+        Of the progress and of the button that stops the job.
+    cancel : str
+        What is on that button.
+    """
+    follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
+    follower(job, on_finished, has_news, label, draw, keys, cancel)
+
+
+def _follow(job: Job, on_finished, has_news, label, draw, keys, cancel: str) -> None:
+    with error_boundary():
+        if job.finished or (has_news and has_news()):
+            if on_finished:
+                on_finished()
+            st.rerun()
+        text = progress_text(job, label() if label else "")
+        if not job.n:
+            st.html(f'<div class="note" role="status">{text}</div>')
+        else:
+            with st.container(horizontal=True, vertical_alignment="center", key=keys[0]):
+                st.progress(min(job.fraction, 1.0), text=text)
+                button(cancel, key=keys[1], on_click=job.cancel, disabled=job.is_cancelled())
+        if draw:
+            draw()
+
+
+@st.fragment(run_every=POLL_SECONDS)
+def follow_tasks(
+    worker: StatisticsWorker,
+    tasks: Sequence[Task],
+    since: float,
+    draw: Callable[[int], None] | None = None,
+) -> None:
+    """Draw the page again when values that it waits for are there, some together.
+
+    Parameters
+    ----------
+    worker : StatisticsWorker
+    tasks : sequence of Task
+        What the page waits for.
+    since : float
+        When the page was drawn, of `time.monotonic`.
+    draw : callable
+        Called with the number of values that are missing.
+    """
+    with error_boundary():
+        ready = [worker.cache.get(task.key) is not None for task in tasks]
+        if all(ready) or (any(ready) and time.monotonic() - since > TOGETHER):
+            st.rerun()
+        for task in tasks:
+            worker.ask(task)
+        if draw:
+            draw(ready.count(False))
