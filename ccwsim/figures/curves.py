@@ -189,17 +189,27 @@ def transiogram_chart(
     names : sequence of str
         Of all facies.
     theme : Theme
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> lags, each = np.arange(3.0), np.ones((2, 3))
+    >>> bundles = {(0, 1): Bundle(lags, each[0], each, each[0], each[0], each[0])}
+    >>> chart = transiogram_chart(bundles, [0], [1], ["mud", "sand"], LIGHT)
+    >>> chart.layout.annotations[0].text
+    'mud → sand'
     """
     names = as_written(names)
     titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
-    rows, spacing = len(tails), {"horizontal": 0.03, "vertical": 0.28 / (len(tails) + 1)}
+    rows = len(tails)
     chart = make_subplots(
         rows,
         len(heads),
         subplot_titles=titles,
         shared_xaxes=True,
         shared_yaxes=True,
-        **{f"{way}_spacing": share for way, share in spacing.items()},
+        horizontal_spacing=0.03,
+        vertical_spacing=0.28 / (rows + 1),
     )
     blank = blank_chart(theme, height=40 + ROW_HEIGHT * rows, x_title="", y_title="").layout
     layout = blank.to_plotly_json()
@@ -241,6 +251,14 @@ def repetition_chart(
     marks : mapping of str to int
         Lengths in cells to mark, such as {"T 32": 32}.
     theme : Theme
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> lags = np.arange(9)
+    >>> chart = repetition_chart(lags, np.cos(lags), np.sin(lags), {"T 8": 8}, LIGHT)
+    >>> [trace.name for trace in chart.data]
+    ['E–W', 'N–S']
     """
     chart = blank_chart(theme, height=height, x_title="lag (cells)", y_title="correlation")
     for name, values, dash in (("E–W", east_west, "solid"), ("N–S", north_south, "dash")):

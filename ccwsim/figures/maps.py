@@ -59,9 +59,9 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
     occurs = np.zeros(256, bool)
     occurs[indices] = True
     values = np.flatnonzero(occurs)
-    places = np.zeros(256, np.uint8)
-    places[values] = np.arange(len(values))
-    picture = Image.fromarray(places[indices[::-1]], mode="P")
+    positions = np.zeros(256, np.uint8)
+    positions[values] = np.arange(len(values))
+    picture = Image.fromarray(positions[indices[::-1]], mode="P")
     picture.putpalette(np.repeat(values, 3).astype(np.uint8).tobytes())
     bits = next(b for b in (1, 2, 4, 8) if len(values) <= 2**b)
     written = BytesIO()
@@ -121,7 +121,7 @@ def contact_sheet(
 
 def data_png(
     cells: NDArray[np.integer],
-    places: NDArray[np.integer],
+    facies: NDArray[np.integer],
     shape: tuple[int, int],
     colours: Sequence[str],
     *,
@@ -133,23 +133,30 @@ def data_png(
     ----------
     cells : ndarray, shape (n, 2)
         Row and column of each datum.
-    places : ndarray, shape (n,)
-        Its facies as an index into `colours`.
+    facies : ndarray, shape (n,)
+        Index of its colour.
     shape : pair of int
         Rows and columns of the grid.
     colours : sequence of str
         One "#rrggbb" a facies.
     longest : int
         Pixels of the longer side.
+
+    Examples
+    --------
+    >>> cells, facies = np.array([[0, 1]]), np.array([0])
+    >>> png = data_png(cells, facies, (10, 20), ["#173F6B"], longest=40)
+    >>> Image.open(BytesIO(png)).size
+    (40, 20)
     """
     width, height = tile_size(shape, longest)
     picture = Image.new("RGBA", (width, height))
     pen = ImageDraw.Draw(picture)
     radius = max(1.0, min(0.02 * longest, 0.2 * (width * height / max(len(cells), 1)) ** 0.5))
-    for (row, column), place in zip(cells.tolist(), places.tolist(), strict=True):
+    for (row, column), index in zip(cells.tolist(), facies.tolist(), strict=True):
         x = (column + 0.5) / shape[1] * width
         y = height - (row + 0.5) / shape[0] * height
-        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[place]))
+        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[index]))
     return _png(picture)
 
 

@@ -50,12 +50,12 @@ def facies_colours(
     return colours
 
 
-def default_colour(place: int) -> str:
+def default_colour(index: int) -> str:
     """Return the colour of a facies by its index in the sorted codes; past six, hues go round."""
-    if place < len(FACIES):
-        return FACIES[place]
-    hue = (place * GOLDEN_ANGLE) % 1.0
-    light = (0.35, 0.65, 0.5)[place % 3]
+    if index < len(FACIES):
+        return FACIES[index]
+    hue = (index * GOLDEN_ANGLE) % 1.0
+    light = (0.35, 0.65, 0.5)[index % 3]
     rgb = colorsys.hls_to_rgb(hue, light, 0.55)
     return "#" + "".join(f"{round(255 * c):02X}" for c in rgb)
 

@@ -92,6 +92,14 @@ def compared_proportions_chart(
     settings : mapping of str to ndarray, shape (n, n_facies)
         Shares of cells in the realizations of each setting.
     theme : Theme
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> reference, shares = np.array([0.7, 0.3]), np.array([[0.6, 0.4]])
+    >>> chart = compared_proportions_chart(["mud", "sand"], reference, {"A": shares}, LIGHT)
+    >>> [round(float(x)) for x in chart.data[0].x]
+    [-10, 10]
     """
     names = as_written(facies)
     n, block = len(names), len(settings) + 1

@@ -58,6 +58,15 @@ def sweep_chart(
         The setting that is ringed, and the one drawn as a diamond.
     y_title : str
         What the error is.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> times, errors = np.array([1.0, 9.0]), np.array([5.0, 1.0])
+    >>> marks = {"front": [0, 1], "selected": None, "recommended": 0}
+    >>> chart = sweep_chart(times, errors, ["a", "b"], LIGHT, **marks, y_title="error")
+    >>> chart.data[0].marker.symbol
+    ('diamond', 'circle')
     """
     on_front = [int(k) for k in front]
     x_title = "CPU time of a realization (ms)"

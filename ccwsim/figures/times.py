@@ -70,6 +70,14 @@ def compared_times_chart(
     labels : sequence of str
         What is written at each bar.
     theme : Theme
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> times = {"A": np.array([1.0, 3.0]), "B": np.array([4.0])}
+    >>> chart = compared_times_chart(times, np.array([2.0, 4.0]), ["2 ms", "4 ms"], LIGHT)
+    >>> [trace.name for trace in chart.data]
+    ['mean', 'A', 'B']
     """
     n, x_title = len(settings), "CPU time of a realization (ms)"
     chart = blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
@@ -148,6 +156,14 @@ def timings_chart(
         For the hover.
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> own = TimeSeries("level 1", 1, np.array([1e4, 1e6]), np.array([0.01, 1.0]))
+    >>> chart = timings_chart([own], [], [100, 1000], LIGHT, y_title="s", unit="s")
+    >>> chart.layout.xaxis.ticktext
+    ('100²', '1000²')
     """
     chart = blank_chart(theme, height=height, x_title="cells of the grid", y_title=y_title)
     for series in measured:

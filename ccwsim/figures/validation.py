@@ -47,6 +47,13 @@ def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -
         Of the dots, as the facies has it on the maps.
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> strip = Strip("Euler number", np.array([3.0, 5.0]), 4.0)
+    >>> [trace.name for trace in strip_chart(strip, LIGHT, colour="#173F6B").data]
+    ['realizations', 'training image']
     """
     chart = blank_chart(theme, height=height, x_title=strip.title, y_title="")
     n = len(strip.each)
@@ -83,6 +90,14 @@ def calibration_chart(
     theme : Theme
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> forecast, observed = np.array([0.1, 0.5]), np.array([0.2, 0.4])
+    >>> chart = calibration_chart(forecast, observed, np.array([50, 5]), LIGHT)
+    >>> [trace.name for trace in chart.data]
+    ['perfect', 'realizations']
     """
     x_title, y_title = "probability in the realizations (%)", "came true (%)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
@@ -114,6 +129,13 @@ def data_status_chart(
     theme : Theme
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> shares = np.array([[0.9, 0.1, 0.0], [0.7, 0.3, 0.0]])
+    >>> data_status_chart(["raster", "re-simulated", "forced"], shares, LIGHT).data[0].x[0]
+    np.float64(80.0)
     """
     chart = blank_chart(theme, height=height, x_title="share of the data (%)", y_title="")
     means = 100 * shares.mean(axis=0)
@@ -149,6 +171,13 @@ def divergence_chart(
     theme : Theme
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> chart = divergence_chart([1, 2], np.array([0.1, 0.2]), np.array([0.3, 0.4]), LIGHT)
+    >>> chart.layout.yaxis.ticktext
+    ('full resolution', '1 / 2 resolution')
     """
     x_title = "Jensen–Shannon divergence (bits)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title="")
@@ -200,6 +229,13 @@ def lag_map_chart(
         Colours that part at zero.
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> chart = lag_map_chart(np.arange(-1, 2), np.ones((3, 3)), LIGHT, name="γ", largest=2.0)
+    >>> chart.data[0].zmax
+    2.0
     """
     chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
     heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=name)
@@ -244,6 +280,12 @@ def convergence_chart(
     theme : Theme
     height : int
         Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> convergence_chart([10, 100], [3.0, 1.0], 1000, LIGHT).layout.xaxis.type
+    'log'
     """
     y_title = "error of a probability (%)"
     chart = blank_chart(theme, height=height, x_title="realizations", y_title=y_title)

@@ -155,8 +155,8 @@ def inputs_in(folder: str | Path | None) -> Inputs:
     given = Path(folder)
     if not given.is_dir():
         raise CCWSIMError(f"{folder}: there is no such folder; leave it out for the bundled images")
-    for place in (given, given.parent):
-        found = Inputs(place.resolve())
+    for candidate in (given, given.parent):
+        found = Inputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):
             return found
     raise CCWSIMError(

@@ -155,6 +155,7 @@ def _conditional_maps(
 
 
 def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
+    rows: list[tuple[str, ...]]
     rows = [("0", str(free.n), "–", "–", "–", seconds(median_seconds(free)))]
     for e in runs:
         counts = (f"{n.mean():.1f}" for n in (e.n_mismatched, e.n_resimulated, e.n_forced))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ccwsim.report import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
-TONES: dict[str, Tone] = dict.fromkeys((AGREES, BETTER), "good")
-TONES |= dict.fromkeys((BEHIND, DIFFERS), "bad") | {OPEN: "unknown"}
+TONES: dict[str, Tone] = {AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERS: "bad"}
+TONES[OPEN] = "unknown"
 CONDITIONING = "Data conditioning “to a considerable degree” (the authors' page)."
 ALIKE = 1.25
 """Two times or ratios are alike where they differ by less than this factor."""

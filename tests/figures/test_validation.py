@@ -121,9 +121,8 @@ def bundle(value: float) -> Bundle:
 def test_transiograms_have_a_panel_for_each_pair():
     bundles = {(t, h): bundle(0.1 * (2 * t + h)) for t in range(2) for h in range(2)}
     chart = transiogram_chart(bundles, [0, 1], [0, 1], ["mud", "sand"], LIGHT)
-    assert [a.text for a in chart.layout.annotations] == [
-        "mud → mud", "mud → sand", "sand → mud", "sand → sand",
-    ]  # fmt: skip
+    titles = [a.text for a in chart.layout.annotations]
+    assert titles == ["mud → mud", "mud → sand", "sand → mud", "sand → sand"]
     traces = named(chart)
     assert traces["sand → mud, training image"].y[0] == pytest.approx(0.2)
     assert traces["sand → mud, training image"].line.color == LIGHT.reference

@@ -107,10 +107,8 @@ def test_a_failing_experiment_is_told_and_the_others_go_on():
 
 def test_cancel_keeps_what_was_finished():
     done = []
-    found = reproduce(
-        experiments=[made(str(k)) for k in range(4)],
-        cancel=lambda: len(done) == 2, on_finished=done.append,
-    )  # fmt: skip
+    four = [made(str(k)) for k in range(4)]
+    found = reproduce(experiments=four, cancel=lambda: len(done) == 2, on_finished=done.append)
     assert found.stopped
     assert len(found.finished) == 2
     assert "The run was stopped" in report_html(document_of(found))
@@ -127,28 +125,24 @@ def test_cancel_inside_a_simulation_stops_it():
 
 def test_progress_never_falls_and_ends_at_one():
     seen = []
-    reproduce(experiments=[made("a"), made("b", failing), made("c")],
-              progress=lambda share, n: seen.append((share, n)))  # fmt: skip
+    three = [made("a"), made("b", failing), made("c")]
+    reproduce(experiments=three, progress=lambda share, n: seen.append((share, n)))
     assert seen == sorted(seen)
     assert seen[-1] == (1.0, 3)
 
 
 def test_words_follow_the_numbers():
-    assert [of_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)] == [
-        "less time", "like time", "more time",
-    ]  # fmt: skip
+    times = [of_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)]
+    assert times == ["less time", "like time", "more time"]
     assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").found
-    assert [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))] == [
-        "better", "agrees", "behind",
-    ]  # fmt: skip
+    beside_code = [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
+    assert beside_code == ["better", "agrees", "behind"]
     assert [of_data(w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
     assert [of_ratio("x", r, 4.0).word for r in (3.0, 1.0)] == ["agrees", "differs"]
-    assert [of_order("x", "", r, 0.4).word for r in (0.5, 0.9, 2.0)] == [
-        "agrees", "differs", "differs",
-    ]  # fmt: skip
-    assert [of_order("x", "", r, 1.06).word for r in (0.9, 1.4, 2.0)] == [
-        "agrees", "agrees", "differs",
-    ]  # fmt: skip
+    faster = [of_order("x", "", r, 0.4).word for r in (0.5, 0.9, 2.0)]
+    assert faster == ["agrees", "differs", "differs"]
+    alike = [of_order("x", "", r, 1.06).word for r in (0.9, 1.4, 2.0)]
+    assert alike == ["agrees", "agrees", "differs"]
     assert compared(1.0, 3.0, more_is_better=True) == "behind"
 
 

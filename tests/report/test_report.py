@@ -39,12 +39,11 @@ def chart(name: str = "a") -> Chart:
 
 
 def document(word: str) -> Document:
-    blocks = (
-        Text(word), Text(word, quiet=True), Code(word, word), Facts(((word, word),)),
-        Table((word, word), ((word, "1.5"),), word),
-        Judgements((Judgement(word, word, word, "good"),), word, word),
-        Row((Picture(b"png", word, word), chart(word)), word), chart(word),
-    )  # fmt: skip
+    table = Table((word, word), ((word, "1.5"),), word)
+    judged = Judgements((Judgement(word, word, word, "good"),), word, word)
+    row = Row((Picture(b"png", word, word), chart(word)), word)
+    words = Text(word), Text(word, quiet=True), Code(word, word), Facts(((word, word),))
+    blocks = (*words, table, judged, row, chart(word))
     two = (Section(word, blocks, word), Section("second", ()))
     return Document(word, two, word, blocks, Facts(((word, word), *surroundings())))
 
