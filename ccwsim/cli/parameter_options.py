@@ -8,8 +8,8 @@ from typing import Any
 
 from ccwsim.io import parameters_from_json
 from ccwsim.io.source import read_bytes
+from ccwsim.model.codec import short_name
 from ccwsim.model.parameters import Parameters, parameter_table
-from ccwsim.sharing import short_name
 
 
 def option_of(name: str) -> str:

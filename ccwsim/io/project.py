@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
 from typing import Any
@@ -13,12 +14,14 @@ import numpy as np
 
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
+from ccwsim.io.data_file import printable
 from ccwsim.io.formats.numpy_files import read_npy
-from ccwsim.io.project_settings import Settings, checked
 from ccwsim.io.source import PathOrFile, read_bytes
+from ccwsim.model.arrays import check_int
 from ccwsim.model.choices import Shown
+from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
@@ -28,8 +31,10 @@ from ccwsim.run.simulation import simulate
 
 FORMAT, VERSION = "CCWSIM project", 1
 SETTINGS, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
-LARGEST_SETTINGS = 2**20
+MAX_SETTINGS_BYTES = 2**20
 MAX_MEMBERS = 16
+MAX_LINK_LETTERS = 10_000
+"""Of a value of the address that a project keeps; packed hard data are the longest."""
 MADE = (2020, 1, 1, 0, 0, 0)
 """The date of every member, so that the same study gives the same file."""
 
@@ -119,7 +124,7 @@ def read_project(path_or_file: PathOrFile) -> Project:
     """
     content, name = read_bytes(path_or_file)
     members = _members(content, name)
-    settings = checked(_json(members[SETTINGS], name), name, FORMAT, VERSION)
+    settings = _settings_of(_json(members[SETTINGS], name), name)
     try:
         return _project(settings, members, name)
     except CCWSIMError as error:
@@ -140,12 +145,11 @@ def _project(settings: Settings, members: Mapping[str, bytes], name: str) -> Pro
         Grid(**settings.grid),
         Parameters(**settings.parameters),
         HardData(table[:, :2], table[:, 2]),
-        settings.seed,
+        settings.numbers["seed"],
     )
-    return Project(
-        study, settings.n_realizations, settings.colours, settings.shown, settings.link,
-        settings.versions, settings.digest,
-    )  # fmt: skip
+    n = settings.numbers["n_realizations"]
+    shown, link = settings.shown, settings.link
+    return Project(study, n, settings.colours, shown, link, settings.versions, settings.digest)
 
 
 def _settings(project: Project) -> dict[str, Any]:
@@ -194,7 +198,7 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
             what = f"{missing[0]} is missing" if missing else "it holds too many files"
             raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
         archive.check(wanted)
-        if archive.infos[SETTINGS].file_size > LARGEST_SETTINGS:
+        if archive.infos[SETTINGS].file_size > MAX_SETTINGS_BYTES:
             raise CCWSIMError(f"{name}: {SETTINGS} is too large for the settings of a study")
         return {own: archive.read(own) for own in wanted}
 
@@ -205,3 +209,99 @@ def _json(content: bytes, name: str) -> Any:
     except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CCWSIMError(f"{name}: {SETTINGS} is no JSON ({reason}); save it again") from error
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the settings of a project say; the nouns check the values themselves."""
+
+    image_name: str
+    facies_names: list[str]
+    colours: tuple[tuple[int, str], ...]
+    n_data: int
+    grid: dict[str, Any]
+    parameters: dict[str, Any]
+    numbers: dict[str, int]
+    shown: Shown
+    link: dict[str, list[str]]
+    versions: dict[str, str]
+    digest: str
+
+
+def _settings_of(given: Any, name: str) -> Settings:
+    """Return the settings of the JSON of a project, each of the kind it has to be."""
+    if not isinstance(given, dict) or given.get("format") != FORMAT:
+        raise CCWSIMError(f"{name} is no project of CCWSIM")
+    said = given.get("version")
+    if not isinstance(said, int) or said < 1:
+        raise CCWSIMError(f"{name}: version {shown(said)} of the file is unknown; save it again")
+    if said > VERSION:
+        raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this one")
+    image = _take(given, "training_image", dict, name)
+    return Settings(
+        printable(_take(image, "name", str, name)),
+        [printable(own) for own in _texts(image, "facies_names", name)],
+        _colours(_take(image, "colours", list, name), name),
+        check_int(f"{name}: n_hard_data", given.get("n_hard_data"), 0),
+        _known("grid", _take(given, "grid", dict, name), ("ny", "nx"), name),
+        _known("parameters", _take(given, "parameters", dict, name), (), name),
+        _checked("study", given, name),
+        Shown(**_checked("shown", _take(given, "shown", dict, name), name)),
+        _link(_take(given, "link", dict, name), name),
+        {
+            printable(key): printable(shown(value) if not isinstance(value, str) else value)
+            for key, value in _take(given, "made_with", dict, name).items()
+        },
+        printable(_take(given, "digest", str, name)),
+    )
+
+
+def _take(given: Mapping[str, Any], key: str, kind: type, name: str) -> Any:
+    value = given.get(key)
+    if not isinstance(value, kind):
+        raise CCWSIMError(f"{name}: {key} is missing or broken in its settings; save it again")
+    return value
+
+
+def _texts(given: Mapping[str, Any], key: str, name: str) -> list[str]:
+    found = _take(given, key, list, name)
+    if not all(isinstance(one, str) for one in found):
+        raise CCWSIMError(f"{name}: {key} must be a list of words; save it again")
+    return found
+
+
+def _link(given: dict[str, Any], name: str) -> dict[str, list[str]]:
+    return {
+        printable(key): [printable(own, MAX_LINK_LETTERS) for own in _texts(given, key, name)]
+        for key in given
+    }
+
+
+def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
+    for pair in given:
+        ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
+        if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
+            raise CCWSIMError(f"{name}: {shown(pair)} is no code and colour; save it again")
+    return tuple((code, colour) for code, colour in given)
+
+
+def _known(part: str, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
+    """Return the fields of a part that checks its values itself; none may be unknown."""
+    missing = [own for own in needed if own not in given]
+    if missing:
+        raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")
+    unknown = sorted(set(given) - {own for row in settings_of(part) for own in row.fields})
+    if unknown:
+        raise CCWSIMError(
+            f"{name}: {shown(unknown[0])} is unknown here; it may be of a newer version"
+        )
+    return given
+
+
+def _checked(part: str, given: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return the fields of a part whose values are checked by the table of settings."""
+    found: dict[str, Any] = {}
+    for row in settings_of(part):
+        (own,) = row.fields
+        found[own] = row.check(given.get(own), name)
+    return found

@@ -35,6 +35,18 @@ MAX_TEMPLATE_VARIATION = 0.5
 MAX_LOCATION_WEIGHT = 10.0
 """Ten overlaps of difference: a location far off then hardly ever wins."""
 
+PARAMETERS: dict[str, tuple[float, float]] = {
+    "template_size": (MIN_TEMPLATE, MAX_TEMPLATE),
+    "overlap_size": (1, MAX_OVERLAP),
+    "wavelet_level": (0, MAX_LEVEL),
+    "n_candidates": (1, MAX_CANDIDATES),
+    "co_template": (1, MAX_CO_TEMPLATE),
+    "search_fraction": (0.0, 1.0),
+    "template_variation": (0.0, MAX_TEMPLATE_VARIATION),
+    "location_weight": (0.0, MAX_LOCATION_WEIGHT),
+}
+"""The range of each parameter that is a number; a search fraction is more than 0."""
+
 # Realizations; the pages differ in what one realization costs there
 MAX_REALIZATIONS = 1000
 """Of a study on a page or in a link: all are kept in memory and drawn."""
@@ -48,6 +60,10 @@ MAX_REALIZATIONS_TIMED = 100
 """Of one timed case of the page Benchmark."""
 MAX_REALIZATIONS_OF_SWEEP = 50
 """For each of up to 64 settings of a sweep."""
+
+# World coordinates
+MIN_FLOAT, MAX_FLOAT = 5e-324, 1.8e308
+"""Cell sizes and origins: whatever a number of 64 bits holds."""
 
 # Hard data
 MAX_SAMPLED = 100_000

@@ -8,16 +8,7 @@ from typing import Any
 import numpy as np
 
 from ccwsim.model.arrays import check_int, digest
-from ccwsim.model.bounds import (
-    MAX_CANDIDATES,
-    MAX_CO_TEMPLATE,
-    MAX_LEVEL,
-    MAX_LOCATION_WEIGHT,
-    MAX_OVERLAP,
-    MAX_TEMPLATE,
-    MAX_TEMPLATE_VARIATION,
-    MIN_TEMPLATE,
-)
+from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
@@ -105,14 +96,11 @@ class Parameters:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        _whole(self, "template_size", MIN_TEMPLATE, MAX_TEMPLATE)
-        _whole(self, "overlap_size", 1, MAX_OVERLAP)
-        _whole(self, "wavelet_level", 0, MAX_LEVEL)
-        _whole(self, "n_candidates", 1, MAX_CANDIDATES)
-        _whole(self, "co_template", 1, MAX_CO_TEMPLATE)
-        _number(self, "search_fraction", 0.0, 1.0, open_below=True)
-        _number(self, "template_variation", 0.0, MAX_TEMPLATE_VARIATION)
-        _number(self, "location_weight", 0.0, MAX_LOCATION_WEIGHT)
+        for name, (low, high) in PARAMETERS.items():
+            if isinstance(low, int):
+                _whole(self, name, low, high)
+            else:
+                _number(self, name, low, high, open_below=name == "search_fraction")
         _one_of(self, "method", METHODS)
         _one_of(self, "similarity", SIMILARITIES)
         for name in ("random_path", "match_proportions", "refine", "exact_data"):

@@ -1,101 +1,53 @@
-"""A study as the part of an address behind the question mark: only what is not as usual."""
+"""A study as the part of an address behind the question mark: only what differs from the default.
+
+Numbers, words and pairs are rows of `ccwsim.model.codec`; training image and hard data, which have
+several forms, are written and read here.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
-import numpy as np
-
+from ccwsim import datasets
 from ccwsim.io.data_file import printable
+from ccwsim.model.bounds import MAX_LINK_DATA
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown
+from ccwsim.model.codec import MAX_LETTERS, SETTINGS, Setting, parts_of, settings_of
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.sharing.link_parts import data_of, grid_of, image_of, parameters_of
-from ccwsim.sharing.link_values import Reading, Words
-from ccwsim.sharing.packed_data import MAX_DATA, packed
+from ccwsim.sharing.packed_data import packed, unpacked
 
 OWN = "own"
 """Stands for an image or data of the sender's own, which no address can carry."""
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
-MAPS = {"most-likely": "most likely", "entropy": "entropy"}
-SETTLED = {"outside": "on_outside", "unknown": "on_unknown"}
-
-
-def short_name(name: str) -> str:
-    """Return what a parameter is called in an address and on the command line.
-
-    Examples
-    --------
-    >>> [short_name(name) for name in ("template_size", "wavelet_level", "n_candidates")]
-    ['template', 'level', 'candidates']
-    """
-    short = name.removesuffix("_size").removeprefix("wavelet_").removeprefix("n_")
-    return short.replace("_", "-")
-
-
-PARAMETERS = {short_name(f.name): f.name for f in fields(Parameters)}
-KEYS = (
-    "ti", "turn", "name", "colour", "data", "data-n", "data-seed", "points", *SETTLED, "grid",
-    "cell", "origin", *PARAMETERS, "realizations", "seed", "show", "facies", "map",
-)  # fmt: skip
+ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
+OF_IMAGE = ("ti", "turn", "name", "colour")
+OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
+KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in SETTINGS if row.part != "data"))
 """All names that a study may have in an address."""
+TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
+"""Parameters that are legal or not together."""
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
-    """Return a study as names and values of an address; what is as usual is left out.
+    """Return a study as names and values of an address; defaults are left out.
 
     Examples
     --------
     >>> link_of(Choices(image=ImageChoice("dunes"), seed=7))
     {'ti': ['dunes'], 'seed': ['7']}
     """
-    usual, words, shown = Choices(), Words(), shown or Shown()
-    _write_image(words, choices.image, usual.image)
-    _write_data(words, choices.data, usual.data)
-    grid = choices.grid
-    words.put("grid", f"{grid.nx}x{grid.ny}", grid.shape != usual.grid.shape)
-    for name, own, its in (
-        ("cell", grid.cell_size, usual.grid.cell_size),
-        ("origin", grid.origin, usual.grid.origin),
-    ):
-        words.put(name, "x".join(map(number, own)), own != its)
-    for short, name in PARAMETERS.items():
-        own = getattr(choices.parameters, name)
-        words.put(short, said(own), own != getattr(usual.parameters, name))
-    words.put(
-        "realizations", choices.n_realizations, choices.n_realizations != usual.n_realizations
-    )
-    words.put("seed", choices.seed, choices.seed != usual.seed)
-    words.put("show", shown.realization + 1, shown.realization != 0)
-    words.put("facies", shown.facies, shown.facies != 1)
-    words.put("map", shown.e_type.replace(" ", "-"), shown.e_type != "probability")
-    return words.found
-
-
-def number(value: float) -> str:
-    """Return a number as it can be read back exactly, without powers of ten.
-
-    Examples
-    --------
-    >>> number(5.0), number(1e-7), number(-0.1)
-    ('5', '0.0000001', '-0.1')
-    """
-    return np.format_float_positional(value, trim="-")
-
-
-def said(value: object) -> str:
-    """Return the value of a parameter as a word.
-
-    Examples
-    --------
-    >>> said(True), said(0.5), said(48)
-    ('yes', '0.5', '48')
-    """
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return number(value) if isinstance(value, float) else str(value)
+    query = {**_image_query(choices.image), **_data_query(choices.data)}
+    own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
+    for row in SETTINGS:
+        if row.part != "data" and row.value_in(own) != row.value_in(usual):
+            query[row.key] = [row.write(row.value_in(own))]
+    return query
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
@@ -112,15 +64,15 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     data = choices.data
     if data.source == "file" and data.upload is not None:
         found.append(f"the hard data {data.upload.name}")
-    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_DATA:
-        found.append(f"the {data.placed.n} data placed by hand (it can carry {MAX_DATA})")
+    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_LINK_DATA:
+        found.append(f"the {data.placed.n} data placed by hand (it can carry {MAX_LINK_DATA})")
     return tuple(found)
 
 
 def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple[str, ...]]:
     """Return the study of an address, and what of it could not be taken, in sentences.
 
-    Names that are none of ours are passed over; one that is nearly ours is asked after.
+    Unknown names are ignored; one that is nearly a known one is asked after.
 
     Examples
     --------
@@ -130,25 +82,21 @@ def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple
     >>> notes
     ('seed = x is no whole number from 0 to 2147483647: the usual 0 is taken.',)
     """
-    reading, usual = Reading(query), Choices()
-    image = image_of(reading, usual.image)
-    parameters = parameters_of(reading, PARAMETERS)
-    data = data_of(reading, usual.data, SETTLED)
-    choices = Choices(
-        image, data, grid_of(reading, usual.grid), parameters,
-        reading.whole("realizations", usual.n_realizations, 1, 1000),
-        reading.whole("seed", usual.seed, 0, 2**31 - 1),
-    )  # fmt: skip
-    e_type = reading.one_of("map", "probability", MAPS)
-    shown = Shown(
-        reading.whole("show", 1, 1, 1000) - 1, reading.whole("facies", 1, 0, 253), e_type  # type: ignore[arg-type]
-    )  # fmt: skip
+    reader, usual, shown = _Reader(query), Choices(), Shown()
+    parts = parts_of(usual, shown)
+    image = reader.image(usual.image)
+    parameters = reader.parameters()
+    data = reader.data(usual.data)
+    grid = replace(usual.grid, **reader.fields("grid", parts))
+    own = reader.fields("study", parts)
+    choices = Choices(image, data, grid, parameters, **own)
+    shown = replace(shown, **reader.fields("shown", parts))
     for name in query:
         if name not in KEYS and meant(name):
-            reading.notes.append(
+            reader.notes.append(
                 f"There is no setting {printable(name, 40)}: {meant(name)} may be meant."
             )
-    return choices, shown, tuple(reading.notes)
+    return choices, shown, tuple(reader.notes)
 
 
 def meant(name: str) -> str:
@@ -163,31 +111,168 @@ def meant(name: str) -> str:
     return close[0] if close else ""
 
 
-def _write_image(words: Words, image: ImageChoice, usual: ImageChoice) -> None:
+def _image_query(image: ImageChoice) -> dict[str, list[str]]:
     if image.upload is not None:
-        words.put("ti", OWN)
-        return
-    words.put("ti", image.bundled, image.bundled != usual.bundled)
+        return {"ti": [OWN]}
     turns = [short for short, name in TURNS.items() if getattr(image, name)]
-    words.put("turn", "-".join(turns), bool(turns))
-    words.put_all("name", image.names)
-    words.put_all("colour", [f"{code}-{colour.lstrip('#')}" for code, colour in image.colours])
+    query = {
+        "ti": [image.bundled] if image.bundled != ImageChoice().bundled else [],
+        "turn": ["-".join(turns)] if turns else [],
+        "name": list(image.names),
+        "colour": [f"{code}-{colour.lstrip('#')}" for code, colour in image.colours],
+    }
+    return {name: values for name, values in query.items() if values}
 
 
-def _write_data(words: Words, data: DataChoice, usual: DataChoice) -> None:
-    source: Any = data.source
+def _data_query(data: DataChoice) -> dict[str, list[str]]:
+    usual, source = Choices().data, data.source
+    query: dict[str, list[str]] = {}
     if source == "bundled":
-        words.put("data", data.bundled, data.bundled != usual.bundled)
+        query["data"] = [data.bundled] if data.bundled != usual.bundled else []
     elif source == "sampled":
-        words.put("data", source)
-        words.put("data-n", data.n_sampled, data.n_sampled != usual.n_sampled)
-        words.put("data-seed", data.seed_sampled, data.seed_sampled != usual.seed_sampled)
-    elif source == "placed" and data.placed is not None and data.placed.n <= MAX_DATA:
-        words.put("data", source)
-        words.put("points", packed(data.placed), data.placed.n > 0)
+        query["data"] = [source]
+        for row in settings_of("data"):
+            value = row.value_in({"data": data})
+            query[row.key] = [row.write(value)] if value != row.value_in({"data": usual}) else []
+    elif source == "placed" and data.placed is not None and data.placed.n <= MAX_LINK_DATA:
+        query["data"] = [source]
+        query["points"] = [packed(data.placed)] if data.placed.n else []
     else:
-        words.put("data", OWN if source in ("file", "placed") else "none")
-        return
+        return {"data": [OWN if source in ("file", "placed") else "none"]}
     answers = dict(data.answers)
-    for short, name in SETTLED.items():
-        words.put(short, answers.get(name), name in answers)
+    query |= {key: [answers[name]] for key, name in ANSWERS.items() if name in answers}
+    return {name: values for name, values in query.items() if values}
+
+
+class _Reader:
+    """Reads the parts of a study; what is wrong is noted, and the default taken."""
+
+    def __init__(self, query: Mapping[str, Sequence[str]]) -> None:
+        self._query = query
+        self.notes: list[str] = []
+
+    def text(self, name: str) -> str | None:
+        """Return the last value of a name."""
+        values = self._query.get(name)
+        return values[-1] if values else None
+
+    def refuse(self, name: str, reason: str, taken: str) -> None:
+        """Note a value that cannot be taken."""
+        value = printable(self.text(name) or "", MAX_LETTERS)
+        self.notes.append(f"{name} = {value} {reason}: {taken}.")
+
+    def value(self, row: Setting, usual: Any) -> Any:
+        """Return the value of a setting, the default where it is absent or cannot be read."""
+        text = self.text(row.key)
+        try:
+            return usual if text is None else row.read(text)
+        except CCWSIMError as error:
+            self.refuse(row.key, str(error), f"the usual {row.write(usual)} is taken")
+            return usual
+
+    def fields(self, part: str, parts: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings of a part of a study, by the fields that hold them."""
+        found: dict[str, Any] = {}
+        for row in settings_of(part):
+            found |= row.as_fields(self.value(row, row.value_in(parts)))
+        return found
+
+    def parameters(self) -> Parameters:
+        """Return the parameters; sizes that do not go together keep their defaults together."""
+        taken = Parameters()
+        rows = {row.fields[0]: row for row in settings_of("parameters")}
+        given = {
+            name: self.value(row, getattr(taken, name))
+            for name, row in rows.items()
+            if self.text(row.key) is not None
+        }
+        sizes = {name: value for name, value in given.items() if name in TOGETHER}
+        for part in (sizes, *({name: given[name]} for name in given if name not in TOGETHER)):
+            try:
+                taken = replace(taken, **part)
+            except CCWSIMError as error:
+                usual = ", ".join(f"{rows[name].key} {getattr(taken, name)}" for name in part)
+                self.notes.append(f"{error}. The usual is taken: {usual}.")
+        return taken
+
+    def image(self, usual: ImageChoice) -> ImageChoice:
+        """Return the training image."""
+        name = self.text("ti")
+        if name == OWN:
+            self.notes.append(
+                "This link was made with a training image of the sender's own, which an address "
+                f"cannot carry: {usual.bundled} is taken. Ask for the project file."
+            )
+            return usual
+        if name is not None and name not in datasets.names():
+            reason = f"is no bundled training image ({', '.join(datasets.names())})"
+            self.refuse("ti", reason, f"{usual.bundled} is taken")
+            return usual
+        bundled = name or usual.bundled
+        turns = {TURNS[short]: True for short in self._turns()}
+        return ImageChoice(bundled, names=self._names(bundled), colours=self._colours(), **turns)
+
+    def _turns(self) -> set[str]:
+        turns = set((self.text("turn") or "").split("-")) - {""}
+        if turns <= TURNS.keys():
+            return turns
+        self.refuse("turn", "is not made of ew, ns and transpose", "the image is not turned")
+        return set()
+
+    def _names(self, bundled: str) -> tuple[str, ...]:
+        given = self._query.get("name", ())
+        names = tuple(n[:MAX_LETTERS].encode("utf-8", "replace").decode() for n in given)
+        n_facies = datasets.load(bundled).n_facies
+        if names and (len(names) != n_facies or not all(n.strip() for n in names)):
+            self.notes.append(
+                f"{len(names)} names for {n_facies} facies: the usual ones are taken."
+            )
+            return ()
+        return names
+
+    def _colours(self) -> tuple[tuple[int, str], ...]:
+        found: dict[int, str] = {}
+        for text in self._query.get("colour", ()):
+            match = re.fullmatch(r"(-?\d{1,18})-([0-9a-fA-F]{6})", text, re.ASCII)
+            if match:
+                found[int(match[1])] = f"#{match[2]}"
+            else:
+                value = printable(text, MAX_LETTERS)
+                self.notes.append(f"colour = {value} is no code and #rrggbb: left out.")
+        return tuple(sorted(found.items()))
+
+    def data(self, usual: DataChoice) -> DataChoice:
+        """Return the hard data."""
+        name, bundled = self.text("data"), datasets.hard_data_names()
+        answers = tuple(sorted((own, "drop") for key, own in ANSWERS.items() if self._drops(key)))
+        if name == OWN:
+            self.notes.append(
+                "This link was made with hard data of the sender's own, which an address cannot "
+                "carry: there are none. Ask for the project file."
+            )
+        if name in (OWN, "none"):
+            return DataChoice()
+        if name == "sampled":
+            fields = self.fields("data", {"data": usual})
+            return DataChoice("sampled", answers=answers, **fields)
+        if name == "placed":
+            return self._placed(answers)
+        if name is None or name in bundled:
+            return replace(usual, bundled=name or usual.bundled, answers=answers)
+        there = ", ".join([*bundled, "sampled", "placed", "none"])
+        self.refuse("data", f"is none of {there}", "there are none")
+        return DataChoice()
+
+    def _drops(self, key: str) -> bool:
+        text = self.text(key)
+        if text not in (None, "drop"):
+            self.refuse(key, "is none of drop", "no data are left out")
+        return text == "drop"
+
+    def _placed(self, answers: tuple[tuple[str, str], ...]) -> DataChoice:
+        try:
+            data = unpacked(self.text("points") or packed(HardData()))
+            return DataChoice("placed", answers=answers, placed=data)
+        except CCWSIMError as error:
+            self.notes.append(f"{error}: there are none.")
+            return DataChoice()

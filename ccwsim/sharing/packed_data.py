@@ -8,11 +8,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ccwsim.model.bounds import MAX_LINK_DATA
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 
-MAX_DATA = 200
-"""More data make an address that mail programs cut."""
 MAX_LETTERS = 8000
 
 
@@ -25,15 +24,17 @@ def packed(data: HardData) -> str:
     Raises
     ------
     CCWSIMError
-        For more than `MAX_DATA`.
+        For more than `MAX_LINK_DATA`.
 
     Examples
     --------
     >>> packed(HardData([[3, 4], [3, 9], [60, 2]], [1, 1, 0]))
     'BgACeAQCBAYIAAo'
     """
-    if data.n > MAX_DATA:
-        raise CCWSIMError(f"{data.n} hard data are more than the {MAX_DATA} an address can carry")
+    if data.n > MAX_LINK_DATA:
+        raise CCWSIMError(
+            f"{data.n} hard data are more than the {MAX_LINK_DATA} an address can carry"
+        )
     content = bytearray(_number(data.n))
     for code in np.unique(data.facies).tolist():
         cells = data.cells[data.facies == code].tolist()
@@ -72,7 +73,7 @@ def unpacked(text: str) -> HardData:
             row, column = row + _next(numbers), column + _next(numbers)
             cells.append((row, column))
             facies.append(code)
-            if len(cells) > MAX_DATA:
+            if len(cells) > MAX_LINK_DATA:
                 raise _broken()
     if len(cells) != n:
         raise _broken()

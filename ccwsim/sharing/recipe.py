@@ -6,14 +6,13 @@ import shlex
 from dataclasses import dataclass, fields
 
 from ccwsim import datasets
+from ccwsim.model.bounds import MAX_WRITTEN_DATA
 from ccwsim.model.choices import Choices
+from ccwsim.model.codec import format_number, settings_of
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.sharing.link import number, short_name
 
-MAX_WRITTEN = 40
-"""More data placed by hand are read from the project file instead of being written out."""
 OUTPUT = "realizations.npz"
 
 
@@ -38,23 +37,25 @@ class Recipe:
 def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
     """Return the script and the command of a study.
 
-    Parameters
-    ----------
-    choices : Choices
-        Where image and data came from.
-    study : Study
-        What `choices` came to.
-    project : str
-        The name of the project file.
+        Parameters
+        ----------
+        choices : Choices
+            Where image and data came from.
+        study : Study
+            What `choices` came to.
+        project : str
+            The name of the project file.
 
-    Examples
-    --------
-    >>> from ccwsim import HardData
-    >>> from ccwsim.model.choices import DataChoice
-    >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
-    >>> found = again(choices, Study(datasets.load("channels"), grid, seed=7), "a.ccwsim")
-    >>> print(found.command.removesuffix(" --output realizations.npz"))
-    python -m ccwsim simulate channels --grid 512x512 --realizations 12 --seed 7
+        Examples
+        --------
+        >>> from ccwsim import HardData
+        >>> from ccwsim.model.bounds import MAX_WRITTEN_DATA
+    from ccwsim.model.choices import DataChoice
+        >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
+        >>> study = Study(datasets.load("channels"), grid, seed=7)
+    >>> found = reproduction_recipe(choices, study, "a.ccwsim")
+        >>> print(found.command.removesuffix(" --output realizations.npz"))
+        python -m ccwsim simulate channels --grid 512x512 --realizations 12 --seed 7
     """
     lines, by_project = _python(choices, study, project)
     words, command_by_project = _command(choices, study, project)
@@ -116,7 +117,7 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
             f"truth = ccwsim.simulate(ti, grid, p, seed={choice.seed_sampled}).realizations[0]",
             f"hd = sample_random(truth, {choice.n_sampled}, seed={choice.seed_sampled})",
         ]
-    if data.n > MAX_WRITTEN:
+    if data.n > MAX_WRITTEN_DATA:
         return None
     return [f"hd = ccwsim.HardData({data.cells.tolist()}, {data.facies.tolist()})"]
 
@@ -152,21 +153,24 @@ def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], b
     words = ["python", "-m", "ccwsim", "simulate"]
     if not direct:
         return [*words, "--project", project, "--output", OUTPUT], True
-    grid, usual = study.grid, Grid(1, 1)
-    words += [image.bundled, "--grid", f"{grid.nx}x{grid.ny}"]
-    for option, name in (("--cell-size", "cell_size"), ("--origin", "origin")):
-        if getattr(grid, name) != getattr(usual, name):
-            words += [option, *map(number, getattr(grid, name))]
+    words += [image.bundled, *_options("grid", study.grid, Grid(1, 1))]
     if study.hard_data.n:
         words += ["--hard-data", choices.data.bundled]
-    for name in _unusual(study.parameters):
-        words += _option(name, getattr(study.parameters, name))
+    words += _options("parameters", study.parameters, Parameters())
     words += ["--realizations", str(choices.n_realizations), "--seed", str(study.seed)]
     return [*words, "--output", OUTPUT], False
 
 
-def _option(name: str, value: object) -> list[str]:
-    short = short_name(name)
-    if isinstance(value, bool):
-        return [f"--{short}" if value else f"--no-{short}"]
-    return [f"--{short}", number(value) if isinstance(value, float) else str(value)]
+def _options(part: str, own: Grid | Parameters, usual: Grid | Parameters) -> list[str]:
+    words: list[str] = []
+    for row in settings_of(part):
+        value = row.value_in({part: own})
+        if value == row.value_in({part: usual}) and row.kind != "sizes":
+            continue
+        if row.no_option:
+            words.append(row.option if value else row.no_option)
+        elif row.kind == "lengths":
+            words += [row.option, *map(format_number, value)]
+        else:
+            words += [row.option, row.write(value)]
+    return words

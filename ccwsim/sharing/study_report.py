@@ -10,6 +10,7 @@ from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.choices import Choices, Shown
+from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import (
@@ -26,7 +27,7 @@ from ccwsim.report import (
     surroundings,
 )
 from ccwsim.report.pictures import Statistic, bundle_chart, bundle_of, map_picture, share_picture
-from ccwsim.sharing.link import left_out, said
+from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
 MAX_LISTED = 40
@@ -231,10 +232,10 @@ def _table_of_realizations(ensemble: Ensemble) -> Table:
 
 def _parameters(ensemble: Ensemble) -> Table:
     rows = []
-    for row in parameter_table():
-        value = getattr(ensemble.parameters, row["name"])
+    for row, setting in zip(parameter_table(), settings_of("parameters"), strict=True):
+        value = setting.value_in({"parameters": ensemble.parameters})
         changed = "" if str(value) == row["default"] else "changed"
-        rows.append((row["name"], row["symbol"], said(value), changed))
+        rows.append((row["name"], row["symbol"], setting.write(value), changed))
     return Table(("parameter", "in the paper", "value", ""), tuple(rows))
 
 

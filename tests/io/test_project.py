@@ -101,6 +101,7 @@ def test_a_project_and_its_parts_are_not_given_together(line, capsys):
     assert "has its own" in said or "give a training image, or a project file" in said
 
 
+ODD_MAP = {"realization": 0, "facies": 1, "e_type": []}
 BROKEN = {
     "no zip": (lambda: BytesIO(b"hello"), "is no project"),
     "cut": (lambda: BytesIO(project_as_bytes(a_project())[:200]), "broken"),
@@ -118,7 +119,7 @@ BROKEN = {
     "no grid": (lambda: changed(study=settings(grid={})), "ny"),
     "template": (lambda: changed(study=settings(parameters={"template_size": 9})), "Template 9"),
     "unknown": (lambda: changed(study=settings(parameters={"magic": 9})), "'magic' is unknown"),
-    "map": (lambda: changed(study=settings(shown={"e_type": []})), "no map of uncertainty"),
+    "map": (lambda: changed(study=settings(shown=ODD_MAP)), "e_type is none of"),
     "link": (lambda: changed(study=settings(link={"ti": [3]})), "list of words"),
     "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are promised"),
     "clash": (lambda: changed(hard_data=npy(np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]]))),

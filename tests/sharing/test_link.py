@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
+from ccwsim.model.bounds import MAX_LINK_DATA
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
-from ccwsim.sharing import MAX_DATA, left_out, link_of, packed, read_link, unpacked
+from ccwsim.sharing import left_out, link_of, packed, read_link, unpacked
 from ccwsim.sharing.link import KEYS
 
 NAMES = st.text(
@@ -29,7 +30,7 @@ SIZES = st.floats(1e-9, 1e12, allow_nan=False)
 @st.composite
 def hard_data(draw) -> HardData:
     cells = draw(st.lists(
-        st.tuples(st.integers(0, 9999), st.integers(0, 9999)), max_size=MAX_DATA, unique=True
+        st.tuples(st.integers(0, 9999), st.integers(0, 9999)), max_size=MAX_LINK_DATA, unique=True
     ))  # fmt: skip
     facies = draw(st.lists(CODES, min_size=len(cells), max_size=len(cells)))
     return HardData(cells, facies)
@@ -137,12 +138,12 @@ def test_data_survive_packing(data):
 @given(st.text(max_size=60))
 def test_packed_data_that_were_changed_are_said_or_are_data(text):
     with suppress(CCWSIMError):
-        assert unpacked(text).n <= MAX_DATA
+        assert unpacked(text).n <= MAX_LINK_DATA
 
 
 def test_two_hundred_data_fit_into_an_address():
-    cells = np.random.default_rng(0).choice(512 * 512, MAX_DATA, replace=False)
-    data = HardData(np.column_stack(np.divmod(cells, 512)), np.arange(MAX_DATA) % 3)
+    cells = np.random.default_rng(0).choice(512 * 512, MAX_LINK_DATA, replace=False)
+    data = HardData(np.column_stack(np.divmod(cells, 512)), np.arange(MAX_LINK_DATA) % 3)
     assert len(packed(data)) < 1200
     with pytest.raises(CCWSIMError, match="201 hard data are more than the 200"):
         packed(HardData([[k, k] for k in range(201)], [0] * 201))

@@ -1,0 +1,224 @@
+"""The settings of a study: one table of names, ranges and ways to write each as text.
+
+A link, a project file, the options of the command line and the limits of the pages all come from
+these rows. A row of `SETTINGS` says for one setting which part of a study holds it and under which
+field (also its key in a project file), its key in a link, its option, and what it may be.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, get_args
+
+import numpy as np
+
+from ccwsim.model import bounds
+from ccwsim.model.arrays import check_int
+from ccwsim.model.choices import Choices, EMap, Shown
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.parameters import Parameters, parameter_table
+
+YES_NO = {"yes": True, "no": False}
+MAX_LETTERS = 40
+"""Of a word in a link, such as the name of a method or of a facies."""
+_FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
+_PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One row of the table."""
+
+    key: str
+    """In a link."""
+    part: str
+    """What holds it: "study", "data", "grid", "parameters" or "shown"."""
+    fields: tuple[str, ...]
+    """There, and in a project file; two where a value is a pair of them."""
+    kind: str
+    """count, whole, number (both checked by `Parameters`), sizes, lengths, choice or word."""
+    low: float = 0
+    high: float = 0
+    """What a page, a link or an option takes."""
+    file_high: float = 2**63 - 1
+    """What a project file may hold."""
+    first: int = 0
+    """What a link counts from, where it does not count from 0."""
+    words: Mapping[str, Any] | None = None
+    """The values of a choice, by their words in a link."""
+    option: str = ""
+    """On the command line, where there is one; `no_option` is its opposite."""
+    metavar: str = ""
+    help: str = ""
+
+    @property
+    def no_option(self) -> str:
+        """The option that says no to a choice of yes and no."""
+        return self.option.replace("--", "--no-", 1) if self.words == YES_NO else ""
+
+    def value_in(self, parts: Mapping[str, Any]) -> Any:
+        """Return the value in the parts of a study."""
+        values = tuple(getattr(parts[self.part], name) for name in self.fields)
+        return values if len(values) > 1 else values[0]
+
+    def as_fields(self, value: Any) -> dict[str, Any]:
+        """Return a value by the fields that hold it."""
+        values = value if len(self.fields) > 1 else (value,)
+        return dict(zip(self.fields, values, strict=True))
+
+    def write(self, value: Any) -> str:
+        """Return a value as a text that `read` understands."""
+        if self.words:
+            return next(word for word, own in self.words.items() if own == value)
+        if isinstance(value, tuple):
+            return "x".join(map(format_number, value))
+        if isinstance(value, int):
+            return str(value + self.first)
+        return format_number(value) if isinstance(value, float) else str(value)
+
+    def read(self, text: str) -> Any:
+        """Return the value of a text.
+
+        Raises
+        ------
+        CCWSIMError
+            With the reason as the end of a sentence; the ranges of parameters are left to
+            `Parameters`, which knows those that depend on each other.
+        """
+        if self.words:
+            if text not in self.words:
+                raise CCWSIMError(f"is none of {', '.join(self.words)}")
+            return self.words[text]
+        if self.kind == "word":
+            return text[:MAX_LETTERS]
+        if self.kind in ("sizes", "lengths"):
+            return self._pair(text)
+        matches = re.fullmatch(_PATTERNS[self.kind], text, re.ASCII)
+        if self.kind == "count":
+            value = int(text) - self.first if matches else -1
+            if self.low <= value <= self.high:
+                return value
+            raise CCWSIMError(
+                f"is no whole number from {self.write(self.low)} to {self.write(self.high)}"
+            )
+        if not matches:
+            raise CCWSIMError("is no number")
+        return int(text) if self.kind == "whole" else float(text)
+
+    def check(self, value: Any, where: str) -> Any:
+        """Return the value of a project file.
+
+        Raises
+        ------
+        CCWSIMError
+            For one of another kind or range.
+        """
+        name = self.fields[0]
+        if self.words:
+            if value not in self.words.values():
+                raise CCWSIMError(f"{where}: {name} is none of {', '.join(self.words)}")
+            return value
+        n = check_int(f"{where}: {name}", value, int(self.low))
+        if n > self.file_high:
+            raise CCWSIMError(f"{where}: {n} {name.removeprefix('n_')} are too many")
+        return n
+
+    def _pair(self, text: str) -> tuple[Any, Any]:
+        figure, kind = (r"[1-9]\d{0,4}", int) if self.kind == "sizes" else (_FIGURE, float)
+        match = re.fullmatch(f"({figure})[xX×]({figure})", text, re.ASCII)
+        if match:
+            pair = kind(match[1]), kind(match[2])
+            if self.low <= min(pair) and max(pair) <= self.high:
+                return pair
+        raise CCWSIMError("is no pair such as 640x480 that can be")
+
+
+def format_number(value: float) -> str:
+    """Return a number as it can be read back exactly, without powers of ten.
+
+    Examples
+    --------
+    >>> format_number(5.0), format_number(1e-7), format_number(-0.1)
+    ('5', '0.0000001', '-0.1')
+    """
+    return np.format_float_positional(value, trim="-")
+
+
+def short_name(name: str) -> str:
+    """Return what a parameter is called in a link and on the command line.
+
+    Examples
+    --------
+    >>> [short_name(name) for name in ("template_size", "wavelet_level", "n_candidates")]
+    ['template', 'level', 'candidates']
+    """
+    short = name.removesuffix("_size").removeprefix("wavelet_").removeprefix("n_")
+    return short.replace("_", "-")
+
+
+def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
+    """Return the parts of a study that settings belong to."""
+    own = {"data": choices.data, "grid": choices.grid, "parameters": choices.parameters}
+    return {"study": choices, "shown": shown, **own}
+
+
+def _parameter(row: dict[str, str], default: Any) -> Setting:
+    name, key, allowed = row["name"], short_name(row["name"]), row["allowed"]
+    kind, metavar, words = "whole", row["symbol"] or "N", None
+    if isinstance(default, bool):
+        kind, metavar, words, allowed = "choice", "", YES_NO, ""
+    elif isinstance(default, float):
+        kind, metavar = "number", "SHARE"
+    elif isinstance(default, str):
+        kind, metavar = "word", "NAME"
+    usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
+    text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
+    low, high = bounds.PARAMETERS.get(name, (0, 0))
+    return Setting(key, "parameters", (name,), kind, low, high, words=words, option=f"--{key}",
+                   metavar=metavar, help=text)  # fmt: skip
+
+
+_DEFAULTS = {f.name: f.default for f in fields(Parameters)}
+_MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
+_FLOATS = -bounds.MAX_FLOAT, bounds.MAX_FLOAT
+_GRID_HELP = (
+    "cells along x (columns) x cells along y (rows), in the order of a GSLIB header (default: the "
+    "grid of bundled hard data, otherwise 256x256)",
+    "size of a cell in world units (default: 1 1)",
+    "outer corner of the south-west cell in world units (default: 0 0)",
+)
+_SEED_HELP = "the same seed gives the same realizations, for any number of workers (default: 0)"
+
+SETTINGS = (
+    Setting("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
+    Setting("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
+    Setting("grid", "grid", ("nx", "ny"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED,
+            option="--grid", metavar="NXxNY", help=_GRID_HELP[0]),
+    Setting("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, bounds.MAX_FLOAT,
+            option="--cell-size", metavar="DX DY", help=_GRID_HELP[1]),
+    Setting("origin", "grid", ("origin",), "lengths", *_FLOATS,
+            option="--origin", metavar="X Y", help=_GRID_HELP[2]),
+    *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
+    Setting("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS,
+            bounds.MAX_REALIZATIONS_OF_PROJECT,
+            option="--realizations", metavar="N", help="how many (default: 1)"),
+    Setting("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED,
+            option="--seed", metavar="N", help=_SEED_HELP),
+    Setting("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1,
+            first=1),
+    Setting("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
+    Setting("map", "shown", ("e_type",), "choice", words=_MAPS),
+)  # fmt: skip
+
+
+def settings_of(part: str) -> tuple[Setting, ...]:
+    """Return the settings of a part of a study.
+
+    Examples
+    --------
+    >>> [setting.option for setting in settings_of("grid")]
+    ['--grid', '--cell-size', '--origin']
+    """
+    return tuple(setting for setting in SETTINGS if setting.part == part)
