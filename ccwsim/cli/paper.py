@@ -2,115 +2,76 @@
 
 from __future__ import annotations
 
-import argparse
-import os
 import sys
 from pathlib import Path
-from typing import Any
 
-from ccwsim.cli.progress import ProgressLine
-from ccwsim.cli.stopping import stop_on_interrupt
+import click
+
+from ccwsim.cli.options import check_writable, quiet
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.paper import (
-    EXPERIMENTS,
-    FULL,
-    QUICK,
-    Finished,
-    document_of,
-    inputs_in,
-    reproduce,
-    summary,
-    verdict_of,
-    with_largest_grid,
-)
-from ccwsim.report import write_report
 
-EXAMPLES = """\
+EPILOG = """\
+\b
 examples:
-  python -m ccwsim paper --output report.html
-  python -m ccwsim paper --data DIR --output report.html --largest-grid 5000
-  python -m ccwsim paper --quick --output quick.html
+  ccwsim paper --output report.html
+  ccwsim paper --data DIR --output report.html --largest-grid 5000
+  ccwsim paper --quick --output quick.html
 """
 
 
-def add_command(commands: Any) -> None:
-    """Add `paper` and its options to the commands."""
-    parser = commands.add_parser(
-        "paper", help="run the paper's experiments and write a report",
-        usage="python -m ccwsim paper --output FILE [options]",
-        description="Run the experiments of the paper (sections 5.1 to 5.9) and write one HTML "
-        "report: each figure and table next to what the paper says, with agreement or difference "
-        "in words. It takes some minutes.",
-        epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
-    )  # fmt: skip
-    parser.add_argument(
-        "--data", metavar="DIR",
-        help="folder with the authors' files, in folders paper and reference (default: the bundled "
-        "training images and data)",
-    )  # fmt: skip
-    parser.add_argument("-o", "--output", required=True, metavar="FILE", help="the report, .html")
-    parser.add_argument(
-        "--quick", action="store_true",
-        help="fewer realizations and smaller grids: seconds instead of minutes",
-    )  # fmt: skip
-    parser.add_argument(
-        "--largest-grid", type=int, metavar="N",
-        help="time grids up to N × N cells (default: 2500; the paper's largest is 5000)",
-    )  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="default: 0")
-    parser.add_argument(
-        "-q", "--quiet", action="store_true", help="say nothing unless something is wrong"
-    )
-    parser.set_defaults(run=run)
+@click.command(epilog=EPILOG)
+@click.option("--data", metavar="DIR", help="Folder with the authors' files, in folders paper and "
+              "reference (default: the bundled training images and data).")  # fmt: skip
+@click.option("-o", "--output", required=True, metavar="FILE", help="The report, .html.")
+@click.option("--quick", is_flag=True, help="Fewer realizations and smaller grids: seconds instead "
+              "of minutes.")  # fmt: skip
+@click.option("--largest-grid", type=int, metavar="N", help="Time grids up to N × N cells "
+              "(default: 2500; the paper's largest is 5000).")  # fmt: skip
+@click.option("--seed", type=int, default=0, metavar="N", help="Default: 0.")
+@quiet
+def command(
+    data: str | None, output: str, quick: bool, largest_grid: int | None, seed: int, quiet: bool
+) -> int:
+    """Run the paper's experiments and write a report.
 
-
-def run(options: argparse.Namespace) -> int:
-    """Run the experiments and write the report; return 0, or 130 where Ctrl-C stopped it.
-
-    Raises
-    ------
-    CCWSIMError
-        For a folder without the authors' files and a report that cannot be written.
+    Runs the experiments of the paper (sections 5.1 to 5.9) and writes one HTML report: each figure
+    and table next to what the paper says, with agreement or difference in words. It takes some
+    minutes.
     """
-    check_report(options.output)
-    inputs = inputs_in(options.data)
-    extent = with_largest_grid(QUICK if options.quick else FULL, options.largest_grid)
-    progress = None
-    if not options.quiet:
-        progress = ProgressLine(len(EXPERIMENTS), sys.stderr, "experiments")
+    check_report(output)
+    from ccwsim import paper
+    from ccwsim.cli.progress import ProgressLine, stop_on_interrupt
+    from ccwsim.report import write_report
 
-    def tell(finished: Finished) -> None:
+    inputs = paper.inputs_in(data)
+    extent = paper.with_largest_grid(paper.QUICK if quick else paper.FULL, largest_grid)
+    n = len(paper.EXPERIMENTS)
+    progress = None if quiet else ProgressLine(n, sys.stderr, "experiments")
+
+    def report(finished: paper.Finished) -> None:
         if progress:
-            progress.clear()
-            print(f"{finished.experiment.title}: {verdict_of(finished)}", file=sys.stderr)
+            progress.write(f"{finished.experiment.title}: {paper.verdict_of(finished)}")
 
     with stop_on_interrupt() as stopped:
         try:
-            found = reproduce(
-                inputs, extent, options.seed, progress, stopped, on_finished=tell
-            )  # fmt: skip
+            found = paper.reproduce(inputs, extent, seed, progress, stopped, on_finished=report)
         finally:
             if progress:
                 progress.clear()
     if found.finished:
-        write_report(options.output, document_of(found))
+        write_report(output, paper.document_of(found))
     if found.stopped:
-        left = f"; written: {options.output}" if found.finished else "; nothing is written"
-        done = f"stopped after {len(found.finished)} of {len(EXPERIMENTS)} experiments"
-        print(f"ccwsim: {done}{left}", file=sys.stderr)
+        left = f"; written: {output}" if found.finished else "; nothing is written"
+        done = f"stopped after {len(found.finished)} of {n} experiments"
+        click.echo(f"ccwsim: {done}{left}", err=True)
         return 130
-    if not options.quiet:
-        print(f"{summary(found)}\nWritten: {options.output}", file=sys.stderr)
+    if not quiet:
+        click.echo(f"{paper.summary(found)}\nWritten: {output}", err=True)
     return 0
 
 
 def check_report(path: str) -> None:
     """Say before a long run that the report could not be written after it.
-
-    Raises
-    ------
-    CCWSIMError
-        For another ending than .html, or a folder that is not there or may not be written.
 
     Examples
     --------
@@ -121,8 +82,4 @@ def check_report(path: str) -> None:
     """
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")
-    folder = Path(path).parent
-    if not folder.is_dir():
-        raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
-    if Path(path).is_dir() or not os.access(folder, os.W_OK):
-        raise CCWSIMError(f"{path} cannot be written; choose another place")
+    check_writable(path)

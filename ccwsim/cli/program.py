@@ -1,69 +1,74 @@
-"""What `python -m ccwsim` does: find the command, run it, and say what went wrong."""
+"""What `ccwsim` does: find the command, run it, and say what went wrong."""
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
+from importlib import import_module
+from io import TextIOWrapper
+
+import click
 
 import ccwsim
-from ccwsim.cli import paper, simulate, warm_up
 from ccwsim.model.errors import CCWSIMError
 
-COMMANDS = (simulate, paper, warm_up)
-"""Modules with `add_command(commands)`, which sets the function to run as the default `run`."""
+COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
+"""Each is the `command` of a module of this folder, loaded when it is asked for."""
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130
-"""Exit codes; 2 is also argparse's own, 130 is a shell's for Ctrl-C."""
+"""Exit codes; 2 is also click's own, 130 is a shell's for Ctrl-C."""
 
-CODES = "Exit codes: 0 all is well, 2 the input is not right, 130 stopped by Ctrl-C."
+EPILOG = (
+    "'ccwsim COMMAND --help' explains a command. Exit codes: 0 all is well, 2 the input is not "
+    "right, 130 stopped by Ctrl-C. Completion by Tab: put "
+    'eval "$(_CCWSIM_COMPLETE=bash_source ccwsim)" into ~/.bashrc (zsh_source into ~/.zshrc, '
+    "fish_source for fish)."
+)
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command line.
+class Commands(click.Group):
+    """The commands of this folder."""
 
-    Examples
-    --------
-    >>> build_parser().parse_args(["simulate", "channels", "--level", "1"]).wavelet_level
-    1
-    """
-    parser = argparse.ArgumentParser(
-        prog="python -m ccwsim",
-        description="Wavelet-based multiple-point simulation of categorical fields.",
-        epilog=f"'python -m ccwsim COMMAND --help' explains a command. {CODES}",
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action="version", version=f"ccwsim {ccwsim.__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in COMMANDS:
-        command.add_command(commands)
-    return parser
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        return import_module(f"ccwsim.cli.{cmd_name.replace('-', '_')}").command
+
+
+@click.group(
+    cls=Commands,
+    epilog=EPILOG,
+    no_args_is_help=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(ccwsim.__version__, message="ccwsim %(version)s")
+def program() -> None:
+    """Wavelet-based multiple-point simulation of categorical fields."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line and return its exit code.
+    """Run one command line and return its exit code: 0, 2 for bad input, 130 where it was stopped.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Those after the program's name; by default those the process was started with.
-
-    Returns
-    -------
-    int
-        0, 2 for bad input (the message goes to stderr), 130 where the user stopped it.
-
-    Raises
-    ------
-    SystemExit
-        For ``--help``, ``--version`` and options that do not exist, as argparse does.
+    Examples
+    --------
+    >>> main(["--version"])
+    ccwsim ...
+    0
     """
-    parsed = build_parser().parse_args(arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a text must not fail for an old code page
+    given = None if arguments is None else list(arguments)
     try:
-        return parsed.run(parsed)
+        return program.main(given, "ccwsim", standalone_mode=False) or OK
+    except click.ClickException as error:
+        error.show()
     except CCWSIMError as error:
         print(f"ccwsim: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
+    except (click.Abort, KeyboardInterrupt):
         print("ccwsim: stopped", file=sys.stderr)
         return STOPPED
+    return BAD_INPUT

@@ -1,79 +1,80 @@
-"""One line on the terminal: how far a simulation is and how long it will still take."""
+"""How far a run is: a bar on a terminal, a line every few seconds elsewhere; and Ctrl-C."""
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TextIO
 
-WIDTH = 24
-"""Characters of the bar."""
+from tqdm import tqdm
+
+SECONDS_A_LINE = 5.0
+"""Between two lines where there is no terminal, such as in the log of a batch system."""
+STARTING = "starting; the first run after an installation compiles the kernels …"
+BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
 
 class ProgressLine:
-    """A line on a terminal that is written over and over; call it as `simulate` calls progress.
-
-    Parameters
-    ----------
-    n : int
-        How many realizations, or other units, there will be.
-    stream : text file
-        Nothing is written where it is no terminal.
-    unit : str
-        What is counted.
-    """
+    """Progress of `n` units on a stream; call it as `simulate` calls `progress`."""
 
     def __init__(self, n: int, stream: TextIO, unit: str = "realizations") -> None:
-        self._n = n
-        self._unit = unit
-        self._stream = stream
-        self._shown = "" if stream.isatty() else None
+        self._n, self._unit, self._stream = n, unit, stream
+        self._is_terminal = stream.isatty()
+        self._bar: tqdm | None = None
         self._first: tuple[float, float] | None = None
+        self._said: float | None = None
 
     def __call__(self, fraction: float, n_done: int) -> None:
         """Show that `fraction` of all work is done, and `n_done` units."""
-        if self._shown is None:
-            return
-        left = self._seconds_left(fraction)
-        line = progress_text(fraction, n_done, self._n, left, self._unit)
-        if line != self._shown:
-            self._stream.write("\r" + line.ljust(len(self._shown)))
+        done = f"{n_done} of {self._n} {self._unit}"
+        if not self._is_terminal:
+            self._say_line(fraction, done)
+        elif fraction > 0:
+            self._show_bar(fraction, done)
+        elif self._said is None:
+            self._said = 0.0
+            self._stream.write(f"\r{STARTING}")
             self._stream.flush()
-            self._shown = line
+
+    def write(self, line: str) -> None:
+        """Write a line above the bar."""
+        self.clear()
+        print(line, file=self._stream, flush=True)
 
     def clear(self) -> None:
-        """Take the line away."""
-        if self._shown:
-            self._stream.write("\r" + " " * len(self._shown) + "\r")
+        """Take the bar away until the next call."""
+        if self._bar is not None:
+            self._bar.clear()
+        elif self._is_terminal and self._said is not None:
+            self._stream.write("\r" + " " * len(STARTING) + "\r")
             self._stream.flush()
-            self._shown = ""
 
-    def _seconds_left(self, fraction: float) -> float | None:
-        """Estimate from the first sign of work on: compiling comes before and says nothing."""
+    def _show_bar(self, fraction: float, done: str) -> None:
+        if self._bar is None:  # from here on: compiling comes before and says nothing of the pace
+            self.clear()
+            self._bar = tqdm(
+                total=1.0, initial=fraction, file=self._stream, bar_format=BAR, smoothing=0,
+                miniters=0, dynamic_ncols=True, leave=False,
+            )  # fmt: skip
+        self._bar.set_description_str(done, refresh=False)
+        self._bar.update(fraction - self._bar.n)
+
+    def _say_line(self, fraction: float, done: str) -> None:
         now = time.monotonic()
-        if fraction <= 0:
-            return None
-        if self._first is None:
+        self._said = now if self._said is None else self._said
+        if fraction > 0 and self._first is None:
             self._first = now, fraction
-        since, done = now - self._first[0], fraction - self._first[1]
-        return since * (1 - fraction) / done if done > 0 else None
-
-
-def progress_text(
-    fraction: float, n_done: int, n: int, seconds_left: float | None, unit: str = "realizations"
-) -> str:
-    """Return one line on how far the work is.
-
-    Examples
-    --------
-    >>> progress_text(0.5, 4, 10, 75.0)
-    '████████████············  50 %  4 of 10 realizations  1 min 15 s left'
-    """
-    if fraction <= 0:
-        return "starting; the first run after an installation compiles for half a minute …"
-    full = int(WIDTH * fraction)
-    bar = "█" * full + "·" * (WIDTH - full)
-    line = f"{bar} {100 * fraction:3.0f} %  {n_done} of {n} {unit}"
-    return line if seconds_left is None else f"{line}  {duration(seconds_left)} left"
+        if now - self._said < SECONDS_A_LINE:
+            return
+        self._said = now
+        line = f"{100 * fraction:.0f} %, {done}" if self._first else STARTING
+        if self._first and fraction > self._first[1]:
+            pace = (fraction - self._first[1]) / (now - self._first[0])
+            line += f", {duration((1 - fraction) / pace)} left"
+        print(line, file=self._stream, flush=True)
 
 
 def duration(seconds: float) -> str:
@@ -90,3 +91,32 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+@contextmanager
+def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
+    """Yield a function that says whether Ctrl-C was pressed; a second Ctrl-C ends the program.
+
+    What is finished can so still be written. Outside the main thread, where signals cannot be
+    caught, it never is.
+
+    Examples
+    --------
+    >>> with stop_on_interrupt() as stopped:
+    ...     stopped()
+    False
+    """
+    pressed = threading.Event()
+
+    def note(*_: object) -> None:
+        pressed.set()
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set
+        return
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -2,97 +2,75 @@
 
 from __future__ import annotations
 
-import argparse
-import os
 import sys
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from statistics import median
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
-from ccwsim.cli.data_options import add_data_options, add_grid_options
-from ccwsim.cli.image_options import add_image_options
-from ccwsim.cli.parameter_options import add_parameter_options
-from ccwsim.cli.progress import ProgressLine
-from ccwsim.cli.project_option import add_project_option, inputs_of
-from ccwsim.cli.scheduler_option import add_scheduler_option, executor_of
-from ccwsim.cli.stopping import stop_on_interrupt
-from ccwsim.cli.summary import summary
-from ccwsim.io import FORMATS, write_realizations
-from ccwsim.io.atomic import format_of
-from ccwsim.model.ensemble import Ensemble
+import click
+
+from ccwsim.cli.inputs import image_and_data_options, inputs_of
+from ccwsim.cli.options import GroupedCommand, check_writable, in_group, quiet
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.run.simulation import simulate
+
+if TYPE_CHECKING:
+    from ccwsim.model.ensemble import Ensemble
 
 STREAMED = "npy"
 """The format that is written during the run instead of after it."""
 
-EXAMPLES = """\
+EPILOG = """\
+\b
 examples:
-  python -m ccwsim simulate channels --grid 512x512 --output out.npz
-  python -m ccwsim simulate channels --hard-data channels_400_data --realizations 20 \\
+  ccwsim simulate channels --grid 512x512 --output out.npz
+  ccwsim simulate channels --hard-data channels_400_data --realizations 20 \\
       --workers 2 --output out.npz --output out.png
-  python -m ccwsim simulate ti.png --grid 640x480 --cell-size 10 10 --origin 5000 0 \\
+  ccwsim simulate ti.png --grid 640x480 --cell-size 10 10 --origin 5000 0 \\
       --hard-data wells.csv --on-outside drop --template 48 --output out.sgems
-  python -m ccwsim simulate --project study.ccwsim --output out.npz
+  ccwsim simulate --project study.ccwsim --output out.npz
 """
+run_option = in_group("Run")
 
 
-def add_command(commands: Any) -> None:
-    """Add `simulate` and its options to the commands."""
-    parser = commands.add_parser(
-        "simulate", help="simulate realizations of a training image",
-        usage="python -m ccwsim simulate (TI | --project FILE) [options]",
-        description="Simulate realizations that look like a training image and honour hard data.",
-        epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
-    )  # fmt: skip
-    add_image_options(parser)
-    add_project_option(parser)
-    add_grid_options(parser)
-    add_data_options(parser)
-    add_parameter_options(parser)
-    group = parser.add_argument_group("run")
-    group.add_argument("--realizations", type=int, metavar="N", help="how many (default: 1)")
-    group.add_argument(
-        "--seed", type=int, metavar="N",
-        help="the same seed gives the same realizations, for any number of workers (default: 0)",
-    )  # fmt: skip
-    group.add_argument(
-        "--workers", type=int, metavar="N", help="threads (default: as many as there are cores)"
-    )
-    add_scheduler_option(group)
-    group.add_argument(
-        "-o", "--output", action="append", default=[], metavar="FILE",
-        help="where to write them, in the format of the ending: npz (everything), sgems, gslib or "
-        "dat (one column a realization), png (all maps side by side), npy (facies codes, straight "
-        "to disk: for more than memory holds); may be given several times",
-    )  # fmt: skip
-    group.add_argument(
-        "-q", "--quiet", action="store_true", help="say nothing unless something is wrong"
-    )
-    parser.set_defaults(run=run)
+@click.command(cls=GroupedCommand, epilog=EPILOG, options_metavar="[OPTIONS] --output FILE")
+@image_and_data_options
+@run_option("--workers", type=int, metavar="N", help="threads (default: as many as cores)")
+@run_option(
+    "--scheduler", metavar="ADDRESS",
+    help="simulate on the workers of a Dask cluster, such as tcp://host:8786, instead of threads "
+    "of this machine (needs the extra dask)",
+)  # fmt: skip
+@run_option(
+    "-o", "--output", multiple=True, required=True, metavar="FILE",
+    help="where to write the realizations, in the format of the ending: npz (everything), sgems, "
+    "gslib or dat (one column a realization), png (all maps side by side), npy (facies codes, "
+    "straight to disk: for more than memory holds); may be given several times",
+)  # fmt: skip
+@quiet
+def command(**given: Any) -> int:
+    """Simulate realizations that look like a training image and honour hard data.
 
-
-def run(options: argparse.Namespace) -> int:
-    """Simulate, write and sum up; return 0, or 130 where Ctrl-C stopped it.
-
-    Raises
-    ------
-    CCWSIMError
-        For inputs that do not fit and files that cannot be read or written.
+    TI is a file (picture, SGeMS, GSLIB, ESRI, CSV, NumPy, MATLAB) or the name of a bundled
+    training image; --project takes a whole study from a file instead.
     """
+    options = SimpleNamespace(**given)
     for output in options.output:
         check_output(output)
     streamed = streamed_output(options.output)
-    given = inputs_of(options)
-    _say(options, *given.notes)
-    progress = None if options.quiet else ProgressLine(given.n_realizations, sys.stderr)
+    inputs = inputs_of(options)
+    _say(options, *inputs.notes)
+    from ccwsim.cli.progress import ProgressLine, stop_on_interrupt
+    from ccwsim.run.simulation import simulate
+
+    progress = None if options.quiet else ProgressLine(inputs.n_realizations, sys.stderr)
     with executor_of(options) as executor, stop_on_interrupt() as stopped:
         ensemble, message = None, ""
         try:
             ensemble = simulate(
-                given.training_image, given.grid, given.parameters, given.hard_data,
-                given.n_realizations, given.seed, options.workers, progress, stopped,
-                executor=executor, out=streamed,
+                *inputs.study, inputs.n_realizations, inputs.seed, options.workers, progress,
+                stopped, executor=executor, out=streamed,
             )  # fmt: skip
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
@@ -100,20 +78,32 @@ def run(options: argparse.Namespace) -> int:
             if progress:
                 progress.clear()
         if message:
-            print(f"ccwsim: {message}", file=sys.stderr)
+            click.echo(f"ccwsim: {message}", err=True)
         if ensemble is not None:
             _write([path for path in options.output if path != streamed], ensemble)
             _say(options, summary(ensemble), *(f"Written: {path}" for path in options.output))
     return 130 if message else 0
 
 
+@contextmanager
+def executor_of(options: Any) -> Iterator[Any]:
+    """Yield the client of the scheduler of a command line, None where it names none."""
+    if options.scheduler is None:
+        yield None
+        return
+    if options.workers is not None:
+        raise CCWSIMError("--workers counts threads here; leave it out with --scheduler")
+    from ccwsim.run.executors import connect
+
+    client = connect(options.scheduler)
+    try:
+        yield client
+    finally:
+        client.close()
+
+
 def check_output(path: str) -> None:
     """Say before a long run that a file could not be written after it.
-
-    Raises
-    ------
-    CCWSIMError
-        For an ending that is no format, or a folder that is not there or may not be written.
 
     Examples
     --------
@@ -122,12 +112,11 @@ def check_output(path: str) -> None:
         ...
     ccwsim.model.errors.CCWSIMError: format 'bmp' cannot be written; choose one of dat, ...
     """
+    from ccwsim.io.atomic import format_of
+    from ccwsim.io.realizations import FORMATS
+
     format_of(path, None, (*FORMATS, STREAMED))
-    folder = Path(path).parent
-    if not folder.is_dir():
-        raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
-    if Path(path).is_dir() or not os.access(folder, os.W_OK):
-        raise CCWSIMError(f"{path} cannot be written; choose another place")
+    check_writable(path)
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:
@@ -144,8 +133,43 @@ def streamed_output(paths: Sequence[str]) -> str | None:
     return found[0] if found else None
 
 
+def summary(e: Ensemble) -> str:
+    """Return what an ensemble is: how many, how long, the data honoured, the proportions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ccwsim import HardData, Parameters, TrainingImage, simulate
+    >>> ti, p = TrainingImage(np.eye(40), name="eye"), Parameters(template_size=8, overlap_size=4)
+    >>> e = simulate(ti, (20, 30), p, HardData([[3, 4]], [1]), n_realizations=2)
+    >>> print(summary(e))
+    2 realizations of 30 × 20 cells (eye, seed 0): ... ms of CPU time each, ... s in all.
+    Hard data: 1 of 1 honoured in every realization...
+    Proportions (training image): facies 0 ... % (97.5 %), facies 1 ... % (2.5 %).
+    """
+    ti, n = e.training_image, e.hard_data.n
+    milliseconds = 1e3 * median(e.cpu_seconds)
+    lines = [
+        f"{e.n} realization{'s' if e.n > 1 else ''} of {e.grid.nx} × {e.grid.ny} cells "
+        f"({ti.name or 'training image'}, seed {e.seed}): {milliseconds:.0f} ms of CPU time each, "
+        f"{e.wall_seconds:.1f} s in all."
+    ]
+    missed, forced = (int(counts.max(initial=0)) for counts in (e.n_mismatched, e.n_forced))
+    if missed:
+        mean = e.n_mismatched.mean()
+        lines.append(f"Hard data: {mean:.1f} of {n} NOT honoured on average, at most {missed}.")
+    elif n:
+        tail = f"; of these at most {forced} by setting a single cell" if forced else ""
+        lines.append(f"Hard data: {n} of {n} honoured in every realization{tail}.")
+    shares = zip(ti.facies_names, e.proportions.mean(axis=0), ti.proportions, strict=True)
+    parts = [f"{name} {100 * own:.1f} % ({100 * other:.1f} %)" for name, own, other in shares]
+    return "\n".join([*lines, f"Proportions (training image): {', '.join(parts)}."])
+
+
 def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
     """Write all files that can be written, then complain of the others."""
+    from ccwsim.io import write_realizations
+
     errors = []
     for path in paths:
         try:
@@ -156,7 +180,7 @@ def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
         raise CCWSIMError("; ".join(errors))
 
 
-def _say(options: argparse.Namespace, *lines: str) -> None:
+def _say(options: Any, *lines: str) -> None:
     if not options.quiet:
         for line in lines:
-            print(line, file=sys.stderr)
+            click.echo(line, err=True)

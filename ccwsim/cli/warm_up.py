@@ -2,67 +2,67 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
+import click
 
-from ccwsim.engine.kernels import FOLDER
-from ccwsim.metrics import connectivity, etype, variogram
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
+from ccwsim.cli.options import quiet
+
+if TYPE_CHECKING:
+    from ccwsim.model.ensemble import Ensemble
+    from ccwsim.model.parameters import Parameters
 
 SIZE = 64
 """Side of the training image and of the grid."""
 
 STUDIES = {
-    "search and mending, 16-bit scores": Parameters(16, 4, 2),
-    "search, 32-bit scores": Parameters(32, 16, 3),
-    "search, levels 4 to 6": Parameters(32, 16, 4),
-    "finer scales of ms-ccsim": Parameters(16, 4, 2, method="ms-ccsim"),
+    "search and local re-simulation, 16-bit scores": (16, 4, 2, "ccwsim"),
+    "search, 32-bit scores": (32, 16, 3, "ccwsim"),
+    "search, levels 4 to 6": (32, 16, 4, "ccwsim"),
+    "finer scales of ms-ccsim": (16, 4, 2, "ms-ccsim"),
 }
-"""One study for each set of types that kernels are compiled for."""
+"""Template, overlap, level and method of a study for each set of types that kernels have."""
 
 
-def add_command(commands: Any) -> None:
-    """Add `warm-up` to the commands."""
-    parser = commands.add_parser(
-        "warm-up", help="compile the kernels now, for instance while an image is built",
-        usage="python -m ccwsim warm-up [options]",
-        description="Compile all kernels that simulations and the first screen of the dashboard "
-        "need, and keep them; what is compiled already takes no time.", allow_abbrev=False,
-    )  # fmt: skip
-    parser.add_argument(
-        "-q", "--quiet", action="store_true", help="say nothing unless something is wrong"
-    )
-    parser.set_defaults(run=run)
+@click.command("warm-up")
+@quiet
+def command(quiet: bool) -> None:
+    """Compile the kernels now, for instance while an image is built.
 
+    Compiles all kernels that simulations and the first screen of the dashboard need, and keeps
+    them; what is compiled already takes no time.
+    """
+    from ccwsim.engine.kernels import FOLDER
+    from ccwsim.model.parameters import Parameters
 
-def run(options: argparse.Namespace) -> int:
-    """Run every kernel once on little, and say how long each part took; return 0."""
-    say: Callable[[str], None] = (lambda _: None) if options.quiet else _print
     start = time.perf_counter()
-    ensemble = None
-    for name, parameters in STUDIES.items():
+    ensembles = []
+
+    def timed(name: str, work: Callable[[], object]) -> None:
         before = time.perf_counter()
-        ensemble = _simulated(parameters)
-        say(f"{time.perf_counter() - before:6.1f} s  {name}")
-    before = time.perf_counter()
-    if ensemble is not None:
-        _measure(ensemble)
-    say(f"{time.perf_counter() - before:6.1f} s  statistics of the first screen")
-    say(f"{time.perf_counter() - start:6.1f} s  in all; compiled kernels are kept in {FOLDER}")
-    return 0
+        work()
+        if not quiet:
+            click.echo(f"{time.perf_counter() - before:6.1f} s  {name}", err=True)
+
+    for name, (template, overlap, level, method) in STUDIES.items():
+        p = Parameters(template, overlap, level, method=method)
+        timed(name, lambda p=p: ensembles.append(_simulated(p)))
+    timed("statistics of the first screen", lambda: _measure(ensembles[-1]))
+    if not quiet:
+        total = time.perf_counter() - start
+        click.echo(f"{total:6.1f} s  in all; compiled kernels are kept in {FOLDER}", err=True)
 
 
 def _simulated(parameters: Parameters) -> Ensemble:
-    """Return realizations with data that not all can be met, so that mending runs too."""
+    """Return realizations with contradictory data, so that local re-simulation runs too."""
+    import numpy as np
+
+    from ccwsim.model.hard_data import HardData
+    from ccwsim.model.training_image import TrainingImage
+    from ccwsim.run.simulation import simulate
+
     rng = np.random.default_rng(0)
     image = TrainingImage(rng.integers(0, 2, (SIZE, SIZE)))
     flat = rng.choice(SIZE * SIZE, 200, replace=False)
@@ -71,15 +71,13 @@ def _simulated(parameters: Parameters) -> Ensemble:
 
 
 def _measure(ensemble: Ensemble) -> None:
-    """Work out the curves and maps that the dashboard shows first."""
-    images = (ensemble.indices, ensemble.training_image.indices)
+    """Compute the curves and maps that the dashboard shows first."""
+    import numpy as np
+
+    from ccwsim.metrics import connectivity, etype, variogram
+
     etype(ensemble.indices, ensemble.training_image.n_facies)
-    for image in images:
+    for image in (ensemble.indices, ensemble.training_image.indices):
         for direction in ("E-W", "N-S"):
-            lags = np.arange(10)
-            variogram(image, 1, direction, lags)
-            connectivity(image, 1, direction, lags)
-
-
-def _print(line: str) -> None:
-    print(line, file=sys.stderr)
+            variogram(image, 1, direction, np.arange(10))
+            connectivity(image, 1, direction, np.arange(10))

@@ -35,27 +35,16 @@ class Recipe:
 
 
 def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
-    """Return the script and the command of a study.
+    """Return the script and the command of a study; `project` is the name of the project file.
 
-        Parameters
-        ----------
-        choices : Choices
-            Where image and data came from.
-        study : Study
-            What `choices` came to.
-        project : str
-            The name of the project file.
-
-        Examples
-        --------
-        >>> from ccwsim import HardData
-        >>> from ccwsim.model.bounds import MAX_WRITTEN_DATA
-    from ccwsim.model.choices import DataChoice
-        >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
-        >>> study = Study(datasets.load("channels"), grid, seed=7)
+    Examples
+    --------
+    >>> from ccwsim.model.choices import DataChoice
+    >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
+    >>> study = Study(datasets.load("channels"), grid, seed=7)
     >>> found = reproduction_recipe(choices, study, "a.ccwsim")
-        >>> print(found.command.removesuffix(" --output realizations.npz"))
-        python -m ccwsim simulate channels --grid 512x512 --realizations 12 --seed 7
+    >>> print(found.command.removesuffix(" --output realizations.npz"))
+    python -m ccwsim simulate channels --grid 512x512 --realizations 12 --seed 7
     """
     lines, by_project = _python(choices, study, project)
     words, command_by_project = _command(choices, study, project)

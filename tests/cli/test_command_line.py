@@ -20,14 +20,13 @@ from PIL import Image
 
 import ccwsim
 from ccwsim import HardData, Parameters, TrainingImage, datasets, read_training_image
-from ccwsim.cli.parameter_options import option_of
-from ccwsim.cli.program import build_parser, main
-from ccwsim.cli.progress import ProgressLine, duration, progress_text
-from ccwsim.cli.stopping import stop_on_interrupt
-from ccwsim.cli.summary import summary
-from ccwsim.cli.values import classes, sizes
+from ccwsim.cli.dashboard import app_file, command_line
+from ccwsim.cli.options import classes, sizes
+from ccwsim.cli.program import COMMANDS, main
+from ccwsim.cli.progress import STARTING, ProgressLine, duration, stop_on_interrupt
+from ccwsim.cli.simulate import EPILOG, command, summary
 from ccwsim.io import parameters_to_json, write_training_image
-from ccwsim.model.parameters import parameter_table
+from ccwsim.model.codec import settings_of
 
 ROOT = Path(__file__).parents[2]
 SMALL = ["--template", "16", "--overlap", "4", "--level", "1"]
@@ -35,11 +34,8 @@ PARAMETERS = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 
 
 def run(*arguments: object) -> int:
-    """Run a command line in this process; argparse's own exits count as exit codes too."""
-    try:
-        return main([str(argument) for argument in arguments])
-    except SystemExit as exit:
-        return int(exit.code or 0)
+    """Run a command line in this process."""
+    return main([str(argument) for argument in arguments])
 
 
 def loaded(path: Path) -> dict[str, np.ndarray]:
@@ -61,9 +57,9 @@ def test_a_command_line_gives_what_the_same_call_gives(tmp_path):
 def test_every_parameter_has_its_option_and_its_help(capsys):
     assert run("simulate", "--help") == 0
     shown = "".join(capsys.readouterr().out.split())
-    for row in parameter_table():
-        assert option_of(row["name"]) in shown
-        assert "".join(row["meaning"].split()) in shown
+    for row in (*settings_of("parameters"), *settings_of("grid"), *settings_of("study")):
+        assert row.option in shown
+        assert "".join(row.help.split()) in shown
 
 
 @pytest.mark.parametrize("field", fields(Parameters), ids=lambda f: f.name)
@@ -75,13 +71,13 @@ def test_every_option_reaches_its_parameter(tmp_path, field):
     }  # fmt: skip
     if field.name not in others and not isinstance(field.default, bool):
         pytest.skip(f"no second value of {field.name} is known to this test")
-    option = option_of(field.name)
+    row = next(row for row in settings_of("parameters") if row.fields == (field.name,))
     if isinstance(field.default, bool):
         wanted = not field.default
-        given = [option if wanted else option.replace("--", "--no-", 1)]
+        given = [row.option if wanted else row.no_option]
     else:
         wanted = others[field.name]
-        given = [option, wanted]
+        given = [row.option, wanted]
     out = tmp_path / "out.npz"
     assert run("simulate", "stone_wall", "--grid", "40x40", "-q", "-o", out, *given) == 0
     assert json.loads(str(loaded(out)["parameters"]))[field.name] == wanted
@@ -222,7 +218,7 @@ def test_all_formats_hold_the_same_realizations(tmp_path):
     ],
 )
 def test_bad_input_is_said_in_a_sentence_and_exits_with_2(capsys, arguments, said):
-    assert run("simulate", *arguments) == 2
+    assert run("simulate", "-o", "out.npz", *arguments) == 2
     heard = capsys.readouterr()
     assert said in heard.err
     assert "Traceback" not in heard.err
@@ -230,9 +226,15 @@ def test_bad_input_is_said_in_a_sentence_and_exits_with_2(capsys, arguments, sai
 
 
 def test_what_could_not_be_written_is_said_before_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("ccwsim.cli.simulate.simulate", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("ccwsim.run.simulation.simulate", lambda *_: pytest.fail("it ran"))
     assert run("simulate", "channels", "-o", tmp_path) == 2
     assert run("simulate", "channels", "-o", tmp_path / "none" / "out.npz") == 2
+
+
+def test_without_an_output_the_option_is_named_before_anything_runs(monkeypatch, capsys):
+    monkeypatch.setattr("ccwsim.run.simulation.simulate", lambda *_: pytest.fail("it ran"))
+    assert run("simulate", "channels") == 2
+    assert "'--output'" in capsys.readouterr().err
 
 
 def test_quiet_says_nothing(tmp_path, capsys):
@@ -269,28 +271,32 @@ class Terminal:
         pass
 
 
-def test_progress_is_written_to_terminals_alone():
-    for is_terminal in (True, False):
-        stream = Terminal(is_terminal)
-        line = ProgressLine(10, stream)  # type: ignore[arg-type]
-        for fraction in (0.0, 0.25, 1.0):
-            line(fraction, int(10 * fraction))
-        line.clear()
-        assert ("2 of 10" in stream.text) == is_terminal
-        assert stream.text.endswith(" \r") == is_terminal
-        assert "\n" not in stream.text
-
-
-def test_time_left_does_not_count_what_came_before_the_first_work(monkeypatch):
-    clock = iter([0.0, 100.0, 110.0])
-    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+def test_a_terminal_has_a_bar_that_goes_away():
     stream = Terminal(True)
+    line = ProgressLine(10, stream)  # type: ignore[arg-type]
+    line(0.0, 0)
+    assert stream.text.endswith(STARTING)
+    for fraction in (0.05, 0.25, 1.0):
+        time.sleep(0.11)
+        line(fraction, int(10 * fraction))
+    assert "2 of 10 realizations" in stream.text
+    line.write("first")
+    line.clear()
+    assert "\r" in stream.text
+    assert stream.text.count("\n") == 1
+
+
+def test_elsewhere_a_line_is_written_every_few_seconds(monkeypatch):
+    clock = iter([0.0, 100.0, 103.0, 110.0])
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    stream = Terminal(False)
     line = ProgressLine(4, stream)  # type: ignore[arg-type]
     line(0.0, 0)
     line(0.2, 0)
+    line(0.3, 1)
     line(0.4, 1)  # 0.2 of the work took 10 s, 0.6 are left
-    assert "30 s left" in stream.text
-    assert progress_text(0.4, 1, 4, 30.0) in stream.text
+    line.clear()
+    assert stream.text == "20 %, 0 of 4 realizations\n40 %, 1 of 4 realizations, 30 s left\n"
 
 
 def test_times_and_sizes_in_words():
@@ -377,10 +383,51 @@ def test_the_script_of_the_readme_runs(tmp_path, monkeypatch):
 
 
 def test_the_command_lines_of_the_readme_and_of_the_help_are_understood():
-    from ccwsim.cli.simulate import EXAMPLES
-
-    shown = "\n".join(blocks("sh")) + EXAMPLES.replace("\\\n", " ")
-    lines = re.findall(r"python -m ccwsim (simulate .*)", shown)
-    assert len(lines) == 8
+    shown = "\n".join(blocks("sh")) + EPILOG.replace("\\\n", " ")
+    lines = re.findall(r"ccwsim (simulate .*)", shown)
+    assert len(lines) >= 8
     for line in lines:
-        assert build_parser().parse_args(shlex.split(line)).output
+        _, *arguments = shlex.split(line)
+        assert command.make_context("simulate", arguments).params["output"]
+
+
+def test_the_version_is_said_without_loading_the_kernels():
+    code = "import sys; from ccwsim.cli.program import main; main(['--version']); "
+    code += "assert not {'numpy', 'numba'} & sys.modules.keys()"
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_writes_nothing(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    assert run(name, "--help") == 0
+    assert "Usage: ccwsim" in capsys.readouterr().out
+    assert not list(tmp_path.iterdir())
+
+
+def test_datasets_are_listed_and_written(tmp_path, capsys):
+    assert run("datasets") == 0
+    listed = capsys.readouterr().out
+    assert all(name in listed for name in (*datasets.names(), *datasets.hard_data_names()))
+    image, data = tmp_path / "ti.png", tmp_path / "wells.csv"
+    assert run("datasets", "levees", "--output", image) == 0
+    assert run("datasets", "channels_60_wells", "--output", data) == 0
+    assert read_training_image(image) == datasets.load("levees")
+    shape = datasets.hard_data_grid_shape("channels_60_wells")
+    kept = ccwsim.read_hard_data(data, ccwsim.Grid.of(shape))
+    assert kept.digest == datasets.load_hard_data("channels_60_wells").digest
+    for wrong in (["mars"], ["-o", image], ["levees", "-o", tmp_path / "none" / "ti.png"]):
+        assert run("datasets", *wrong) == 2
+
+
+def test_the_dashboard_is_found_and_its_options_are_passed_on(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert app_file().is_file()
+    assert (app_file().parent / ".streamlit" / "config.toml").is_file()
+    line = command_line(app_file(), 8600, ("--server.headless=true",))
+    assert line[-3:] == [
+        "--server.showEmailPrompt=false", "--server.port=8600", "--server.headless=true"
+    ]  # fmt: skip
+    monkeypatch.setattr(ccwsim, "__file__", str(tmp_path / "ccwsim" / "__init__.py"))
+    with pytest.raises(ccwsim.CCWSIMError, match="no dashboard"):
+        app_file()

@@ -214,14 +214,14 @@ def test_the_published_data_are_found(data_dir):
 @pytest.fixture
 def few(monkeypatch):
     """The command with three experiments that do next to nothing."""
-    import ccwsim.cli.paper as command
+    import ccwsim.paper as package
 
     chosen = (made("first"), made("broken", failing), made("last"))
-    monkeypatch.setattr(command, "EXPERIMENTS", chosen)
+    monkeypatch.setattr(package, "EXPERIMENTS", chosen)
     monkeypatch.setattr(
-        command, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen)
+        package, "reproduce", lambda *a, **k: reproduce(*a, **k, experiments=chosen)
     )
-    return command
+    return package
 
 
 def test_the_command_writes_a_report(few, tmp_path, capsys):

@@ -1,0 +1,55 @@
+"""The command `dashboard`: the pages in a browser, started from any folder."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+
+import ccwsim
+from ccwsim.model.errors import CCWSIMError
+
+
+@click.command(context_settings={"ignore_unknown_options": True})
+@click.option("--port", type=click.IntRange(1, 65535), help="Port to listen on (default: 8501).")
+@click.argument("streamlit_options", nargs=-1, type=click.UNPROCESSED)
+def command(port: int | None, streamlit_options: tuple[str, ...]) -> int:
+    """Start the dashboard and open it in the browser; Ctrl-C ends it.
+
+    Options of `streamlit run`, such as --server.headless=true, are passed on. Only this machine
+    can reach it unless --server.address says otherwise.
+    """
+    line = command_line(app_file(), port, streamlit_options)
+    if os.name == "posix":
+        sys.stdout.flush()
+        os.execv(line[0], line)  # signals then reach the server itself
+    return subprocess.call(line)
+
+
+def app_file() -> Path:
+    """Return the app: inside an installed package, else at the top of a checkout.
+
+    Its settings stand beside it in `.streamlit/config.toml`, where Streamlit finds them from any
+    folder.
+    """
+    package = Path(ccwsim.__file__).parent
+    for path in (package / "dashboard_app" / "app.py", package.parent / "app.py"):
+        if path.is_file():
+            return path
+    raise CCWSIMError("this installation has no dashboard; install the package ccwsim again")
+
+
+def command_line(app: Path, port: int | None, options: tuple[str, ...]) -> list[str]:
+    """Return the command line that runs an app; options given later come first.
+
+    Examples
+    --------
+    >>> command_line(Path("app.py"), 8600, ())[-3:]
+    ['app.py', '--server.showEmailPrompt=false', '--server.port=8600']
+    """
+    python = [sys.executable, "-P", "-m", "streamlit", "run", str(app)]
+    ports = [] if port is None else [f"--server.port={port}"]
+    return [*python, "--server.showEmailPrompt=false", *ports, *options]

@@ -1,0 +1,226 @@
+"""What a command line simulates: training image, grid, hard data and parameters, or a project."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from ccwsim.cli.options import classes, edges_or_codes, grid_shape, in_group, sizes
+from ccwsim.model.codec import Setting, settings_of
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+
+DEFAULT_SHAPE = (256, 256)
+NORTH, SOUTH = "north", "south"
+
+image_option = in_group("Reading the training image, where it is a file")
+data_option = in_group("Hard data")
+TI_AND_DATA = (
+    click.argument("training_image", metavar="[TI]", required=False),
+    in_group("A whole study")(
+        "--project", metavar="FILE",
+        help="take training image, grid, hard data, parameters, number of realizations and seed "
+        "from a project file (.ccwsim), as the dashboard saves it; parameters, --realizations and "
+        "--seed given here come first"),
+    image_option("--variable", metavar="NAME", help="which of several variables"),
+    image_option("--threshold", type=float, metavar="V",
+                 help="for grey or continuous values: facies 1 at or above V, 0 below"),
+    image_option("--classes", type=classes, metavar="N|E1,E2…|codes",
+                 help="for continuous values: N classes of equally many cells, or classes between "
+                 "these edges; 'codes' takes many whole numbers as facies codes"),
+    image_option("--shape", type=sizes, metavar="NXxNY[xNZ]",
+                 help="columns x rows of the image, where its file does not say them (classic "
+                 "GSLIB)"),
+    image_option("--slice", "slice_index", type=int, metavar="N",
+                 help="which slice of a 3-D image, from 0"),
+    image_option("--first-row", type=click.Choice([NORTH, SOUTH]),
+                 help="where the first row of the file lies (default: as its format has it: north "
+                 "in pictures and matrices, south in GSLIB and NumPy files)"),
+    image_option("--transpose", is_flag=True, help="exchange rows and columns"),
+    data_option("--hard-data", metavar="F",
+                help="cells whose facies is known: a file (columns x, y, facies or row, col, "
+                "facies; Geo-EAS points; a grid with gaps), or the name of bundled ones ('ccwsim "
+                "datasets' lists them)"),
+    data_option("--hard-variable", metavar="NAME", help="which column holds the facies"),
+    data_option("--hard-coordinates", type=click.Choice(["world", "cells"]),
+                help="whether two columns of unclear names are x and y, or row and column (from "
+                "0)"),
+    data_option("--hard-threshold", type=float, metavar="V",
+                help="for continuous values: facies 1 at or above V, as for the training image"),
+    data_option("--hard-classes", type=edges_or_codes, metavar="E1,E2…|codes",
+                help="for continuous values: the class edges of the training image"),
+    data_option("--on-collision", type=click.Choice(["error", "drop", "majority", "nearest"]),
+                help="two facies in one cell: stop, drop all data of the cell, keep the facies of "
+                "most, or that of the datum nearest to the centre (default: error)"),
+    data_option("--on-outside", type=click.Choice(["error", "drop"]),
+                help="data outside the grid (default: error)"),
+    data_option("--on-unknown", type=click.Choice(["error", "drop"]),
+                help="data of a facies not in the TI (default: error)"),
+)  # fmt: skip
+READING_IMAGE = ("variable", "threshold", "classes", "shape", "slice_index", "first_row",
+                 "transpose")  # fmt: skip
+READING_DATA = {
+    "hard_variable": "variable",
+    "hard_coordinates": "coordinates",
+    "hard_threshold": "threshold",
+    "hard_classes": "classes",
+    "on_collision": "on_collision",
+    "on_outside": "on_outside",
+    "on_unknown": "on_unknown",
+}
+"""Options for reading hard data, and what `import_hard_data` calls them."""
+OF_PROJECT = ("training_image", *READING_IMAGE, "grid", "cell_size", "origin", "hard_data",
+              *READING_DATA)  # fmt: skip
+"""What a project says itself, so that it cannot be given beside it."""
+
+
+class Inputs(NamedTuple):
+    """What is simulated; `study` is training image, grid, parameters and hard data."""
+
+    study: tuple[TrainingImage, Grid, Parameters, HardData]
+    n_realizations: int
+    seed: int
+    notes: tuple[str, ...] = ()
+
+
+def image_and_data_options(command: Any) -> Any:
+    """Add all options that say what is simulated, those of settings by the table of them."""
+    grid = [_option(row, "Simulation grid") for row in settings_of("grid")]
+    file = in_group("Parameters of the simulation")(
+        "--parameters", metavar="FILE.json",
+        help="take parameters from a JSON file, as the dashboard saves them; options given here "
+        "come first",
+    )  # fmt: skip
+    own = [_option(row, "Parameters of the simulation") for row in settings_of("parameters")]
+    run = [_option(row, "Run") for row in settings_of("study")]
+    for option in reversed([*TI_AND_DATA, *grid, file, *own, *run]):
+        command = option(command)
+    return command
+
+
+def _option(row: Setting, group: str) -> Any:
+    option, how = in_group(group), {"help": row.help, "default": None}
+    if row.no_option:
+        return option(f"{row.option}/{row.no_option}", row.fields[0], **how)
+    how["metavar"] = row.metavar
+    if row.kind == "sizes":
+        return option(row.option, type=grid_shape, **how)
+    if row.kind == "lengths":
+        return option(row.option, row.fields[0], type=float, nargs=2, **how)
+    kinds = {"count": int, "whole": int, "number": float, "word": str}
+    return option(row.option, row.fields[0], type=kinds[row.kind], **how)
+
+
+def inputs_of(options: Any) -> Inputs:
+    """Return what a command line says, by a project file or by its options.
+
+    Raises
+    ------
+    CCWSIMError
+        For a project and options that both say it, neither of them, or what cannot be read.
+    """
+    options.transpose = options.transpose or None
+    if options.project is not None:
+        return _of_project(options)
+    if options.training_image is None:
+        raise CCWSIMError("give a training image, or a project file with --project")
+    image, grid = image_of(options), grid_of(options)
+    data, notes = hard_data_of(options, grid, image)
+    n = 1 if options.n_realizations is None else options.n_realizations
+    study = image, grid, parameters_of(options, Parameters()), data
+    return Inputs(study, n, options.seed or 0, notes)
+
+
+def _of_project(options: Any) -> Inputs:
+    from ccwsim.io import read_project
+
+    both = [name for name in OF_PROJECT if getattr(options, name) is not None]
+    if both:
+        name = both[0].replace("_", " ")
+        raise CCWSIMError(f"the project {options.project} has its own {name}; leave it out here")
+    project = read_project(options.project)
+    study = project.study
+    parameters = parameters_of(options, study.parameters)
+    n, seed = options.n_realizations, options.seed
+    return Inputs(
+        (study.training_image, study.grid, parameters, study.hard_data),
+        project.n_realizations if n is None else n,
+        study.seed if seed is None else seed,
+    )
+
+
+def parameters_of(options: Any, usual: Parameters) -> Parameters:
+    """Return the parameters of a command line: options, then `--parameters`, then `usual`."""
+    if options.parameters is not None:
+        from ccwsim.io import parameters_from_json
+        from ccwsim.io.source import read_bytes
+
+        usual = parameters_from_json(read_bytes(options.parameters)[0])
+    given = {row.fields[0]: getattr(options, row.fields[0]) for row in settings_of("parameters")}
+    changed = {name: value for name, value in given.items() if value is not None}
+    return Parameters(**{**asdict(usual), **changed})
+
+
+def image_of(options: Any) -> TrainingImage:
+    """Return the training image of a command line."""
+    from ccwsim import datasets
+    from ccwsim.io import read_training_image
+
+    name = options.training_image
+    reading = {key: getattr(options, key) for key in READING_IMAGE}
+    reading["up"] = None if options.first_row is None else options.first_row == SOUTH
+    del reading["first_row"]
+    reading = {key: value for key, value in reading.items() if value is not None}
+    if name in datasets.names():
+        if reading:
+            raise CCWSIMError(
+                f"{name} is a bundled training image and needs no options for reading; "
+                f"for a file of that name write ./{name}"
+            )
+        return datasets.load(name)
+    if not Path(name).exists():
+        there = ", ".join(datasets.names())
+        raise CCWSIMError(f"{name} is neither a file nor a bundled training image ({there})")
+    return read_training_image(name, **reading)
+
+
+def grid_of(options: Any) -> Grid:
+    """Return the simulation grid of a command line."""
+    from ccwsim import datasets
+
+    shape = options.grid or DEFAULT_SHAPE
+    if options.grid is None and options.hard_data in datasets.hard_data_names():
+        shape = datasets.hard_data_grid_shape(options.hard_data)
+    ny, nx = shape
+    return Grid(ny, nx, options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0))
+
+
+def hard_data_of(
+    options: Any, grid: Grid, image: TrainingImage
+) -> tuple[HardData, tuple[str, ...]]:
+    """Return the hard data of a command line, and what happened while reading, in sentences."""
+    from ccwsim import datasets
+    from ccwsim.io import import_hard_data
+
+    name, bundled = options.hard_data, datasets.hard_data_names()
+    reading = {own: getattr(options, option) for option, own in READING_DATA.items()}
+    reading = {key: value for key, value in reading.items() if value is not None}
+    if reading and (name is None or name in bundled):
+        raise CCWSIMError(
+            "options for reading hard data need a file of them; give it with --hard-data"
+        )
+    if name is None:
+        return HardData(), ()
+    if name in bundled:
+        return datasets.load_hard_data(name), ()
+    if not Path(name).exists():
+        there = ", ".join(bundled)
+        raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
+    report = import_hard_data(name, grid, image, **reading)
+    return report.hard_data, report.notes

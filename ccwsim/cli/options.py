@@ -1,0 +1,122 @@
+"""What commands share: groups of options in a help, kinds of values, checks of output files."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ccwsim.model.errors import CCWSIMError
+
+if TYPE_CHECKING:
+    from ccwsim.io.formats.classes import Classes
+
+quiet = click.option("-q", "--quiet", is_flag=True, help="Say nothing unless something is wrong.")
+
+
+class GroupedOption(click.Option):
+    """An option under a heading of the help."""
+
+    def __init__(self, *args: Any, group: str = "", **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.group = group
+
+
+class GroupedCommand(click.Command):
+    """A command whose help lists options under their headings."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None and isinstance(parameter, click.Option):
+                heading = getattr(parameter, "group", "Other options")
+                sections.setdefault(heading, []).append(record)
+        sections["Other options"] = sections.pop("Other options", [])
+        for heading, records in sections.items():
+            with formatter.section(heading):
+                formatter.write_dl(records)
+
+
+def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
+    """Return `click.option` for options under one heading."""
+
+    def option(*names: str, **how: Any) -> Callable[[Any], Any]:
+        return click.option(*names, cls=GroupedOption, group=group, **how)
+
+    return option
+
+
+def check_writable(path: str) -> None:
+    """Say before a long run that a file could not be written after it.
+
+    Examples
+    --------
+    >>> check_writable("no_such_folder/out.npz")
+    Traceback (most recent call last):
+        ...
+    ccwsim.model.errors.CCWSIMError: no_such_folder/out.npz: there is no folder no_such_folder; ...
+    """
+    folder = Path(path).parent
+    if not folder.is_dir():
+        raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
+    if Path(path).is_dir() or not os.access(folder, os.W_OK):
+        raise CCWSIMError(f"{path} cannot be written; choose another file")
+
+
+def sizes(text: str) -> tuple[int, ...]:
+    """Return `NXxNY` or `NXxNYxNZ` as an array's shape: (ny, nx) or (nz, ny, nx).
+
+    Examples
+    --------
+    >>> sizes("640x480")
+    (480, 640)
+    """
+    found = re.fullmatch(r"(\d+)[x×](\d+)(?:[x×](\d+))?", text.strip().lower())
+    if not found:
+        raise click.BadParameter(
+            f"{text!r} must be columns x rows, such as 640x480 for 640 along x and 480 along y"
+        )
+    return tuple(int(number) for number in reversed(found.groups()) if number)
+
+
+def grid_shape(text: str) -> tuple[int, ...]:
+    """Return `NXxNY` as (ny, nx)."""
+    shape = sizes(text)
+    if len(shape) != 2:
+        raise click.BadParameter(f"{text!r} must be two numbers, columns x rows")
+    return shape
+
+
+def classes(text: str) -> Classes:
+    """Return a number of classes, their inner edges, or "codes".
+
+    Examples
+    --------
+    >>> classes("3"), classes("0.1,0.25"), classes("codes")
+    (3, [0.1, 0.25], 'codes')
+    """
+    return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)
+
+
+def edges_or_codes(text: str) -> Classes:
+    """Return inner edges of classes, or "codes".
+
+    Examples
+    --------
+    >>> edges_or_codes("128")
+    [128.0]
+    """
+    if text == "codes":
+        return "codes"
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise click.BadParameter(
+            f"{text!r} must be numbers with commas between them, such as 0.1,0.25, or the word "
+            "codes"
+        ) from None
