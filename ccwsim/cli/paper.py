@@ -57,7 +57,7 @@ def command(
             found = paper.reproduce(inputs, extent, seed, progress, stopped, on_finished=report)
         finally:
             if progress:
-                progress.clear()
+                progress.close()
     if found.finished:
         write_report(output, paper.document_of(found))
     if found.stopped:

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from shutil import get_terminal_size
 from typing import TextIO
 
 from tqdm import tqdm
@@ -52,12 +53,19 @@ class ProgressLine:
             self._stream.write("\r" + " " * len(STARTING) + "\r")
             self._stream.flush()
 
+    def close(self) -> None:
+        """Take the bar away for good."""
+        self.clear()
+        if self._bar is not None:
+            self._bar.close()
+
     def _show_bar(self, fraction: float, done: str) -> None:
         if self._bar is None:  # from here on: compiling comes before and says nothing of the pace
             self.clear()
+            columns = min(100, get_terminal_size().columns)  # also where the width is unknown
             self._bar = tqdm(
-                total=1.0, initial=fraction, file=self._stream, bar_format=BAR, smoothing=0,
-                miniters=0, dynamic_ncols=True, leave=False,
+                desc=done, total=1.0, initial=fraction, file=self._stream, bar_format=BAR,
+                smoothing=0, miniters=0, ncols=columns, nrows=20, leave=False,
             )  # fmt: skip
         self._bar.set_description_str(done, refresh=False)
         self._bar.update(fraction - self._bar.n)

@@ -76,7 +76,7 @@ def command(**given: Any) -> int:
             ensemble, message = cancelled.ensemble, str(cancelled)
         finally:
             if progress:
-                progress.clear()
+                progress.close()
         if message:
             click.echo(f"ccwsim: {message}", err=True)
         if ensemble is not None:
