@@ -22,15 +22,21 @@ from benchmarks.table import load, machine, save, table, warnings
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print the table and store it where asked."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks", description=__doc__,
+        prog="python -m benchmarks",
+        description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="To compare two checkouts: run with --json FILE in one, --against FILE in the other."
         " With CCWSIM_DATA set to a folder of published data, the paper's image and data are used.",
-    )  # fmt: skip
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="store the measurements")
     parser.add_argument("--against", type=Path, metavar="FILE", help="compare with stored ones")
-    parser.add_argument("--realizations", type=int, default=N_REALIZATIONS, metavar="N",
-                        help="how many a row (default: %(default)s)")  # fmt: skip
+    parser.add_argument(
+        "--realizations",
+        type=int,
+        default=N_REALIZATIONS,
+        metavar="N",
+        help="how many a row (default: %(default)s)",
+    )
     options = parser.parse_args(arguments)
     if options.realizations < 1:
         parser.error("--realizations must be at least 1")

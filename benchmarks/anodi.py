@@ -30,18 +30,41 @@ class Case:
 
 
 CASES = (
-    Case("channel 256², no data, level 2", "ti_channel_256x256", 2,
-         ("CCWSIM_channel256_uncond_L2", "MS-CCSIM_channel256_uncond_L2",
-          "DeeSse_channel256_uncond", "SNESIM_MPSLIB_channel256_uncond")),
-    Case("stone wall 200², no data, level 2", "ti_stonewall_200x200", 2,
-         ("CCWSIM_stonewall200_uncond_L2", "MS-CCSIM_stonewall200_uncond_L2")),
-    *(Case(f"channel 512², 397 data, level {level}", "ti_channel_256x256", level,
-           (f"CCWSIM_channel512_hd400_L{level}", f"MS-CCSIM_channel512_hd400_L{level}"),
-           "hd_channel_400_grid512x512") for level in (1, 2, 3)),
-    Case("stone wall 512², 298 data, level 1", "ti_stonewall_200x200", 1,
-         ("CCWSIM_stonewall512_hd300_L1", "MS-CCSIM_stonewall512_hd300_L1"),
-         "hd_stonewall_300_grid512x512"),
-)  # fmt: skip
+    Case(
+        "channel 256², no data, level 2",
+        "ti_channel_256x256",
+        2,
+        (
+            "CCWSIM_channel256_uncond_L2",
+            "MS-CCSIM_channel256_uncond_L2",
+            "DeeSse_channel256_uncond",
+            "SNESIM_MPSLIB_channel256_uncond",
+        ),
+    ),
+    Case(
+        "stone wall 200², no data, level 2",
+        "ti_stonewall_200x200",
+        2,
+        ("CCWSIM_stonewall200_uncond_L2", "MS-CCSIM_stonewall200_uncond_L2"),
+    ),
+    *(
+        Case(
+            f"channel 512², 397 data, level {level}",
+            "ti_channel_256x256",
+            level,
+            (f"CCWSIM_channel512_hd400_L{level}", f"MS-CCSIM_channel512_hd400_L{level}"),
+            "hd_channel_400_grid512x512",
+        )
+        for level in (1, 2, 3)
+    ),
+    Case(
+        "stone wall 512², 298 data, level 1",
+        "ti_stonewall_200x200",
+        1,
+        ("CCWSIM_stonewall512_hd300_L1", "MS-CCSIM_stonewall512_hd300_L1"),
+        "hd_stonewall_300_grid512x512",
+    ),
+)
 
 
 def main(folder: Path) -> None:

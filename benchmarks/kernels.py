@@ -67,37 +67,48 @@ def compare(a, b):
 
 
 @kernel
-def all_terms(grid, ys, xs, template, overlap, unit, terms, n_terms):
+def all_terms(grid, ys, xs, template, overlap, block_size, terms, n_terms):
     """Take the terms of each patch."""
     for i in range(len(ys)):
         n_terms[i] = overlap_terms(
-            grid, ys[i], xs[i], template, overlap, unit, L_SHAPE, 1, terms[i]
-        )  # fmt: skip
+            grid, ys[i], xs[i], template, overlap, block_size, L_SHAPE, 1, terms[i]
+        )
 
 
 @kernel
 def all_scores(sums, terms, n_terms, energy, scores):
-    """Score all places for each patch."""
+    """Score all locations for each patch."""
     for i in range(len(n_terms)):
         score_places(sums, terms[i], n_terms[i], energy, scores[i])
 
 
 @kernel
-def all_best(scores, k, rng, row_best, places):
-    """Find the best places of each patch."""
+def all_best(scores, k, rng, row_best, locations):
+    """Find the best locations of each patch."""
     for i in range(len(scores)):
-        best_places(scores[i], k, rng, row_best, places[i])
+        best_places(scores[i], k, rng, row_best, locations[i])
 
 
 @kernel
-def all_refined(image, bits, grid, data, ys, xs, template, overlap, unit, tys, txs, strips):
+def all_refined(image, bits, grid, data, ys, xs, template, overlap, block_size, tys, txs, strips):
     """Refine the place of each patch; return something that depends on all."""
     total = 0
     for i in range(len(ys)):
         ty, tx = refine_place(
-            image, bits, grid, data, ys[i], xs[i], template, overlap, L_SHAPE, unit, tys[i],
-            txs[i], strips,
-        )  # fmt: skip
+            image,
+            bits,
+            grid,
+            data,
+            ys[i],
+            xs[i],
+            template,
+            overlap,
+            L_SHAPE,
+            block_size,
+            tys[i],
+            txs[i],
+            strips,
+        )
         total += ty + tx
     return total
 
@@ -142,42 +153,42 @@ def measure(level: int) -> list[Measured]:
     """Return a row for each kernel of an unconditional patch, the mean of all."""
     ti, p = datasets.load("channels"), Parameters(wavelet_level=level, random_path=False)
     grid = np.array(simulate(ti, (512, 512), p).indices[0])
-    turned = PreparedImage(Study(ti, Grid(512, 512), p, HardData(), 0)).turned(0, p.template_size)
+    study = Study(ti, Grid(512, 512), p, HardData(), 0)
+    oriented = PreparedImage(study).oriented(0, p.template_size)
     ys, xs = (a.ravel() for a in np.meshgrid(ROWS, COLUMNS, indexing="ij"))
-    n, t, overlap, unit, k = len(ys), p.template_size, p.overlap_size, 2**level, p.n_candidates
-    image, bits, sums, _ = turned.pyramid
-    energy = turned.energies[0, L_SHAPE]
-    terms, n_terms = np.zeros((n, 4, 2 * t * overlap // unit**2), np.int64), np.zeros(n, np.int64)
+    n, block_size, k = len(ys), 2**level, p.n_candidates
+    t, overlap = p.template_size, p.overlap_size
+    image, bits, sums, _ = oriented.pyramid
+    energy = oriented.energies[0, L_SHAPE]
+    terms = np.zeros((n, 4, 2 * t * overlap // block_size**2), np.int64)
+    n_terms = np.zeros(n, np.int64)
     scores, row_best = np.zeros((n, *energy.shape), energy.dtype), np.zeros(len(energy), np.int64)
-    places, rng = np.zeros((n, k, 2), np.int64), np.random.default_rng(0)
+    locations, rng = np.zeros((n, k, 2), np.int64), np.random.default_rng(0)
     no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), grid.shape)
     strips, kept = make_strips(bits, t), np.zeros((n, t, t), bool)
     target, counts = grid.copy(), np.zeros(0, np.int64)
-    terms_of = seconds_of(lambda: all_terms(grid, ys, xs, t, overlap, unit, terms, n_terms))
+    terms_of = seconds_of(lambda: all_terms(grid, ys, xs, t, overlap, block_size, terms, n_terms))
     scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, scores))
-    best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, places))
-    tys, txs = places[np.arange(n), rng.integers(0, k, n)].T * unit
-    refined = seconds_of(lambda: all_refined(
-        image, bits, grid, no_data, ys, xs, t, overlap, unit, tys, txs, strips
-    ))  # fmt: skip
-    cut = seconds_of(lambda: all_cut(
-        grid, no_data.kept, image, ys, xs, tys, txs, t, overlap, kept
-    ))  # fmt: skip
-    pasted = seconds_of(lambda: all_pasted(
-        image, tys, txs, t, kept, overlap, counts, ys, xs, target
-    ))  # fmt: skip
+    best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, locations))
+    tys, txs = locations[np.arange(n), rng.integers(0, k, n)].T * block_size
+    at = ys, xs, t, overlap, block_size, tys, txs
+    refined = seconds_of(lambda: all_refined(image, bits, grid, no_data, *at, strips))
+    cut = seconds_of(lambda: all_cut(grid, no_data.kept, image, ys, xs, tys, txs, t, overlap, kept))
+    pasted = seconds_of(
+        lambda: all_pasted(image, tys, txs, t, kept, overlap, counts, ys, xs, target)
+    )
     strip = 2 * t * overlap - overlap**2
     products, comparisons = rates(energy.dtype)
+    n_products = energy.size * n_terms.mean()
+    shifts = (1 + 9 * level) * strip / CELLS_A_BYTE
     rows = [
         ("overlap_terms", "cells of the overlap", strip, terms_of, comparisons),
-        ("score_places", "places × coefficients that are not 0",
-         energy.size * n_terms.mean(), scores_of, products),
-        ("best_places", "places, looked at twice", 2 * energy.size, best_of, comparisons),
-        ("refine_place", "shifts × cells of the overlap, as bits",
-         (1 + 9 * level) * strip / CELLS_A_BYTE, refined, comparisons),
+        ("score_places", "locations × coefficients not 0", n_products, scores_of, products),
+        ("best_places", "locations, visited twice", 2 * energy.size, best_of, comparisons),
+        ("refine_place", "shifts × cells of the overlap, as bits", shifts, refined, comparisons),
         ("keep_old (cut)", "boundaries × 3 ways", 2 * t * (overlap + 1) * 3, cut, comparisons),
         ("paste", "cells of the patch", t * t, pasted, comparisons),
-    ]  # fmt: skip
+    ]
     return [
         Measured(level, name, what, round(operations), seconds / n, per_second)
         for name, what, operations, seconds, per_second in rows

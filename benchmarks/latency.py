@@ -197,10 +197,14 @@ def report(case: Case, control: str, rows: dict[str, list[list[float]]]) -> None
     for name, own in rows.items():
         first, complete, server, drawing, sent = np.array(own).T
         shown = [
-            np.median(first), np.quantile(first, 0.95), np.median(complete),
-            np.quantile(complete, 0.95), np.median(server), np.median(drawing),
+            np.median(first),
+            np.quantile(first, 0.95),
+            np.median(complete),
+            np.quantile(complete, 0.95),
+            np.median(server),
+            np.median(drawing),
             np.median(sent) / 1000,
-        ]  # fmt: skip
+        ]
         cells = " | ".join(f"{value:.0f}" for value in shown)
         print(f"| {case.title} | {control} | {name} | {cells} |", flush=True)
 

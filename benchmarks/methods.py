@@ -1,8 +1,8 @@
 """The methods side by side: python -m benchmarks.methods DATA
 
-Prints, as a Markdown table, likeness to the channel training image, connection, variety, data that
-are wrong and CPU time of "ccwsim", "ms-ccsim" and "ccsim" in the same engine, by level, without
-data and with 397 to 2000, with `exact_data` on and off. The columns are those of
+Prints, as a Markdown table, likeness to the channel training image, connectivity, variety, data
+that are wrong and CPU time of "ccwsim", "ms-ccsim" and "ccsim" in the same engine, by level,
+without data and with 397 to 2000, with `exact_data` on and off. The columns are those of
 `benchmarks.quality`; DATA is the same folder.
 """
 

@@ -99,8 +99,8 @@ def boundary(error: NDArray) -> NDArray[np.int64]:
     """
     n, m = error.shape
     sides = np.arange(m + 1)
-    here = error[:, np.maximum(sides - 1, 0)] + error[:, np.minimum(sides, m - 1)].astype(int)
-    cost = here.copy()
+    own = error[:, np.maximum(sides - 1, 0)] + error[:, np.minimum(sides, m - 1)].astype(int)
+    cost = own.copy()
     for i in range(1, n):
         before = np.pad(cost[i - 1], 1, constant_values=np.iinfo(int).max)
         cost[i] += np.minimum(np.minimum(before[:-2], before[2:]), before[1:-1])
@@ -195,9 +195,14 @@ def simulate_reference(
 
 
 def simulate_tile(
-    tile: NDArray[np.uint8], image: NDArray, sums: NDArray, p: Parameters,
-    left: bool, top: bool, rng: np.random.Generator,
-) -> None:  # fmt: skip
+    tile: NDArray[np.uint8],
+    image: NDArray,
+    sums: NDArray,
+    p: Parameters,
+    left: bool,
+    top: bool,
+    rng: np.random.Generator,
+) -> None:
     """Simulate one tile in place: score, draw one of the K best, refine, cut, paste."""
     unit = 2**p.level
     mask = overlap_mask(p.template_size, p.overlap_size, left, top)

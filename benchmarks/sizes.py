@@ -38,17 +38,24 @@ class Case:
 
 
 CASES = (
-    *(Case(f"512², {n} data" if n else "512²", 512, level, n_data=n, n_realizations=8)
-      for n in (0, 400, 2000) for level in (1, 2, 3)),
-    *(Case("512², 400 data, two threads", 512, level, n_data=400, n_realizations=8, n_workers=2)
-      for level in (1, 2, 3)),
+    *(
+        Case(f"512², {n} data" if n else "512²", 512, level, n_data=n, n_realizations=8)
+        for n in (0, 400, 2000)
+        for level in (1, 2, 3)
+    ),
+    *(
+        Case("512², 400 data, two threads", 512, level, n_data=400, n_realizations=8, n_workers=2)
+        for level in (1, 2, 3)
+    ),
     *(Case("512², 3 facies", 512, level, "barchans", 400, n_realizations=4) for level in (1, 2, 3)),
-    *(Case("1000², image 1000², T 100, OR 20", 1000, level, side=1000, template=100, overlap=20)
-      for level in (1, 2)),
+    *(
+        Case("1000², image 1000², T 100, OR 20", 1000, level, side=1000, template=100, overlap=20)
+        for level in (1, 2)
+    ),
     Case("512², image 2000²", 512, 1, side=2000),
     *(Case("5000²", 5000, level) for level in (1, 2, 3)),
     *(Case("10 000²", 10_000, level) for level in (1, 2, 3)),
-)  # fmt: skip
+)
 
 
 def image_of(case: Case) -> TrainingImage:
@@ -62,10 +69,10 @@ def data_of(case: Case, ti: TrainingImage, p: Parameters) -> HardData | None:
     """Return data sampled from an unconditional realization, as section 5.2 of the paper does."""
     if not case.n_data:
         return None
-    truth = simulate(ti, (case.grid, case.grid), p, seed=99).realizations[0]
-    flat = np.random.default_rng(1).choice(truth.size, case.n_data, replace=False)
+    field = simulate(ti, (case.grid, case.grid), p, seed=99).realizations[0]
+    flat = np.random.default_rng(1).choice(field.size, case.n_data, replace=False)
     cells = np.stack(np.divmod(flat, case.grid), axis=1)
-    return HardData(cells, truth[cells[:, 0], cells[:, 1]])
+    return HardData(cells, field[cells[:, 0], cells[:, 1]])
 
 
 def measure(case: Case) -> tuple[float, float, float]:

@@ -30,7 +30,7 @@ TIME_TO_LIVE = 20
 WARMING = 60.0
 """Seconds of work before the memory is read: what is loaded on demand is loaded then."""
 EVERY = 0.5
-"""Seconds between two looks at the memory of the server."""
+"""Seconds between two readings of the memory of the server."""
 BACK_WITHIN = 0.1
 """By how much more memory than at the start the server may keep."""
 
@@ -135,9 +135,13 @@ class Outcome:
 
 
 def soak(
-    sessions: int, minutes: float, seed: int = 0, log: Path | None = None,
-    ttl: int = TIME_TO_LIVE, warming: float = WARMING,
-) -> Outcome:  # fmt: skip
+    sessions: int,
+    minutes: float,
+    seed: int = 0,
+    log: Path | None = None,
+    ttl: int = TIME_TO_LIVE,
+    warming: float = WARMING,
+) -> Outcome:
     """Let so many visitors work for so long and return what it came to.
 
     Parameters
@@ -168,9 +172,15 @@ def soak(
             end = memory.now()
         said = log.read_text("utf-8", "replace")
     return Outcome(
-        tally, sessions, minutes, begin, memory.peak, end,
-        said.count("Traceback (most recent call last)"), said.count("trouble "),
-    )  # fmt: skip
+        tally,
+        sessions,
+        minutes,
+        begin,
+        memory.peak,
+        end,
+        said.count("Traceback (most recent call last)"),
+        said.count("trouble "),
+    )
 
 
 def _warm_up(server: Server, sessions: int, seed: int, seconds: float) -> None:
@@ -237,9 +247,10 @@ def report(outcome: Outcome) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a soak and print what it came to; 1 where anything went wrong."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.soak", description=__doc__,
+        prog="python -m benchmarks.soak",
+        description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    )
     parser.add_argument("--sessions", type=int, default=30)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--seed", type=int, default=0, help="of what the visitors do")

@@ -38,11 +38,14 @@ def table(rows: Sequence[Row], before: Sequence[Row] = ()) -> str:
         reference = row.reference_ms
         then = earlier.get((row.data, row.level))
         cells = [
-            str(row.data), str(row.level), _shown(row.ms, 1), _shown(reference, 0),
+            str(row.data),
+            str(row.level),
+            _shown(row.ms, 1),
+            _shown(reference, 0),
             _shown(reference / row.ms if reference else None, 1),
             _shown(row.ms / free[row.level] if row.level in free else None, 2),
             _shown(row.memory_mb, 0),
-        ]  # fmt: skip
+        ]
         if before:
             cells += [_shown(then, 1), _shown(then / row.ms if then else None, 2)]
         lines.append(_line(cells, header))

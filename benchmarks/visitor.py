@@ -42,9 +42,14 @@ class Visitor:
     """
 
     def __init__(
-        self, address: str, tally: Any, generator: np.random.Generator, end: float, number: int,
+        self,
+        address: str,
+        tally: Any,
+        generator: np.random.Generator,
+        end: float,
+        number: int,
         whole: bool = False,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._address, self._tally, self._generator = address, tally, generator
         self._end, self._number, self._whole = end, number, whole
         self._own: TrainingImage | None = None
@@ -67,9 +72,17 @@ class Visitor:
         self._timed("open", tab, tab.open)
         self._look(tab)
         acts = [
-            self._seed, self._seed, self._level, self._size, self._live, self._upload,
-            self._validate, self._compare, self._how, self._data,
-        ]  # fmt: skip
+            self._seed,
+            self._seed,
+            self._level,
+            self._size,
+            self._live,
+            self._upload,
+            self._validate,
+            self._compare,
+            self._how,
+            self._data,
+        ]
         order = self._generator.permutation(len(acts))
         n = len(acts) if self._whole else int(self._generator.integers(2, len(acts)))
         for k in order[:n]:
@@ -134,8 +147,9 @@ class Visitor:
         name = self._generator.choice(IMAGES)
         side = self._generator.choice(SIDES)
         seed = self._any(1000) + 1000 * self._number
-        return (f"ti={name}&grid={side}x64&data=none&template=16&overlap=4&realizations=4"
-                f"&seed={seed}")  # fmt: skip
+        return (
+            f"ti={name}&grid={side}x64&data=none&template=16&overlap=4&realizations=4&seed={seed}"
+        )
 
     def _any(self, n: int) -> int:
         return int(self._generator.integers(n))

@@ -7,12 +7,7 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.experiments.comparison import add_curves, compare
-from ccwsim.metrics import (
-    connectivity,
-    js_divergence,
-    pyramid_histograms,
-    variogram,
-)
+from ccwsim.metrics import connectivity, js_divergence, pyramid_histograms, variogram
 from tests.small_images import blobs
 
 N, SEED = 3, 7
@@ -130,9 +125,15 @@ def test_it_stops_wherever_it_is(image, n_parts):
     parts = []
     with pytest.raises(Cancelled):
         compare(
-            image, GRID, SETTINGS, DATA, N, SEED,
-            cancel=lambda: len(parts) >= n_parts, on_partial=parts.append,
-        )  # fmt: skip
+            image,
+            GRID,
+            SETTINGS,
+            DATA,
+            N,
+            SEED,
+            cancel=lambda: len(parts) >= n_parts,
+            on_partial=parts.append,
+        )
     assert len(parts) == n_parts
 
 

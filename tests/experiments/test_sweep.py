@@ -49,9 +49,11 @@ def fits(changes: dict) -> bool:
 
 def test_settings_are_all_combinations_that_fit():
     ranges = {
-        "template_size": [8, 12, 16, 96], "overlap_size": [2, 4, 8], "wavelet_level": [0, 1, 2, 3],
+        "template_size": [8, 12, 16, 96],
+        "overlap_size": [2, 4, 8],
+        "wavelet_level": [0, 1, 2, 3],
         "n_candidates": [1, 9],
-    }  # fmt: skip
+    }
     combinations = [dict(zip(ranges, v, strict=True)) for v in product(*ranges.values())]
     fitting = [replace(BASE, **c) for c in combinations if fits(c)]
     plan = settings(BASE, ranges, IMAGE.shape)
@@ -65,8 +67,11 @@ def test_settings_are_all_combinations_that_fit():
 def test_what_means_the_same_is_tried_once():
     plan = settings(BASE, {"method": ["ccwsim", "ccsim"], "wavelet_level": [0, 1, 2]})
     assert [(p.method, p.wavelet_level) for p in plan] == [
-        ("ccwsim", 0), ("ccwsim", 1), ("ccwsim", 2), ("ccsim", 0),
-    ]  # fmt: skip
+        ("ccwsim", 0),
+        ("ccwsim", 1),
+        ("ccwsim", 2),
+        ("ccsim", 0),
+    ]
     assert plan.n_equal == 2
     assert len(settings(BASE, {"n_candidates": [3, 3]})) == 1
 
@@ -92,8 +97,11 @@ def test_labels_say_what_differs():
     tried = [BASE, replace(BASE, n_candidates=9), replace(BASE, method="ccsim")]
     names = varied(tried)
     assert names == ["method", "wavelet_level", "n_candidates"]
-    assert [label(p, names) for p in tried] == ["ccwsim · level 1 · K 5", "ccwsim · level 1 · K 9",
-                                               "ccsim · K 5"]  # fmt: skip
+    assert [label(p, names) for p in tried] == [
+        "ccwsim · level 1 · K 5",
+        "ccwsim · level 1 · K 9",
+        "ccsim · K 5",
+    ]
 
 
 def test_rows_are_what_simulate_and_judge_give(found):
@@ -116,9 +124,15 @@ def test_rows_come_one_by_one_and_a_stopped_sweep_keeps_them():
     seen: list[Row] = []
     shares: list[tuple[float, int]] = []
     stopped = sweep(
-        IMAGE, (40, 44), TRIED, DATA, n_realizations=2, found=seen.append,
-        progress=lambda share, n: shares.append((share, n)), cancel=lambda: len(seen) >= 2,
-    )  # fmt: skip
+        IMAGE,
+        (40, 44),
+        TRIED,
+        DATA,
+        n_realizations=2,
+        found=seen.append,
+        progress=lambda share, n: shares.append((share, n)),
+        cancel=lambda: len(seen) >= 2,
+    )
     assert stopped.stopped
     assert list(stopped.rows) == seen
     assert [row.parameters for row in seen] == TRIED[:2]
@@ -145,9 +159,10 @@ def test_a_setting_that_cannot_be_simulated_does_not_end_the_sweep():
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), max_size=12))
 def test_the_front_is_what_no_other_point_beats(points):
     by_hand = {
-        k for k, (t, e) in enumerate(points)
+        k
+        for k, (t, e) in enumerate(points)
         if not any(a <= t and b <= e and (a, b) != (t, e) for a, b in points)
-    }  # fmt: skip
+    }
     front = pareto_front([t for t, _ in points], [e for _, e in points])
     assert set(front.tolist()) == by_hand
     assert len(front) == len(by_hand)
@@ -227,9 +242,15 @@ def traces_of(chart) -> dict[str, Any]:
 def test_the_chart_shows_settings_front_and_marks(theme, high):
     x, y = np.array([1.0, high, 2.0]), np.array([high + 1, 1.5, high + 2])
     chart: Any = sweep_chart(
-        x, y, ["a", "b", "c"], theme, front=pareto_front(x, y), selected=2, recommended=0,
+        x,
+        y,
+        ["a", "b", "c"],
+        theme,
+        front=pareto_front(x, y),
+        selected=2,
+        recommended=0,
         y_title="error",
-    )  # fmt: skip
+    )
     traces = traces_of(chart)
     assert next(iter(traces)) == "settings"
     dots = traces["settings"]
@@ -245,9 +266,15 @@ def test_the_chart_shows_settings_front_and_marks(theme, high):
 def test_the_chart_of_one_setting_or_of_unknown_errors_is_drawn():
     for y in (0.0, np.nan):
         chart: Any = sweep_chart(
-            np.array([2.0]), np.array([y]), ["only"], LIGHT, front=[], selected=0,
-            recommended=None, y_title="error",
-        )  # fmt: skip
+            np.array([2.0]),
+            np.array([y]),
+            ["only"],
+            LIGHT,
+            front=[],
+            selected=0,
+            recommended=None,
+            y_title="error",
+        )
         assert np.isfinite(chart.layout.yaxis.range).all()
         assert np.isfinite(chart.layout.xaxis.range).all()
 

@@ -70,8 +70,11 @@ def test_large_grids_are_timed_a_few_at_a_time(monkeypatch):
 def test_grids_come_small_first_and_levels_in_their_order():
     found = list(time_grids(TI, [48, 20], LEVELS, n_realizations=2))
     assert [(t.grid_shape[0], t.parameters.level) for t in found] == [
-        (20, 1), (20, 2), (48, 1), (48, 2)
-    ]  # fmt: skip
+        (20, 1),
+        (20, 2),
+        (48, 1),
+        (48, 2),
+    ]
     assert all(len(t.cpu_seconds) == 2 and t.n_data == 0 for t in found)
 
 
@@ -155,9 +158,10 @@ def test_growth_needs_two_sizes():
 def test_the_usual_time_grows_with_what_there_is_to_do():
     base = typical_seconds(TI, TimingCase(P, (200, 200)))
     for harder in (
-        TimingCase(P, (200, 400)), TimingCase(replace(P, wavelet_level=0), (200, 200)),
+        TimingCase(P, (200, 400)),
+        TimingCase(replace(P, wavelet_level=0), (200, 200)),
         TimingCase(P, (200, 200), 50),
-    ):  # fmt: skip
+    ):
         assert typical_seconds(TI, harder) > base
     assert typical_seconds(TrainingImage(blobs((64, 60), 4)), TimingCase(P, (200, 200))) > base
 
@@ -178,8 +182,9 @@ def test_published_times_have_a_source_and_are_those_of_the_paper():
         assert t.cpu_seconds is None or t.cpu_seconds > 0
         assert t.wrong_share is None or 0 <= t.wrong_share < 1
         assert t.cpu_seconds is not None or t.note
-    keys = [(t.source, t.where, t.image, t.n_cells, t.n_data, t.method, t.level)
-            for t in pub.ALL_TIMES]  # fmt: skip
+    keys = [
+        (t.source, t.where, t.image, t.n_cells, t.n_data, t.method, t.level) for t in pub.ALL_TIMES
+    ]
     assert len(set(keys)) == len(keys)
     found = pub.published_time(pub.PAPER, "ms-ccsim", 1, 512 * 512, 1000)
     assert found is not None

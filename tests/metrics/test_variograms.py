@@ -10,13 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ccwsim.metrics import (
-    band,
-    transiograms,
-    transition_map,
-    variogram,
-    variogram_map,
-)
+from ccwsim.metrics import band, transiograms, transition_map, variogram, variogram_map
 from ccwsim.model.errors import CCWSIMError
 
 images = st.builds(

@@ -14,13 +14,7 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, Train
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from ccwsim.run.executors import worker
-from ccwsim.run.executors.worker import (
-    FileFlag,
-    PolledFlag,
-    deserialized,
-    serialized,
-    study_key,
-)
+from ccwsim.run.executors.worker import FileFlag, PolledFlag, deserialized, serialized, study_key
 from tests.small_images import blobs
 
 P = Parameters(16, 4, 1, n_candidates=5, template_variation=0.4)

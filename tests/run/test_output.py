@@ -68,9 +68,12 @@ class TestCancel:
         out, done = tmp_path / "out.npy", [0]
         with pytest.raises(Cancelled) as stopped:
             study(
-                CODED, 5000, out=out, progress=lambda _, n: done.append(n),
+                CODED,
+                5000,
+                out=out,
+                progress=lambda _, n: done.append(n),
                 cancel=lambda: done[-1] >= 3,
-            )  # fmt: skip
+            )
         ensemble = stopped.value.ensemble
         assert ensemble is not None
         saved = np.load(out)

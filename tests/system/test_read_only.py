@@ -29,10 +29,20 @@ print(len(compiled.buffer), FOLDER)
 def run(app: Path, temporary: Path, cache: Path) -> tuple[int, str]:
     """How many compilations one kernel took, and where kernels are kept."""
     done = subprocess.run(
-        [*MORTAL, sys.executable, "-c", WORK], cwd="/", capture_output=True, text=True, timeout=300,
-        env={"PYTHONPATH": str(app), "PYTHONDONTWRITEBYTECODE": "1", "PATH": os.environ["PATH"],
-             "HOME": "/nonexistent", "XDG_CACHE_HOME": str(cache), "TMPDIR": str(temporary)},
-    )  # fmt: skip
+        [*MORTAL, sys.executable, "-c", WORK],
+        cwd="/",
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={
+            "PYTHONPATH": str(app),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "PATH": os.environ["PATH"],
+            "HOME": "/nonexistent",
+            "XDG_CACHE_HOME": str(cache),
+            "TMPDIR": str(temporary),
+        },
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     n, _, folder = done.stdout.strip().partition(" ")
     return int(n), folder

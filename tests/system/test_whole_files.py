@@ -49,8 +49,23 @@ def stream(path: Path) -> None:
 
 
 def command(path: Path) -> None:
-    code = main(["simulate", "channels", "--grid", "64x48", "--template", "16", "--overlap", "4",
-                 "--realizations", "2", "--output", str(path), "--quiet"])  # fmt: skip
+    code = main(
+        [
+            "simulate",
+            "channels",
+            "--grid",
+            "64x48",
+            "--template",
+            "16",
+            "--overlap",
+            "4",
+            "--realizations",
+            "2",
+            "--output",
+            str(path),
+            "--quiet",
+        ]
+    )
     if code:
         raise CCWSIMError(f"exit code {code}")
 
@@ -120,8 +135,14 @@ except CCWSIMError as error:
 
 
 def ran(code: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True,
-                          timeout=300, env={**os.environ, "PYTHONPATH": str(ROOT)})  # fmt: skip
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
 
 
 ENDLESS = """
@@ -140,9 +161,12 @@ while True:
 def killed(code: str, path: Path, seconds: float) -> None:
     """Run code, wait until it says that it is ready, and kill it after some time."""
     process = subprocess.Popen(
-        [sys.executable, "-c", code, str(path)], cwd=ROOT, stdout=subprocess.PIPE, text=True,
+        [sys.executable, "-c", code, str(path)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+    )
     assert process.stdout is not None
     assert process.stdout.readline().strip() == "ready"
     time.sleep(seconds)
