@@ -66,7 +66,7 @@ def png(width: int, height: int, *extra: bytes, data: bytes | None = None) -> by
 
 
 def png_of_remarks() -> bytes:
-    bomb = zlib.compress(bytes(200 * MIB), 9)
+    bomb = zlib.compress(bytes(200 * MIB), 1)
     return png(9, 9, png_chunk(b"zTXt", b"a\0\0" + bomb), png_chunk(b"iCCP", b"a\0\0" + bomb))
 
 

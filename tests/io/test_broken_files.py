@@ -143,7 +143,7 @@ def promising_mat() -> bytes:
 def bomb_mat() -> bytes:
     """A packed variable of few cells that promises 2 GB of values and unpacks to 200 MB."""
     words = np.array([14, 2**31, 6, 8, 6, 0, 5, 8, 3, 3, 1, 2, 0x6974, 0, 9, 2**31 - 99], "<u4")
-    packed = zlib.compress(words.tobytes() + bytes(200 * 2**20), 9)
+    packed = zlib.compress(words.tobytes() + bytes(200 * 2**20), 1)
     header = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
     return header + np.array([15, len(packed)], "<u4").tobytes() + packed
 

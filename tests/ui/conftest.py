@@ -1,0 +1,17 @@
+"""What all pages that are drawn without a browser have in common."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+from streamlit.components.v2 import manifest_scanner
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _components_are_looked_for_once():
+    """Streamlit reads about all installed packages for each page, which is half of its time."""
+    with pytest.MonkeyPatch.context() as patch:
+        looked_for = cache(manifest_scanner.scan_component_manifests)
+        patch.setattr(manifest_scanner, "scan_component_manifests", looked_for)
+        yield
