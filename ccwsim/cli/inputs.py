@@ -159,7 +159,7 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
     """Return the parameters of a command line: options, then `--parameters`, then `usual`."""
     if options.parameters is not None:
         from ccwsim.io import parameters_from_json
-        from ccwsim.io.source import read_bytes
+        from ccwsim.io.opening import read_bytes
 
         usual = parameters_from_json(read_bytes(options.parameters)[0])
     given = {row.fields[0]: getattr(options, row.fields[0]) for row in settings_of("parameters")}

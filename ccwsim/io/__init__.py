@@ -1,16 +1,25 @@
 """Files in and out: training images, hard data, realizations, parameters."""
 
 from ccwsim.io.formats.classes import class_edges, classify
-from ccwsim.io.formats.colours import DEFAULT_COLOURS
-from ccwsim.io.hard_data.placing import PlacedPoints, place_points
+from ccwsim.io.formats.pictures import DEFAULT_COLOURS
+from ccwsim.io.hard_data.files import (
+    hard_data_as_bytes,
+    import_hard_data,
+    read_hard_data,
+    write_hard_data,
+)
+from ccwsim.io.hard_data.placing import HardDataImport, PlacedPoints, place_points, resolve_points
 from ccwsim.io.hard_data.points import ImportedPoints, read_points
-from ccwsim.io.hard_data.reading import import_hard_data, read_hard_data
-from ccwsim.io.hard_data.resolving import HardDataImport, resolve_points
-from ccwsim.io.hard_data.writing import hard_data_as_bytes, write_hard_data
-from ccwsim.io.inspection import FileSummary, VariableSummary, inspect
-from ccwsim.io.limits import limited
-from ccwsim.io.parameters_json import parameters_from_json, parameters_to_json
-from ccwsim.io.project import Project, project_as_bytes, read_project, save_project
+from ccwsim.io.limits import limited, upload_limits
+from ccwsim.io.opening import FileSummary, VariableSummary, inspect
+from ccwsim.io.project import (
+    Project,
+    parameters_from_json,
+    parameters_to_json,
+    project_as_bytes,
+    read_project,
+    save_project,
+)
 from ccwsim.io.realizations import FORMATS, realizations_as_bytes, write_realizations
 from ccwsim.io.training_images import (
     read_grid,
@@ -18,7 +27,6 @@ from ccwsim.io.training_images import (
     training_image_as_bytes,
     write_training_image,
 )
-from ccwsim.io.upload_limits import upload_limits
 
 __all__ = [
     "DEFAULT_COLOURS",

@@ -1,16 +1,145 @@
-"""From any file to what it holds, by looking at its content, never at its name."""
+"""From any file to what it holds, by its content and never by its name; a first look at it."""
 
 from __future__ import annotations
 
-from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.delimited import read_delimited
-from ccwsim.io.formats.esri import is_esri, read_esri
-from ccwsim.io.formats.gslib import is_gslib, read_gslib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from stat import S_ISREG
+from typing import Any, BinaryIO, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.matlab import read_matlab
 from ccwsim.io.formats.numpy_files import read_npy, read_npz
-from ccwsim.io.formats.pictures import Picture, read_picture
-from ccwsim.io.source import PathOrFile, kind_of, read_bytes
+from ccwsim.io.formats.pictures import MAX_COLOURS, Picture, distinct_colours, grey_of, read_picture
+from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
+from ccwsim.io.formats.text_tables import read_delimited
+from ccwsim.io.limits import check_bytes, limits
 from ccwsim.model.errors import CCWSIMError
+
+
+class Readable(Protocol):
+    """A binary file object, such as an upload or `io.BytesIO`."""
+
+    def read(self, size: int = ..., /) -> bytes: ...
+
+
+PathOrFile = str | os.PathLike[str] | Readable | BinaryIO
+
+_MAGIC = (
+    (b"\x93NUMPY", "npy"),
+    (b"PK\x03\x04", "npz"),
+    (b"PK\x05\x06", "npz"),
+    (b"\x89PNG\r\n\x1a\n", "picture"),
+    (b"\xff\xd8\xff", "picture"),
+    (b"GIF87a", "picture"),
+    (b"GIF89a", "picture"),
+    (b"II*\x00", "picture"),
+    (b"MM\x00*", "picture"),
+    (b"MATLAB 5.0 MAT-file", "matlab"),
+    (b"MATLAB 7.3 MAT-file", "matlab 7.3"),
+    (b"\x89HDF\r\n\x1a\n", "matlab 7.3"),
+)
+
+
+def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
+    """Return the content of a file and the name to call it by in messages.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        A file object is read from its start where it can go back there.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be read, is empty, or is larger than it may be.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> read_bytes(BytesIO(b"0 1"))
+    (b'0 1', 'file')
+    """
+    if isinstance(path_or_file, (str, os.PathLike)):
+        content, name = _of_path(Path(path_or_file))
+    else:
+        content, name = _of_object(path_or_file)
+    check_bytes(name, len(content))
+    if not content.strip(b"\x00 \t\r\n"):
+        raise CCWSIMError(f"{name}: the file is empty")
+    return content, name
+
+
+def kind_of(content: bytes) -> str:
+    """Return the kind of file by its first bytes: npy, npz, picture, matlab, text or unknown.
+
+    Examples
+    --------
+    >>> kind_of(b"250 250 1")
+    'text'
+    """
+    for magic, kind in _MAGIC:
+        if content.startswith(magic):
+            return kind
+    if content.startswith(b"BM") and content[6:10] == bytes(4):
+        return "picture"
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "text"
+    return "unknown" if b"\x00" in content[:65536] else "text"
+
+
+def stem(name: str) -> str:
+    """Return a file's name without its ending.
+
+    Examples
+    --------
+    >>> stem("ti.v2.png")
+    'ti.v2'
+    """
+    return Path(name).stem
+
+
+def _of_path(path: Path) -> tuple[bytes, str]:
+    try:
+        if not S_ISREG(path.stat().st_mode):
+            raise CCWSIMError(f"{path} is not a file")
+        check_bytes(path.name, path.stat().st_size)
+        with path.open("rb") as file:
+            return file.read(limits().bytes + 1), printable(path.name) or "file"
+    except (OSError, ValueError) as error:
+        if isinstance(error, CCWSIMError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise CCWSIMError(f"{path} cannot be read: {reason}") from error
+
+
+def _of_object(file: Any) -> tuple[bytes, str]:
+    if not hasattr(file, "read"):
+        raise CCWSIMError(f"a path or an open binary file is needed, not {type(file).__name__}")
+    name = _shown(getattr(file, "name", None))
+    try:
+        if hasattr(file, "seek"):
+            file.seek(0)
+        content = file.read(limits().bytes + 1)
+    except (OSError, ValueError) as error:
+        raise CCWSIMError(f"{name} cannot be read: {error}") from error
+    if isinstance(content, str):
+        raise CCWSIMError(f"{name} was opened as text; open it in binary mode")
+    return bytes(content), name
+
+
+def _shown(name: object) -> str:
+    """A client's file name, for messages only: no folders, no control characters, short."""
+    if not isinstance(name, str):
+        return "file"
+    base = name.replace("\\", "/").rsplit("/", 1)[-1]
+    return printable(base) or "file"
+
 
 _READERS = {
     "npy": read_npy,
@@ -65,3 +194,140 @@ def _plain_text(content: bytes, name: str) -> bytes:
             raise CCWSIMError(f"{name}: the UTF-16 text is broken; save it as UTF-8") from error
     content = content.removeprefix(b"\xef\xbb\xbf")
     return content.replace(b"\r", b"\n") if b"\n" not in content else content
+
+
+MOST = 1000
+"""Different values are counted up to here."""
+
+
+@dataclass(frozen=True)
+class VariableSummary:
+    """One variable of a file.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the file.
+    shape : tuple of int
+        (nz, ny, nx) of a grid, (n,) of a column.
+    n_known : int
+        Cells or rows with a value.
+    n_distinct : int
+        Different values, counted up to `MOST`.
+    minimum, maximum : float
+        NaN where nothing is known.
+    continuous : bool
+        Whether it needs classes or a threshold to become facies.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    n_known: int
+    n_distinct: int
+    minimum: float
+    maximum: float
+    continuous: bool
+
+
+@dataclass(frozen=True)
+class FileSummary:
+    """What a file holds and what it leaves open.
+
+    Attributes
+    ----------
+    kind : str
+        The format, in words.
+    name : str
+        The file's name.
+    variables : tuple of VariableSummary
+        One of the name "grey" for a picture; `continuous` then means too many colours.
+    is_table : bool
+        Whether it is a table: points, or a grid that needs `shape`.
+    is_picture : bool
+        Whether facies come from colours.
+    asks_up : bool
+        Whether the format leaves open which end is the north.
+    cell_size, origin : pair of float, optional
+        Where the file says them.
+    """
+
+    kind: str
+    name: str
+    variables: tuple[VariableSummary, ...]
+    is_table: bool
+    is_picture: bool
+    asks_up: bool
+    cell_size: tuple[float, float] | None
+    origin: tuple[float, float] | None
+
+    @property
+    def asks_shape(self) -> bool:
+        """Whether a training image can be read only with `shape`."""
+        return self.is_table
+
+    @property
+    def n_slices(self) -> int:
+        """How many slices there are to choose from; 1 for tables and vertical sections."""
+        sizes = [v.shape for v in self.variables if len(v.shape) == 3 and 1 not in v.shape[1:]]
+        return max((size[0] for size in sizes), default=1)
+
+
+def inspect(path_or_file: PathOrFile) -> FileSummary:
+    """Return what a file holds: its kind, variables, sizes, and whether they look continuous.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be read.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> summary = inspect(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
+    >>> summary.kind, summary.variables[0].n_known, summary.variables[0].continuous
+    ('SGeMS/GSLIB grid', 1, True)
+    """
+    file = open_file(path_or_file)
+    if isinstance(file, Picture):
+        return _of_picture(file)
+    variables = tuple(_variable(file, key) for key in file.variables)
+    return FileSummary(
+        file.kind, file.name, variables, file.is_table, False, file.asks_up, file.cell_size,
+        file.origin,
+    )  # fmt: skip
+
+
+def _of_picture(picture: Picture) -> FileSummary:
+    colours, _ = distinct_colours(picture.rgb)
+    n = len(colours)
+    grey = grey_of(colours)
+    ny, nx, _ = picture.rgb.shape
+    variable = VariableSummary(
+        "grey",
+        (1, ny, nx),
+        ny * nx,
+        min(n, MOST),
+        float(grey.min()),
+        float(grey.max()),
+        n > MAX_COLOURS and not picture.says_codes,
+    )
+    return FileSummary("picture", picture.name, (variable,), False, True, False, None, None)
+
+
+def _variable(file: DataFile, key: str) -> VariableSummary:
+    values = file.variables[key]
+    known = values[file.known(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+    return VariableSummary(
+        key, values.shape, known.size, _n_distinct(known), low, high,
+        known.size > 0 and not are_codes(known),
+    )  # fmt: skip
+
+
+def _n_distinct(values: NDArray) -> int:
+    seen = values[:0]
+    for start in range(0, values.size, 2**20):
+        seen = np.union1d(seen, values[start : start + 2**20])
+        if len(seen) >= MOST:
+            return MOST
+    return len(seen)

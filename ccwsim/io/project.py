@@ -6,7 +6,7 @@ import json
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from io import BytesIO
 from typing import Any
 
@@ -16,7 +16,7 @@ from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.numpy_files import read_npy
-from ccwsim.io.source import PathOrFile, read_bytes
+from ccwsim.io.opening import PathOrFile, read_bytes
 from ccwsim.model.arrays import check_int
 from ccwsim.model.choices import Shown
 from ccwsim.model.codec import settings_of
@@ -305,3 +305,47 @@ def _checked(part: str, given: Mapping[str, Any], name: str) -> dict[str, Any]:
         (own,) = row.fields
         found[own] = row.check(given.get(own), name)
     return found
+
+
+MAX_LENGTH = 100_000
+
+
+def parameters_to_json(parameters: Parameters) -> str:
+    """Return parameters as a JSON object of all their names and values.
+
+    Examples
+    --------
+    >>> parameters_to_json(Parameters(template_size=48))[:23]
+    '{"template_size": 48, "'
+    """
+    return json.dumps(asdict(parameters))
+
+
+def parameters_from_json(text: str | bytes) -> Parameters:
+    """Return the parameters of a JSON object; names that are not in it keep their defaults.
+
+    Raises
+    ------
+    CCWSIMError
+        For what is no JSON object, a name that is no parameter, or a value that is not allowed.
+
+    Examples
+    --------
+    >>> parameters_from_json('{"template_size": 48}').template_size
+    48
+    """
+    if len(text) > MAX_LENGTH:
+        raise CCWSIMError(f"parameters: {len(text)} characters are no list of parameters")
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CCWSIMError(f"parameters: this is no JSON ({error}); write them again") from error
+    if not isinstance(given, dict):
+        raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
+    known = [f.name for f in fields(Parameters)]
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise CCWSIMError(
+            f"parameters: there is no {shown(unknown[0])}; there are {', '.join(known)}"
+        )
+    return Parameters(**given)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.formats.gslib import grid_as_bytes
 from ccwsim.io.formats.pictures import picture_as_bytes
-from ccwsim.io.parameters_json import parameters_to_json
-from ccwsim.io.source import PathOrFile
+from ccwsim.io.formats.text_grids import grid_as_bytes
+from ccwsim.io.opening import PathOrFile
+from ccwsim.io.project import parameters_to_json
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 

@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, layer
 from ccwsim.io.formats.classes import Classes, classify
-from ccwsim.io.formats.colours import colours_for, grey_of
-from ccwsim.io.formats.gslib import grid_as_bytes
-from ccwsim.io.formats.pictures import Picture, picture_as_bytes, picture_facies
-from ccwsim.io.opening import open_file
-from ccwsim.io.source import PathOrFile, stem
+from ccwsim.io.formats.pictures import (
+    Picture,
+    colours_for,
+    grey_of,
+    picture_as_bytes,
+    picture_facies,
+)
+from ccwsim.io.formats.text_grids import grid_as_bytes
+from ccwsim.io.opening import PathOrFile, open_file, stem
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 

@@ -9,8 +9,7 @@ import numpy as np
 
 import ccwsim.io as cio
 from ccwsim import Grid, TrainingImage
-from ccwsim.io.limits import limited
-from ccwsim.io.upload_limits import upload_limits
+from ccwsim.io.limits import limited, upload_limits
 
 NAMES = (
     "ti.dat", "../../../etc/passwd", "C:\\x\\y.png", "a\x00b", "**x**", "<script>alert(1)</script>",

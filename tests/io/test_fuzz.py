@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from ccwsim import CCWSIMError
-from ccwsim.io.limits import limited
-from ccwsim.io.upload_limits import upload_limits
+from ccwsim.io.limits import limited, upload_limits
 from tests.fuzz.cases import Case, acts_of, content_of
 from tests.fuzz.evil import EVIL, SPRUNG
 from tests.fuzz.reading import NAMES, WAYS, readings

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, read_hard_data
-from ccwsim.io.hard_data.writing import hard_data_as_bytes, write_hard_data
+from ccwsim.io.hard_data.files import hard_data_as_bytes, write_hard_data
 
 SIZES = st.floats(0.01, 500.0)
 ORIGINS = st.floats(-1e6, 1e6)

@@ -14,18 +14,19 @@ from PIL import Image
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.io.formats.bare_pictures import bare_picture
+from ccwsim.io.formats.pictures import bare_picture
 from ccwsim.io.limits import (
     OF_SCRIPTS,
     OF_UPLOADS,
+    VARIABLES,
     check_cells,
     check_packing,
     check_time,
     limited,
     limits,
+    upload_limits,
 )
-from ccwsim.io.source import kind_of
-from ccwsim.io.upload_limits import VARIABLES, upload_limits
+from ccwsim.io.opening import kind_of
 from ccwsim.model.choices import Upload
 from tests.fuzz.builders import mat, matrix, png
 from tests.fuzz.mutations import zipped

@@ -1,10 +1,19 @@
-"""Pictures (PNG, JPEG, TIFF, GIF, BMP): colours to facies and back."""
+"""Pictures (PNG, JPEG, TIFF, GIF, BMP): colours to facies and back.
+
+Remarks, colour profiles, camera data and further frames of a picture may be larger than itself, and
+made to take hours. They are taken out before the picture is decoded, and what no program writes,
+such as thousands of scans, is refused.
+"""
 
 from __future__ import annotations
 
+import colorsys
+import re
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +21,9 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.bare_pictures import bare_picture
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
-from ccwsim.io.formats.colours import (
-    MAX_COLOURS,
-    colours_for,
-    distinct_colours,
-    grey_of,
-    nearest_colours,
-)
-from ccwsim.io.limits import check_cells
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.io.limits import check_cells, check_time, limits
+from ccwsim.model.errors import CCWSIMError, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
 _TAG, _CODES = "Palette", "facies codes"
@@ -165,3 +166,323 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
         ground = Image.new("RGBA", image.size, "white")
         return np.array(Image.alpha_composite(ground, image.convert("RGBA")).convert("RGB"))
     return np.array(image.convert("RGB"))
+
+
+MAX_COLOURS = 16
+"""More different colours in a picture come from blur or shading, not from facies."""
+
+DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f98")
+"""Deep blue, amber, green, brick, violet, grey: one a facies, in the order of the codes."""
+
+
+def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint8]:
+    """Return n colours as red, green and blue, shape (n, 3).
+
+    Parameters
+    ----------
+    n : int
+        How many facies there are.
+    colours : sequence of str, optional
+        As `#rrggbb`; the default palette, then hues around the circle, where they are too few.
+
+    Raises
+    ------
+    CCWSIMError
+        For a colour that is not written so.
+
+    Examples
+    --------
+    >>> colours_for(1, ["#ff8000"]).tolist()
+    [[255, 128, 0]]
+    """
+    given = list(DEFAULT_COLOURS if colours is None else colours)[:n]
+    rgb = [_rgb(colour) for colour in given]
+    for k in range(len(rgb), n):
+        hue = (k * 0.618034) % 1.0
+        rgb.append(
+            tuple(round(255 * c) for c in colorsys.hsv_to_rgb(hue, 0.6, 0.5 + 0.1 * (k % 5)))
+        )
+    return np.array(rgb, dtype=np.uint8).reshape(n, 3)
+
+
+def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the luminance (ITU-R 601) of colours, 0 black to 255 white, shape (...,).
+
+    Examples
+    --------
+    >>> grey_of(np.array([[255, 255, 255]], np.uint8)).round(3).tolist()
+    [255.0]
+    """
+    weights = np.array([0.299, 0.587, 0.114])
+    return np.rint(rgb @ weights * 1000) / 1000
+
+
+def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """Return the colours of a picture from dark to light and the place of each cell among them.
+
+    Parameters
+    ----------
+    rgb : ndarray of uint8, shape (ny, nx, 3)
+        The picture.
+
+    Returns
+    -------
+    colours : ndarray of uint8, shape (n, 3)
+    places : ndarray of int, shape (ny, nx)
+
+    Examples
+    --------
+    >>> colours, places = distinct_colours(np.array([[[255] * 3, [0] * 3]], np.uint8))
+    >>> places.tolist()
+    [[1, 0]]
+    """
+    packed = _packed(rgb, 8)
+    there = np.zeros(1 << 24, bool)
+    there[packed] = True
+    found = np.flatnonzero(there)
+    colours = np.stack([found >> 16, found >> 8, found], axis=1).astype(np.uint8)
+    order = np.lexsort((found, grey_of(colours)))
+    rank = np.empty(1 << 24, np.int32)
+    rank[found[order]] = np.arange(len(order))
+    return colours[order], rank[packed]
+
+
+def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
+    """Return the facies of a picture brought down to n colours, numbered from dark to light.
+
+    Starts from the most frequent colour and, again and again, the one that is frequent and far
+    from those taken; then Lloyd's k-means on the histogram of colours.
+
+    Raises
+    ------
+    CCWSIMError
+        Where n is not from 2 to `MAX_COLOURS`, or the picture has fewer colours.
+
+    Examples
+    --------
+    >>> picture = np.array([[[0] * 3, [3] * 3, [250] * 3, [255] * 3]], np.uint8)
+    >>> nearest_colours(picture, 2).tolist()
+    [[0, 0, 1, 1]]
+    """
+    if not 2 <= n <= MAX_COLOURS:
+        raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")
+    coarse = _packed(rgb >> 3, 5)
+    counts = np.bincount(coarse.ravel(), minlength=1 << 15)
+    bins = np.flatnonzero(counts)
+    if len(bins) < n:
+        raise CCWSIMError(f"the picture has only {len(bins)} clearly different colours, not {n}")
+    points = np.stack([bins >> 10, bins >> 5, bins], axis=1) % 32 * 8.0 + 4.0
+    label = _k_means(points, counts[bins].astype(np.float64), n)
+    of_bin = np.zeros(1 << 15, np.int64)
+    of_bin[bins] = label
+    return of_bin[coarse]
+
+
+def _packed(rgb: NDArray[np.integer], bits: int) -> NDArray[np.int32]:
+    """Red, green and blue in one number."""
+    red, green, blue = np.moveaxis(rgb.astype(np.int32), -1, 0)
+    return red << 2 * bits | green << bits | blue
+
+
+def _k_means(points: NDArray, weights: NDArray, n: int) -> NDArray[np.intp]:
+    centres = points[[weights.argmax()]]
+    while len(centres) < n:
+        far = ((points[:, None] - centres) ** 2).sum(axis=2).min(axis=1)
+        centres = np.vstack([centres, points[(far * weights).argmax()]])
+    label = np.zeros(len(points), np.intp)
+    for _ in range(20):
+        label = ((points[:, None] - centres) ** 2).sum(axis=2).argmin(axis=1)
+        for k in range(n):
+            mine = label == k
+            if mine.any():
+                centres[k] = np.average(points[mine], axis=0, weights=weights[mine])
+    rank = np.empty(n, np.intp)
+    rank[np.argsort(centres @ [0.299, 0.587, 0.114], kind="stable")] = np.arange(n)
+    return rank[label]
+
+
+def _rgb(colour: str) -> tuple[int, ...]:
+    digits = str(colour).removeprefix("#")
+    if not re.fullmatch("[0-9a-fA-F]{6}", digits):
+        raise CCWSIMError(f"{shown(colour)} is not a colour; write it as #rrggbb")
+    return tuple(bytes.fromhex(digits))
+
+
+MAX_PARTS = 100_000
+"""Most chunks, segments or blocks of a picture; a block of a GIF has up to 255 bytes."""
+
+MAX_SCANS = 100
+"""Most scans of a JPEG; each goes over the whole picture, and programs write about ten."""
+
+MAX_STRIPS = 20_000
+"""Most strips or tiles of a TIFF; each is decoded by itself."""
+
+_PNG_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
+_JPEG_LEFT_OUT = (*range(0xE1, 0xEE), 0xEF, 0xFE)
+"""Application segments but JFIF (E0) and Adobe (EE), which say what the colours are; remarks."""
+_TIFF_PACKINGS = (1, 2, 3, 4, 5, 8, 32773, 32946)
+"""None, the fax ones, LZW, Deflate, PackBits; not JPEG, WebP and others within a TIFF."""
+_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
+
+
+def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
+    """Return a picture in the same format, with its first frame only.
+
+    Parameters
+    ----------
+    content : bytes
+    name : str
+        What to call the file in messages.
+    keep_text : bytes
+        The start of a text of a PNG that is kept.
+
+    Raises
+    ------
+    CCWSIMError
+        For a picture whose parts are broken or too many.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> from PIL import Image
+    >>> file = BytesIO()
+    >>> Image.new("L", (2, 2)).save(file, "GIF", comment=b"a" * 1000)
+    >>> len(bare_picture(file.getvalue(), "a.gif")) < 1000
+    True
+    """
+    try:
+        if content.startswith(b"\x89PNG"):
+            return _png(content, name, keep_text)
+        if content.startswith(b"\xff\xd8"):
+            return _jpeg(content, name)
+        if content.startswith(b"GIF"):
+            return _gif(content, name)
+        if content.startswith(b"BM"):
+            return _bmp(content, name)
+        return _tiff(content, name)
+    except (struct.error, IndexError, ValueError, OverflowError) as error:
+        if isinstance(error, CCWSIMError):
+            raise
+        raise CCWSIMError(f"{name}: the picture is broken; save it again as PNG") from error
+
+
+def _png(content: bytes, name: str, keep_text: bytes) -> bytes:
+    parts, at = [content[:8]], 8
+    for _ in range(MAX_PARTS):
+        if at + 12 > len(content):
+            return b"".join(parts)
+        (size,) = struct.unpack_from(">I", content, at)
+        kind, end = content[at + 4 : at + 8], at + 12 + size
+        own = kind == b"tEXt" and size < 200 and content.startswith(keep_text, at + 8)
+        if kind in _PNG_CHUNKS or (own and keep_text):
+            parts.append(content[at:end])
+        if kind == b"IEND":
+            return b"".join(parts)
+        at = end
+    raise _too_many(name, "chunks", MAX_PARTS)
+
+
+def _jpeg(content: bytes, name: str) -> bytes:
+    parts, at = [content[:2]], 2
+    for _ in range(MAX_PARTS):
+        at = content.index(b"\xff", at)
+        while content[at + 1] == 0xFF:
+            at += 1
+        marker = content[at + 1]
+        if marker == 0xDA:  # the first scan: nothing but tables and scans follow
+            scans = content.count(b"\xff\xda", at)
+            if scans > MAX_SCANS:
+                raise _too_many(name, "scans", MAX_SCANS)
+            return b"".join([*parts, content[at:]])
+        if marker in (0x00, 0x01, 0xD8, *range(0xD0, 0xD8)):
+            at += 2
+            continue
+        (size,) = struct.unpack_from(">H", content, at + 2)
+        if marker not in _JPEG_LEFT_OUT:
+            parts.append(content[at : at + 2 + size])
+        at += 2 + size
+    raise _too_many(name, "segments", MAX_PARTS)
+
+
+def _gif(content: bytes, name: str) -> bytes:
+    """Sizes, colours and the first frame with what says its transparent colour."""
+    start = 13 + _colours_of_gif(content[10])
+    parts, at = [content[:start]], start
+    control = b""
+    for _ in range(MAX_PARTS):
+        kind = content[at]
+        if kind == 0x2C:
+            data = at + 10 + _colours_of_gif(content[at + 9]) + 1
+            end = _end_of_blocks(content, data, name)
+            return b"".join([*parts, control, content[at:end], b";"])
+        if kind == 0x21:
+            end = _end_of_blocks(content, at + 2, name)
+            control = content[at:end] if content[at + 1] == 0xF9 else control
+            at = end
+        elif kind == 0x3B:
+            raise CCWSIMError(f"{name}: the picture has no frame; save it again as PNG")
+        else:
+            at += 1
+    raise _too_many(name, "blocks", MAX_PARTS)
+
+
+def _colours_of_gif(flags: int) -> int:
+    """Bytes of a table of colours."""
+    return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
+
+
+def _end_of_blocks(content: bytes, at: int, name: str) -> int:
+    """Where a row of blocks ends; one that is cut ends with the file."""
+    for k in range(len(content)):
+        if k % MAX_PARTS == 0:
+            check_time(name)
+        size = content[at] if at < len(content) else 0
+        at += 1 + size
+        if size == 0:
+            break
+    return min(at, len(content))
+
+
+def _bmp(content: bytes, name: str) -> bytes:
+    packing = struct.unpack_from("<I", content, 30)[0] if content[14] >= 40 else 0
+    if packing in (1, 2):
+        raise CCWSIMError(f"{name}: run-length packed BMP files are not read; save it as PNG")
+    return content
+
+
+def _tiff(content: bytes, name: str) -> bytes:
+    order = "<" if content.startswith(b"II") else ">"
+    (start,) = struct.unpack_from(f"{order}I", content, 4)
+    (n,) = struct.unpack_from(f"{order}H", content, start)
+    entries = np.frombuffer(
+        content, [("tag", f"{order}u2"), ("kind", f"{order}u2"), ("count", f"{order}u4"),
+                  ("at", f"{order}u4")], count=n, offset=start + 2,
+    )  # fmt: skip
+    sizes = [_TIFF_SIZES.get(int(e["kind"]), 0) * int(e["count"]) for e in entries]
+    if sum(sizes) > len(content) + 4 * n:
+        raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
+    values = {int(e["tag"]): _tiff_values(content, order, e) for e in entries}
+    strips = values.get(279, values.get(325, []))
+    tile = [*values.get(322, []), *values.get(323, [])]
+    if set(values.get(259, [])) - set(_TIFF_PACKINGS):
+        raise CCWSIMError(f"{name}: it is packed in a way not read; save it as PNG")
+    if len(strips) > MAX_STRIPS:
+        raise _too_many(name, "strips", MAX_STRIPS)
+    if sum(strips) > len(content) or prod(tile or [1]) > limits().cells:
+        raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
+    return content
+
+
+def _tiff_values(content: bytes, order: str, entry: np.void) -> list[int]:
+    """The whole numbers of an entry that sizes are made of; none of any other kind."""
+    kind, count = int(entry["kind"]), int(entry["count"])
+    if kind not in (3, 4) or int(entry["tag"]) not in (259, 279, 322, 323, 325):
+        return []
+    dtype = np.dtype(f"{order}u{_TIFF_SIZES[kind]}")
+    if count * dtype.itemsize <= 4:
+        return np.frombuffer(entry["at"].tobytes(), dtype, count).tolist()
+    return np.frombuffer(content, dtype, count, int(entry["at"])).tolist()
+
+
+def _too_many(name: str, what: str, most: int) -> CCWSIMError:
+    return CCWSIMError(f"{name}: more than {most} {what} in a picture; save it again as PNG")

@@ -1,4 +1,4 @@
-"""Imported points in the cells of a grid, and what is wrong with them."""
+"""Imported points in the cells of a grid, what is wrong with them, and how that is settled."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
-from ccwsim.io.hard_data.collisions import colliding
 from ccwsim.io.hard_data.points import ImportedPoints
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 _FAR = 2.0**40
@@ -144,3 +144,227 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
             )
         classes = "codes"
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
+
+
+COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
+
+
+def colliding(
+    cells: NDArray[np.int64], facies: NDArray[np.int64], among: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], ...]:
+    """Return, for each cell with more than one facies, the points in it.
+
+    Parameters
+    ----------
+    cells : ndarray, shape (n, 2)
+        Row and column of each point.
+    facies : ndarray, shape (n,)
+        Its facies.
+    among : ndarray
+        The points to look at.
+
+    Returns
+    -------
+    tuple of ndarray
+        Places in `cells`, in the order of the file; cells by row, then column.
+
+    Examples
+    --------
+    >>> cells = np.array([[0, 1], [2, 2], [0, 1]])
+    >>> [c.tolist() for c in colliding(cells, np.array([1, 1, 0]), np.arange(3))]
+    [[0, 2]]
+    """
+    if not len(among):
+        return ()
+    order = among[np.lexsort((among, cells[among, 1], cells[among, 0]))]
+    new_cell = np.any(np.diff(cells[order], axis=0) != 0, axis=1)
+    starts = np.concatenate([[0], np.flatnonzero(new_cell) + 1, [len(order)]])
+    low = np.minimum.reduceat(facies[order], starts[:-1])
+    high = np.maximum.reduceat(facies[order], starts[:-1])
+    return tuple(order[starts[k] : starts[k + 1]] for k in np.flatnonzero(low != high))
+
+
+def settled(
+    facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
+) -> tuple[int | None, bool]:
+    """Return the facies to keep in a cell and whether only the order in the file decided.
+
+    Parameters
+    ----------
+    facies, offsets : ndarray, shape (k,)
+        Facies of the points in the cell and their distances from its centre, in file order.
+    choice : "drop", "majority" or "nearest"
+        As in `resolve_points`.
+
+    Returns
+    -------
+    code : int or None
+        None where all are dropped.
+    tied : bool
+
+    Examples
+    --------
+    >>> settled(np.array([0, 1, 1]), np.array([0.0, 0.2, 0.3]), "majority")
+    (1, False)
+    """
+    if choice == "drop":
+        return None, False
+    running = np.ones(len(facies), bool)
+    if choice == "majority":
+        codes, counts = np.unique(facies, return_counts=True)
+        running = np.isin(facies, codes[counts == counts.max()])
+    nearest = offsets[running].min()
+    running &= offsets <= nearest + 1e-9
+    left = facies[running]
+    return int(left[0]), bool((left != left[0]).any())
+
+
+@dataclass(frozen=True, eq=False)
+class HardDataImport:
+    """Hard data and what happened on the way.
+
+    Attributes
+    ----------
+    hard_data : HardData
+        What is to be honoured.
+    n_read : int
+        Points with a value in the file.
+    n_missing, n_off_centre, n_outside, n_unknown, n_collisions, n_repeated : int
+        Rows without a value; points moved to the centre of their cell; points outside the grid and
+        of unknown facies; cells with more than one facies; points that say a cell's facies again.
+    n_dropped : int
+        Points that were left out because they are outside, unknown or lost a collision.
+    notes : tuple of str
+        All of it in sentences, for the screen.
+    """
+
+    hard_data: HardData
+    n_read: int
+    n_missing: int
+    n_off_centre: int
+    n_outside: int
+    n_unknown: int
+    n_collisions: int
+    n_repeated: int
+    n_dropped: int
+    notes: tuple[str, ...]
+
+
+def resolve_points(
+    placed: PlacedPoints,
+    *,
+    on_collision: str = "error",
+    on_outside: str = "error",
+    on_unknown: str = "error",
+) -> HardDataImport:
+    """Return hard data, with the troubles settled in the ways asked for.
+
+    Parameters
+    ----------
+    placed : PlacedPoints
+        From `place_points`.
+    on_collision : "error", "drop", "majority" or "nearest"
+        What to do with a cell of several facies: drop all its points, or keep the facies of most
+        of them, or that of the point nearest to the centre. Ties go to the nearest point, then to
+        the first in the file.
+    on_outside, on_unknown : "error" or "drop"
+        What to do with points outside the grid, and of a facies the training image does not have.
+
+    Raises
+    ------
+    CCWSIMError
+        Where there are such points and the choice is "error": the message names their lines.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> from ccwsim import Grid
+    >>> from ccwsim.io import place_points, read_points
+    >>> points = read_points(BytesIO(b"x,y,facies\\n5.2,0.5,1\\n5.9,0.4,0\\n"))
+    >>> report = resolve_points(place_points(points, Grid(4, 8)), on_collision="nearest")
+    >>> report.hard_data.facies.tolist(), report.n_dropped
+    ([1], 1)
+    """
+    _check_choice("on_collision", on_collision, COLLISION_CHOICES)
+    _check_choice("on_outside", on_outside, ("error", "drop"))
+    _check_choice("on_unknown", on_unknown, ("error", "drop"))
+    points = placed.points
+    if len(placed.outside) and on_outside == "error":
+        raise CCWSIMError(
+            f"{points.name}, {points.named(placed.outside)}: {len(placed.outside)} of {points.n} "
+            "data lie outside the grid; drop them, or correct the grid or the coordinates"
+        )
+    if len(placed.unknown) and on_unknown == "error":
+        codes = ", ".join(map(str, np.unique(placed.facies[placed.unknown])[:10]))
+        raise CCWSIMError(
+            f"{points.name}, {points.named(placed.unknown)}: the training image has no facies "
+            f"{codes}; recode or drop these data"
+        )
+    if placed.collisions and on_collision == "error":
+        raise CCWSIMError(_said_collision(placed))
+    keep = np.ones(points.n, bool)
+    keep[placed.outside] = keep[placed.unknown] = False
+    ties = 0
+    for members in placed.collisions:
+        code, tied = settled(placed.facies[members], placed.offsets[members], on_collision)
+        keep[members] &= placed.facies[members] == code if code is not None else False
+        ties += tied
+    return _report(placed, keep, ties)
+
+
+def _check_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
+
+
+def _said_collision(placed: PlacedPoints) -> str:
+    points, members = placed.points, placed.collisions[0]
+    row, column = placed.cells[members[0]]
+    said = ", ".join(
+        f"{points.counted} {points.lines[k]} says {placed.facies[k]}" for k in members[:6]
+    )
+    more = len(placed.collisions) - 1
+    tail = f", and {more} more such cells" if more else ""
+    return (
+        f"{points.name}: two facies in the cell at row {row}, column {column} ({said}){tail}; "
+        "drop them, or keep the majority or the nearest"
+    )
+
+
+def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDataImport:
+    points = placed.points
+    hard_data = HardData(placed.cells[keep], placed.facies[keep])
+    n_clashing = sum(len(members) for members in placed.collisions)
+    n_lost = int(np.count_nonzero(~keep)) - len(placed.outside) - len(placed.unknown)
+    n_repeated = int(np.count_nonzero(keep)) - hard_data.n
+    sentences = (
+        (points.n_missing, f"Rows without a value, left out: {points.n_missing}."),
+        (
+            len(placed.outside),
+            f"{len(placed.outside)} of {points.n} data lie outside the grid and were left out "
+            f"({points.named(placed.outside)}).",
+        ),
+        (
+            len(placed.unknown),
+            f"{len(placed.unknown)} of {points.n} data have a facies that the training image does "
+            f"not have and were left out ({points.named(placed.unknown)}).",
+        ),
+        (
+            n_clashing,
+            f"Cells with data of more than one facies: {len(placed.collisions)}; {n_lost} of the "
+            f"{n_clashing} data there were left out.",
+        ),
+        (ties, f"Cells of these where only the order in the file decided: {ties}."),
+        (n_repeated, f"Data that repeat the facies of their cell: {n_repeated}."),
+        (
+            placed.n_off_centre,
+            f"{placed.n_off_centre} of {points.n} data were not at the centre of their cell and "
+            "count for the whole cell.",
+        ),
+    )
+    notes = points.notes + tuple(text for count, text in sentences if count)
+    return HardDataImport(
+        hard_data, points.n, points.n_missing, placed.n_off_centre,
+        len(placed.outside), len(placed.unknown), len(placed.collisions),
+        n_repeated, int(np.count_nonzero(~keep)), notes,
+    )  # fmt: skip

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import streamlit as st
 
-from ccwsim.io.hard_data.writing import hard_data_as_bytes
+from ccwsim.io.hard_data.files import hard_data_as_bytes
 from ccwsim.model.choices import DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData

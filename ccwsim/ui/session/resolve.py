@@ -20,8 +20,7 @@ from ccwsim.io import (
     read_training_image,
     resolve_points,
 )
-from ccwsim.io.limits import limited
-from ccwsim.io.upload_limits import upload_limits
+from ccwsim.io.limits import limited, upload_limits
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData

@@ -1,15 +1,169 @@
-"""CSV and other tables in text, and plain matrices: header, separator, decimal comma."""
+"""Numbers, tables and matrices in text: header, separator, decimal comma, the line of an error."""
 
 from __future__ import annotations
+
+import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.formats.numbers import numbers_in
-from ccwsim.io.formats.separators import field_number, has_decimal_comma, separator_of, split_fields
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_lines, check_time, limits
 from ccwsim.model.errors import CCWSIMError
+
+CHUNK = 2**20
+"""Bytes split into words at a time, so that memory stays small."""
+
+MAX_WORD = 80
+"""No number is longer."""
+
+_SPACE = re.compile(rb"\s")
+
+
+def is_number(word: str) -> bool:
+    """Return whether a word is a number (or NaN).
+
+    Examples
+    --------
+    >>> is_number(" 0.0000000e+000"), is_number("sand")
+    (True, False)
+    """
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return "_" not in word
+
+
+def numbers_in(
+    content: bytes, name: str, *, start: int = 0, first_line: int = 1
+) -> NDArray[np.float64]:
+    """Return all numbers of a text from byte `start` on.
+
+    Parameters
+    ----------
+    content : bytes
+        Numbers between white space.
+    name : str
+        What to call the file in messages.
+    start, first_line : int
+        Where the numbers begin, and the number of that line.
+
+    Raises
+    ------
+    CCWSIMError
+        For a word that is not a finite number or NaN, or too many of them; names its line.
+
+    Examples
+    --------
+    >>> numbers_in(b"1 2.5\\n nan", "text")
+    array([1. , 2.5, nan])
+    """
+    parts: list[NDArray[np.float64]] = []
+    n, at, line = 0, start, first_line
+    while at < len(content):
+        cut = _SPACE.search(content, at + CHUNK)
+        end = cut.start() if cut else len(content)
+        chunk = content[at:end]
+        parts.append(_parsed(chunk, name, line))
+        n += len(parts[-1])
+        if n > limits().cells:
+            raise CCWSIMError(f"{name}: more than {limits().cells} values; cut a smaller piece")
+        check_time(name)
+        line += chunk.count(b"\n")
+        at = end
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
+    words = chunk.split()
+    if not words:
+        return np.empty(0)
+    if b"_" not in chunk and len(max(words, key=len)) <= MAX_WORD:
+        try:
+            values = np.array(words, dtype=np.float64)
+        except ValueError:
+            pass
+        else:
+            if not np.isinf(values).any():
+                return values
+    raise CCWSIMError(_first_bad(chunk, name, line))
+
+
+def _first_bad(chunk: bytes, name: str, line: int) -> str:
+    for k, text in enumerate(chunk.split(b"\n")):
+        for word in text.split():
+            said = word[:MAX_WORD].decode("latin-1")
+            if len(word) > MAX_WORD or not is_number(said) or np.isinf(float(said)):
+                return f"{name}, line {line + k}: {said[:30]!r} is not a number; correct it"
+    return f"{name}: a value after line {line} is not a number; correct it"
+
+
+SEPARATORS = (";", "\t", ",", None)
+"""None stands for white space."""
+
+UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
+"""Fields, in lower case, that stand for "not known"."""
+
+
+def split_fields(line: str, separator: str | None) -> list[str]:
+    """Return the fields of a line without white space and quotes around them.
+
+    Examples
+    --------
+    >>> split_fields('"W 1"; 2,5;', ";")
+    ['W 1', '2,5', '']
+    """
+    if separator is None:
+        return [field.strip("\"'") for field in line.split()]
+    return [field.strip().strip("\"'") for field in line.split(separator)]
+
+
+def field_number(field: str, decimal_comma: bool) -> float | None:
+    """Return the number in a field, NaN where it is not known, None where it is a text.
+
+    Examples
+    --------
+    >>> field_number("2,5", True), field_number("NA", False), field_number("sand", False)
+    (2.5, nan, None)
+    """
+    if field.lower() in UNKNOWN:
+        return float("nan")
+    number = field.replace(",", ".") if decimal_comma else field
+    return float(number) if is_number(number) else None
+
+
+def separator_of(sample: Sequence[str]) -> str | None:
+    """Return the separator that finds the most numbers in a few lines of data.
+
+    Examples
+    --------
+    >>> separator_of(["10,5;20;1"]), separator_of(["1, 2, 3"]), separator_of(["1,5 2,5 1"])
+    (';', ',', None)
+    """
+    scores = [sum(_n_numbers(line, s) for line in sample) for s in SEPARATORS]
+    return SEPARATORS[scores.index(max(scores))]
+
+
+def has_decimal_comma(sample: Sequence[str], separator: str | None) -> bool:
+    """Return whether numbers are written as 2,5.
+
+    Examples
+    --------
+    >>> has_decimal_comma(["10,5;20;1"], ";")
+    True
+    """
+    if separator == ",":
+        return False
+    fields = [field for line in sample for field in split_fields(line, separator)]
+    return any("," in f and field_number(f, True) is not None for f in fields)
+
+
+def _n_numbers(line: str, separator: str | None) -> int:
+    fields = split_fields(line, separator)
+    return sum(is_number(f if separator == "," else f.replace(",", ".")) for f in fields)
+
 
 _COMMENT = (b"#", b"%", b"//")
 
