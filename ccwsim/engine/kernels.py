@@ -93,7 +93,21 @@ def part_of_kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, inline="always")
 
 
+COMPILE_TIME = "about 15 seconds"
+"""What the kernels of a first run take to compile on two cores that are otherwise idle."""
 _engine_kernels: set[str] = set()
+_compilation: tuple[int, int, str] | None = None
+_ready = False
+
+
+def compilation() -> tuple[int, int, str] | None:
+    """Return how many of how many engine kernels are compiled, and the one in work; else None."""
+    return _compilation
+
+
+def is_ready() -> bool:
+    """Return whether this process has compiled, or read from the cache, the kernels of a study."""
+    return _ready
 
 
 @contextmanager
@@ -101,16 +115,25 @@ def reported_compilation(on_kernel: Callable[[int, int, str], None] | None) -> I
     """Call `on_kernel(n_done, n_total, name)` before each engine kernel this thread compiles.
 
     Nothing is called where all kernels are read from the cache; else once more at the end, with
-    n_done = n_total.
+    n_done = n_total. `compilation` says the same to other threads meanwhile.
     """
-    if on_kernel is None:
-        yield
-        return
-    listener = _Listener(on_kernel)
-    with event.install_listener("numba:compile", listener):
-        yield
-    if listener.seen:
-        on_kernel(len(_engine_kernels), len(_engine_kernels), "")
+    global _compilation, _ready
+
+    def report(n_done: int, n_total: int, name: str) -> None:
+        global _compilation
+        _compilation = n_done, n_total, name
+        if on_kernel is not None:
+            on_kernel(n_done, n_total, name)
+
+    listener = _Listener(report)
+    try:
+        with event.install_listener("numba:compile", listener):
+            yield
+        if listener.seen:
+            report(len(_engine_kernels), len(_engine_kernels), "")
+        _ready = True
+    finally:
+        _compilation = None
 
 
 class _Listener(event.Listener):

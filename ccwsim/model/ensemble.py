@@ -102,6 +102,11 @@ class Ensemble:
         return np.count_nonzero(self.data_status == WRONG, axis=1)
 
     @property
+    def is_stored(self) -> bool:
+        """Whether it was stored with the program: its CPU times are unknown (NaN)."""
+        return bool(np.isnan(self.cpu_seconds).any())
+
+    @property
     def met_by(self) -> NDArray[np.int16]:
         """The old name of `data_status`."""
         warnings.warn("Ensemble.met_by is now data_status", DeprecationWarning, stacklevel=2)

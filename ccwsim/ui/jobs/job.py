@@ -8,6 +8,7 @@ from collections.abc import Callable
 from threading import Event, Lock, Thread
 from typing import Any, Generic, TypeVar
 
+from ccwsim.engine.kernels import COMPILE_TIME, compilation
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.workers import stoppable
 from ccwsim.ui.jobs.admission import Demand, admit
@@ -225,7 +226,7 @@ def progress_text(job: Job, label: str = "") -> str:
         What is said in place of the number of pieces.
     """
     if delay := delay_text(job):
-        return delay
+        return f"{label} · {delay}" if label else delay
     text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
     left = job.seconds_left
     return text if left is None else f"{text} · {format_duration(max(left, 1.0))} left"
@@ -238,8 +239,15 @@ def delay_text(job: Job) -> str:
     if position := job.position:
         return f"Waiting: {ordinal(position)} in the queue"
     if job.fraction == 0 and job.seconds > SLOW_START:
-        return "Compiling the kernels for this machine: some seconds, on the first run only …"
+        return compilation_text()
     return ""
+
+
+def compilation_text() -> str:
+    """Say that kernels compile and how many of them are done, where that is known."""
+    done = compilation()
+    count = f", {done[0]} of {done[1]} done" if done else ""
+    return f"Compiling the kernels for this machine{count}: {COMPILE_TIME}, on the first run only …"
 
 
 def format_duration(seconds: float) -> str:

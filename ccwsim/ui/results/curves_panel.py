@@ -75,6 +75,9 @@ def describe_fit(bundle: Bundle, what: str, tolerance: float) -> str:
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
+    if ensemble.is_stored:
+        panel_title("CPU time", "not run on this machine yet")
+        return
     mean = float(ensemble.cpu_seconds.mean())
     panel_title("CPU time", f"{seconds(mean)} a realization")
     chart = times_chart(1000 * ensemble.cpu_seconds, 1000 * mean, theme)

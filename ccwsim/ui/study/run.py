@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import streamlit as st
 
+from ccwsim.datasets.default_study import stored_ensemble
+from ccwsim.engine.kernels import is_ready
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
@@ -26,6 +28,7 @@ from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
+STORED = "Stored realizations of this study are shown until your machine has its own"
 PATIENCE = 0.3
 """Seconds to wait for a quick run before progress is shown instead."""
 ENOUGH_TO_STOP = 1.0
@@ -120,7 +123,14 @@ def _begun(state: State, some: Some, demand: Demand) -> Job[Ensemble]:
     choices, n = state.choices, state.choices.n_realizations
     state.wanted = state.shown
     n_first = first_part(choices, state.ensemble) if state.live else n
-    return Job(lambda job: in_parts(job, some, n_first), choices, demand, n=n)
+    waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
+
+    def work(job: Job[Ensemble]) -> Ensemble:
+        if waits_for_kernels:  # the same realizations, stored; the facts and the progress say so
+            job.give(stored_ensemble())
+        return in_parts(job, some, n_first)
+
+    return Job(work, choices, demand, n=n)
 
 
 def in_parts(job: Job[Ensemble], some: Some, n_first: int) -> Ensemble:
@@ -269,4 +279,5 @@ def follow_run(state: State) -> None:
             job,
             on_finished=lambda: collect(state),
             has_news=lambda: job.partial is not None and job.partial is not state.ensemble,
+            label=lambda: STORED if state.ensemble and state.ensemble.is_stored else "",
         )

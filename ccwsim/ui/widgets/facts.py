@@ -68,6 +68,8 @@ def _honoured(ensemble: Ensemble) -> list[str]:
 
 def _time(ensemble: Ensemble) -> str:
     many = "realization" if ensemble.n == 1 else "realizations"
+    if ensemble.is_stored:
+        return f"{ensemble.n} {many} stored with the program, not run on this machine"
     each = seconds(float(ensemble.cpu_seconds.mean()))
     return f"{ensemble.n} {many} in {seconds(ensemble.wall_seconds)}, {each} CPU each"
 

@@ -1,0 +1,64 @@
+"""A fresh machine shows stored realizations, says so, and replaces them by its own."""
+
+from __future__ import annotations
+
+from threading import Event
+
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim.engine import kernels
+from ccwsim.ui.jobs import job as jobs
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study import run
+from tests.ui.test_pages import ROOT, html
+
+
+@pytest.fixture
+def held(monkeypatch):
+    """Kernels that are not ready, and simulations that wait until the event is set."""
+    release = Event()
+    own = run.simulate
+
+    def simulate(*arguments, **options):
+        release.wait(60)
+        return own(*arguments, **options)
+
+    monkeypatch.setattr(run, "simulate", simulate)
+    monkeypatch.setattr(run, "is_ready", lambda: False)
+    yield release
+    release.set()
+
+
+def test_stored_realizations_are_marked_and_replaced(held):
+    app = AppTest.from_file(str(ROOT / "pages" / "simulate.py"), default_timeout=120).run()
+    state: State = app.session_state[KEY]
+    assert state.ensemble is not None
+    assert state.ensemble.is_stored
+    assert "stored with the program, not run on this machine" in html(app)
+    assert "CPU each" not in html(app)
+    stored = state.ensemble.digest
+    held.set()
+    assert state.job is not None
+    assert state.job.wait(60)
+    app.run()
+    state = app.session_state[KEY]
+    assert state.ensemble is not None
+    assert not state.ensemble.is_stored
+    assert state.ensemble.digest == stored
+    assert "CPU each" in html(app)
+    assert "stored with the program" not in html(app)
+
+
+def test_no_other_study_is_shown_from_the_store(held):
+    app = AppTest.from_file(str(ROOT / "pages" / "simulate.py"), default_timeout=120)
+    app.query_params["seed"] = "5"
+    app.run()
+    assert app.session_state[KEY].ensemble is None
+
+
+def test_compiling_says_how_many_kernels_are_done(monkeypatch):
+    assert "of" not in jobs.compilation_text().split(":")[0].replace("of this", "")
+    monkeypatch.setattr(jobs, "compilation", lambda: (7, 24, "search"))
+    assert "7 of 24 done" in jobs.compilation_text()
+    assert kernels.COMPILE_TIME in jobs.compilation_text()
