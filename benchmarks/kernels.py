@@ -16,15 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ccwsim import Grid, HardData, Parameters, datasets, simulate
+from ccwsim import Grid, Parameters, datasets, simulate
 from ccwsim.engine.kernels import kernel
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.stages.bits import make_strips
+from ccwsim.engine.stages.box import L_SHAPE, Box
 from ccwsim.engine.stages.candidates import best_places
 from ccwsim.engine.stages.conditioning import place_data
-from ccwsim.engine.stages.cut import keep_old, paste
+from ccwsim.engine.stages.cut import keep_old, make_cut, paste
 from ccwsim.engine.stages.refinement import refine_place
-from ccwsim.engine.stages.similarity import L_SHAPE, overlap_terms, score_places
+from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
 from ccwsim.model.study import Study
 
 ROUNDS = 30
@@ -70,63 +71,53 @@ def compare(a, b):
 def all_terms(grid, ys, xs, template, overlap, block_size, terms, n_terms):
     """Take the terms of each patch."""
     for i in range(len(ys)):
-        n_terms[i] = overlap_terms(
-            grid, ys[i], xs[i], template, overlap, block_size, L_SHAPE, 1, terms[i]
-        )
+        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
+        n_terms[i] = overlap_terms(grid, box, block_size, 1, terms[i])
 
 
 @kernel
-def all_scores(sums, terms, n_terms, energy, scores):
-    """Score all locations for each patch."""
+def all_scores(sums, terms, n_terms, energy, run, scores):
+    """Score all places for each patch."""
     for i in range(len(n_terms)):
-        score_places(sums, terms[i], n_terms[i], energy, scores[i])
+        score_places(sums, terms[i], n_terms[i], energy, run, scores[i])
 
 
 @kernel
-def all_best(scores, k, rng, row_best, locations):
-    """Find the best locations of each patch."""
+def all_best(scores, k, rng, row_best, places):
+    """Find the best places of each patch."""
     for i in range(len(scores)):
-        best_places(scores[i], k, rng, row_best, locations[i])
+        best_places(scores[i], k, rng, row_best, places[i])
 
 
 @kernel
-def all_refined(image, bits, grid, data, ys, xs, template, overlap, block_size, tys, txs, strips):
+def all_refined(
+    image, bits, grid, data, ys, xs, template, overlap, block_size, tys, txs, strips, at_stake
+):
     """Refine the place of each patch; return something that depends on all."""
     total = 0
     for i in range(len(ys)):
+        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
         ty, tx = refine_place(
-            image,
-            bits,
-            grid,
-            data,
-            ys[i],
-            xs[i],
-            template,
-            overlap,
-            L_SHAPE,
-            block_size,
-            tys[i],
-            txs[i],
-            strips,
+            image, bits, grid, data, box, block_size, tys[i], txs[i], strips, at_stake
         )
         total += ty + tx
     return total
 
 
 @kernel
-def all_cut(grid, data, image, ys, xs, tys, txs, template, overlap, kept):
+def all_cut(grid, data, image, ys, xs, tys, txs, template, overlap, cut):
     """Cut each patch."""
     for i in range(len(ys)):
-        patch = image[tys[i] : tys[i] + template, txs[i] : txs[i] + template]
-        keep_old(grid, data, patch, ys[i], xs[i], overlap, L_SHAPE, kept[i])
+        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
+        keep_old(grid, data, image, tys[i], txs[i], box, cut)
 
 
 @kernel
-def all_pasted(image, tys, txs, template, kept, overlap, counts, ys, xs, grid):
+def all_pasted(image, tys, txs, template, keep_mask, overlap, counts, ys, xs, grid, sources):
     """Paste each patch."""
     for i in range(len(ys)):
-        patch = image[tys[i] : tys[i] + template, txs[i] : txs[i] + template]
-        paste(patch, kept[i], L_SHAPE, overlap, counts, ys[i], xs[i], grid)
+        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
+        paste(image, tys[i], txs[i], box, keep_mask, counts, grid, sources)
 
 
 def seconds_of(call: Callable[[], object]) -> float:
@@ -153,42 +144,52 @@ def measure(level: int) -> list[Measured]:
     """Return a row for each kernel of an unconditional patch, the mean of all."""
     ti, p = datasets.load("channels"), Parameters(wavelet_level=level, random_path=False)
     grid = np.array(simulate(ti, (512, 512), p).indices[0])
-    study = Study(ti, Grid(512, 512), p, HardData(), 0)
-    oriented = PreparedImage(study).oriented(0, p.template_size)
+    oriented = PreparedImage(Study(ti, Grid(512, 512), p)).oriented(0, p.template_size)
     ys, xs = (a.ravel() for a in np.meshgrid(ROWS, COLUMNS, indexing="ij"))
-    n, block_size, k = len(ys), 2**level, p.n_candidates
-    t, overlap = p.template_size, p.overlap_size
+    n, t, overlap, block_size, k = (
+        len(ys),
+        p.template_size,
+        p.overlap_size,
+        2**level,
+        p.n_candidates,
+    )
     image, bits, sums, _ = oriented.pyramid
     energy = oriented.energies[0, L_SHAPE]
-    terms = np.zeros((n, 4, 2 * t * overlap // block_size**2), np.int64)
-    n_terms = np.zeros(n, np.int64)
+    terms, n_terms = (
+        np.zeros((n, 4, 2 * t * overlap // block_size**2), np.int64),
+        np.zeros(n, np.int64),
+    )
     scores, row_best = np.zeros((n, *energy.shape), energy.dtype), np.zeros(len(energy), np.int64)
-    locations, rng = np.zeros((n, k, 2), np.int64), np.random.default_rng(0)
+    places, rng = np.zeros((n, k, 2), np.int64), np.random.default_rng(0)
     no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), grid.shape)
-    strips, kept = make_strips(bits, t), np.zeros((n, t, t), bool)
+    strips, at_stake, cut = make_strips(bits, t), np.zeros((0, 3), np.int64), make_cut(t, overlap)
+    run, sources = np.zeros(n_run(sums, energy.shape[1]), energy.dtype), np.zeros((0, 0), np.int32)
     target, counts = grid.copy(), np.zeros(0, np.int64)
     terms_of = seconds_of(lambda: all_terms(grid, ys, xs, t, overlap, block_size, terms, n_terms))
-    scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, scores))
-    best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, locations))
-    tys, txs = locations[np.arange(n), rng.integers(0, k, n)].T * block_size
-    at = ys, xs, t, overlap, block_size, tys, txs
-    refined = seconds_of(lambda: all_refined(image, bits, grid, no_data, *at, strips))
-    cut = seconds_of(lambda: all_cut(grid, no_data.kept, image, ys, xs, tys, txs, t, overlap, kept))
-    pasted = seconds_of(
-        lambda: all_pasted(image, tys, txs, t, kept, overlap, counts, ys, xs, target)
-    )
+    scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, run, scores))
+    best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, places))
+    tys, txs = places[np.arange(n), rng.integers(0, k, n)].T * block_size
+    refined = seconds_of(lambda: all_refined(
+        image, bits, grid, no_data, ys, xs, t, overlap, block_size, tys, txs, strips, at_stake
+    ))  # fmt: skip
+    cut_of = seconds_of(lambda: all_cut(
+        grid, no_data.required, image, ys, xs, tys, txs, t, overlap, cut
+    ))  # fmt: skip
+    pasted = seconds_of(lambda: all_pasted(
+        image, tys, txs, t, cut.keep_mask, overlap, counts, ys, xs, target, sources
+    ))  # fmt: skip
     strip = 2 * t * overlap - overlap**2
     products, comparisons = rates(energy.dtype)
-    n_products = energy.size * n_terms.mean()
-    shifts = (1 + 9 * level) * strip / CELLS_A_BYTE
     rows = [
         ("overlap_terms", "cells of the overlap", strip, terms_of, comparisons),
-        ("score_places", "locations × coefficients not 0", n_products, scores_of, products),
-        ("best_places", "locations, visited twice", 2 * energy.size, best_of, comparisons),
-        ("refine_place", "shifts × cells of the overlap, as bits", shifts, refined, comparisons),
-        ("keep_old (cut)", "boundaries × 3 ways", 2 * t * (overlap + 1) * 3, cut, comparisons),
+        ("score_places", "places × coefficients that are not 0",
+         energy.size * n_terms.mean(), scores_of, products),
+        ("best_places", "places, looked at twice", 2 * energy.size, best_of, comparisons),
+        ("refine_place", "shifts × cells of the overlap, as bits",
+         (1 + 9 * level) * strip / CELLS_A_BYTE, refined, comparisons),
+        ("keep_old (cut)", "boundaries × 3 ways", 2 * t * (overlap + 1) * 3, cut_of, comparisons),
         ("paste", "cells of the patch", t * t, pasted, comparisons),
-    ]
+    ]  # fmt: skip
     return [
         Measured(level, name, what, round(operations), seconds / n, per_second)
         for name, what, operations, seconds, per_second in rows

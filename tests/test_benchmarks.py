@@ -13,11 +13,13 @@ from benchmarks.cases import CASES, Case, Row, measure
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.stages.bits import make_strips, to_bits
+from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
-from ccwsim.engine.stages.cut import keep_old
+from ccwsim.engine.stages.cut import keep_old, make_cut
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
+    n_run,
     overlap_energies,
     overlap_terms,
     score_places,
@@ -38,9 +40,11 @@ def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
     kind = score_type(level, template, overlap)
     energy = overlap_energies(sums, template >> level, overlap >> level, kind)[shape]
     terms = np.empty((4, 2 * len(sums) * template * overlap), np.int64)
-    n = overlap_terms(tile, 0, 0, template, overlap, 2**level, shape, len(sums), terms)
+    box = Box(0, 0, template, shape, overlap)
+    n = overlap_terms(tile, box, 2**level, len(sums), terms)
     scores = np.empty_like(energy)
-    score_places(sums, terms, n, energy, scores)
+    run = np.empty(n_run(sums, scores.shape[1]), scores.dtype)
+    score_places(sums, terms, n, energy, run, scores)
     return scores
 
 
@@ -71,10 +75,10 @@ def test_score_maps_are_those_of_the_kernels(seed, level, n_facies, sizes, sides
 def test_cuts_are_those_of_the_kernels(seed, overlap, sides):
     rng = np.random.default_rng(seed)
     old, new = rng.integers(0, 2, (2, 16, 16), np.uint8)
-    kept = np.empty(old.shape, bool)
-    no_data = np.full(old.shape, UNKNOWN, np.uint8)
-    keep_old(old, no_data, new, 0, 0, overlap, bits(*sides), kept)
-    np.testing.assert_array_equal(reference.kept_cells(old, new, overlap, *sides), kept)
+    no_data, cut = np.full(old.shape, UNKNOWN, np.uint8), make_cut(16, overlap)
+    keep_old(old, no_data, new, 0, 0, Box(0, 0, 16, bits(*sides), overlap), cut)
+    expected = reference.kept_cells(old, new, overlap, *sides)
+    np.testing.assert_array_equal(expected, cut.keep_mask)
 
 
 @settings(max_examples=60, deadline=None)
@@ -87,10 +91,9 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     mask = reference.overlap_mask(16, 8, *sides)
     no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), tile.shape)
     words = to_bits(image)
-    theirs = refine_place(
-        image, words, tile, no_data, 0, 0, 16, 8, bits(*sides), 2**level, *place,
-        make_strips(words, 16),
-    )  # fmt: skip
+    box, strips = Box(0, 0, 16, bits(*sides), 8), make_strips(words, 16)
+    at_stake = np.zeros((0, 3), int)
+    theirs = refine_place(image, words, tile, no_data, box, 2**level, *place, strips, at_stake)
     assert reference.refined(image, tile, mask, place, 2**level) == theirs
 
 

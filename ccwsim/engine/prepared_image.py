@@ -1,4 +1,4 @@
-"""The training image prepared for the search: turned to each orientation of the path."""
+"""The training image prepared for the search, in each orientation of the path."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
 from ccwsim.engine.stages.upgrid import upgrid
-from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
 
@@ -29,24 +28,21 @@ class OrientedImage(NamedTuple):
     splits : ndarray of int64, shape (n_splits,)
         Into how many parts, along each axis, a tile may be split; the first is 1.
     energies : ndarray, shape (n_splits, 4, ny_places, nx_places)
-        ΣA² by split, shape of the overlap and place; see `overlap_energies`.
+        ΣA² by split, shape of the overlap and location; see `overlap_energies`.
+    proportions : ndarray of float64, shape (n_facies,)
+        Of the training image.
     """
 
     pyramid: Pyramid
     splits: NDArray[np.int64]
     energies: NDArray[np.signedinteger]
+    proportions: NDArray[np.float64]
 
 
-def orient_image(
-    image: NDArray[np.uint8],
-    n_facies: int,
-    parameters: Parameters,
-    template_size: int,
-    may_split: bool,
-) -> OrientedImage:
-    """Return an image, in the path frame and at the scale of the search, as the search needs it."""
-    p, scale = parameters, parameters.scale
-    level = p.level - scale
+def orient_image(study: Study, image: NDArray[np.uint8], template_size: int) -> OrientedImage:
+    """Return an image, in path coordinates and at the searched scale, as the search needs it."""
+    p, scale, n_facies = study.parameters, study.parameters.scale, study.training_image.n_facies
+    level, may_split = p.level - scale, p.exact_data and study.hard_data.n > MAX_DATA
     one_plane = p.similarity == "ssd" and n_facies <= 2
     check_stop()  # each step takes a second for an image of many million cells
     pyramid = build_pyramid(image, level, 1 if one_plane else n_facies)
@@ -56,16 +52,17 @@ def orient_image(
     template, overlap = template_size >> scale, p.overlap_size >> scale
     kind = score_type(level, template, overlap)
     splits = legal_splits(template, overlap) if may_split else [1]
-    places = tuple(length - (template >> level) + 1 for length in pyramid.sums.shape[1:])
-    energies = np.empty((len(splits), 4, *places), kind)
+    shape = tuple(length - (template >> level) + 1 for length in pyramid.sums.shape[1:])
+    energies = np.empty((len(splits), 4, *shape), kind)
     for k, parts in enumerate(splits):
         check_stop()
         size = (template - overlap) // parts + overlap
         own = overlap_energies(pyramid.sums, size >> level, overlap >> level, kind)
-        energies[k] = own[:, : places[0], : places[1]]
+        energies[k] = own[:, : shape[0], : shape[1]]
     if p.similarity == "correlation":
         energies[:] = 0
-    return OrientedImage(pyramid, np.array(splits), energies)
+    proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
+    return OrientedImage(pyramid, np.array(splits), energies, proportions)
 
 
 class PreparedImage:
@@ -76,26 +73,20 @@ class PreparedImage:
 
     def __init__(self, study: Study) -> None:
         self._study = study
-        self._turned: dict[tuple[int, int], OrientedImage] = {}
+        self._oriented: dict[tuple[int, int], OrientedImage] = {}
         self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
         self._bits: dict[tuple[int, int], NDArray[np.uint64]] = {}
 
     def oriented(self, orientation: int, template_size: int) -> OrientedImage:
-        """Return the image turned for one orientation, at the scale that is searched."""
+        """Return the image in one orientation, at the scale that is searched."""
         key = orientation, template_size
-        if key not in self._turned:
-            p, data = self._study.parameters, self._study.hard_data
-            self._turned[key] = orient_image(
-                self.scaled(orientation, p.scale),
-                self._study.training_image.n_facies,
-                p,
-                template_size,
-                may_split=p.exact_data and data.n > MAX_DATA,
-            )
-        return self._turned[key]
+        if key not in self._oriented:
+            image = self.scaled(orientation, self._study.parameters.scale)
+            self._oriented[key] = orient_image(self._study, image, template_size)
+        return self._oriented[key]
 
     def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
-        """Return the image turned for one orientation and up-gridded `scale` times."""
+        """Return the image in one orientation, up-gridded `scale` times."""
         key = orientation, scale
         if key not in self._scaled:
             if scale == 0:
@@ -114,5 +105,5 @@ class PreparedImage:
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
-        """What `mend` takes for a scar, by facies index."""
+        """When a datum counts as isolated, by facies index."""
         return isolated_datum_thresholds(self._study.training_image.indices)

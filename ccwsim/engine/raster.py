@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.multiscale import refine_tiles
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
-from ccwsim.engine.stages.conditioning import PlacedData, place_data
-from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.bits import make_strips
+from ccwsim.engine.stages.conditioning import PlacedData, place_data, split_tiles
+from ccwsim.engine.stages.cut import UNKNOWN, make_cut
 from ccwsim.engine.stages.path import (
     N_ORIENTATIONS,
     RasterPath,
@@ -20,43 +21,49 @@ from ccwsim.engine.stages.path import (
     to_path,
 )
 from ccwsim.engine.stages.upgrid import upgrid_data
-from ccwsim.engine.tiles import Search, simulate_tiles, split_tiles
-from ccwsim.model.bounds import MAX_TEMPLATE
-from ccwsim.model.parameters import Parameters, legal_sizes
+from ccwsim.engine.tiles import (
+    Search,
+    Simulated,
+    make_patches,
+    make_workspace,
+    refine_patches,
+    simulate_patches,
+)
+from ccwsim.model.parameters import MAX_TEMPLATE, Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch
 
-TERMS_A_CALL = 500_000_000
+TERMS_PER_CALL = 500_000_000
 """Terms of scores summed between two looks at progress and cancel: some hundredths of a second."""
-CELLS_A_CALL = 100_000_000
+CELLS_PER_CALL = 100_000_000
 """Cells compared in refinement between two such looks."""
-MAX_TILES_A_CALL = 512
-STRICT = 25
-"""How much more data weigh where they only steer: as in the published codes, before the overlap."""
+MAX_PATCHES_PER_CALL = 512
+DATUM_FACTOR = 25
+"""How much more data weigh that are not honoured exactly: as in the authors' code."""
 RASTER_SHARE = 0.7
-"""What the raster takes of the time of a realization with data, for the progress bar."""
+"""What the raster pass takes of the time of a realization with data, for the progress bar."""
 
 
 class Plan(NamedTuple):
-    """What is settled before the first tile of a realization.
+    """What is settled before the first patch of a realization.
 
     Attributes
     ----------
     path : RasterPath
-    turned : OrientedImage
-        The training image in the path frame, at the scale of the search.
+    oriented : OrientedImage
+        The training image in path coordinates, at the scale of the search.
     search : Search
     data : tuple of PlacedData
         By scale, the finest first.
-    split_of : ndarray of int64, shape (n_tiles,)
-        Into how many parts each tile is split, as an index of `turned.splits`.
+    patches : ndarray of int64, shape (n, 7)
+        From `make_patches`, in cells of the searched scale.
     """
 
     path: RasterPath
     oriented: OrientedImage
     search: Search
     data: tuple[PlacedData, ...]
-    split_of: NDArray[np.int64]
+    patches: NDArray[np.int64]
 
 
 def simulate_raster(
@@ -67,57 +74,80 @@ def simulate_raster(
     rng: np.random.Generator,
     watch: Watch,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return a realization before its data are mended, and where its cells came from.
+    """Return a realization as the raster path leaves it, and where its cells came from.
 
     The search fills the grid at the coarsest scale, which is the only one but for "ms-ccsim"; each
-    finer scale lays the tiles again, near the places that the coarser one chose.
+    finer scale places the patches again, near the locations that the coarser one chose.
     """
-    p, ti = study.parameters, study.training_image
-    path, oriented, search, data, split_of = make_plan(study, template, image, rng)
-    n, n_columns = path.n_rows * path.n_columns, path.n_columns
-    places = np.empty((n, oriented.splits[-1] ** 2, 2) if p.scale else (0, 0, 0), np.int32)
-    for scale in range(p.scale, -1, -1):
-        full = path.full[0] >> scale, path.full[1] >> scale
-        grid = np.full(full, UNKNOWN, np.uint8)
-        sources = np.zeros(full if keep_sources and scale == 0 else (0, 0), np.int32)
-        counts = np.zeros(ti.n_facies if p.match_proportions else 0, np.int64)
-        at_once = _tiles_a_call(oriented, search) if scale == p.scale else _laid_a_call(template)
-        for first in range(0, n, at_once):
-            share = (p.scale - scale + first / n) / (p.scale + 1)
-            watch.report(share * (RASTER_SHARE if study.hard_data.n else 1.0))
+    p = study.parameters
+    path, oriented, search, data, patches = make_plan(study, template, image, rng)
+    n, work = len(patches), make_workspace(oriented, search, data[p.scale])
+    simulated = empty_grid(study, path, p.scale, n, keep_sources)
+    at_once = _patches_per_call(oriented, search)
+    for first in _reported(study, 0, n, at_once, watch):
+        last = min(first + at_once, n)
+        simulate_patches(
+            first, last, patches, oriented, data[p.scale], search, rng, work, simulated
+        )
+    at_once = min(max(CELLS_PER_CALL // template**2, 1), MAX_PATCHES_PER_CALL)
+    for scale in range(p.scale - 1, -1, -1):
+        patches = patches * np.array([2, 2, 2, 1, 1, 1, 1])
+        finer, bits = image.scaled(path.orientation, scale), image.bits(path.orientation, scale)
+        size = template >> scale
+        work = work._replace(
+            at_stake=np.zeros((min(len(data[scale].columns), size**2), 3), np.int64),
+            strips=make_strips(bits, size),
+            cut=make_cut(size, p.overlap_size >> scale),
+        )
+        locations = simulated.locations
+        simulated = empty_grid(study, path, scale, n, keep_sources)._replace(locations=locations)
+        for first in _reported(study, p.scale - scale, n, at_once, watch):
             last = min(first + at_once, n)
-            if scale == p.scale:
-                simulate_tiles(
-                    first, last, n_columns, split_of, oriented, data[scale], ti.proportions, search,
-                    rng, counts, grid, sources, places,
-                )  # fmt: skip
-            else:
-                refine_tiles(
-                    first, last, n_columns, split_of, oriented.splits,
-                    image.scaled(path.orientation, scale), image.bits(path.orientation, scale),
-                    data[scale], template >> scale, p.overlap_size >> scale, p.refine, counts,
-                    grid, sources, places,
-                )  # fmt: skip
-    return to_grid(grid, sources, path, ti.shape)
+            refine_patches(
+                first, last, patches, finer, bits, data[scale], p.refine, work, simulated
+            )
+    return to_grid(simulated.grid, simulated.sources, path, study.training_image.shape)
+
+
+def empty_grid(
+    study: Study, path: RasterPath, scale: int, n_patches: int, keep_sources: bool
+) -> Simulated:
+    """Return the grid of a scale before its first patch."""
+    p, shape = study.parameters, (path.full[0] >> scale, path.full[1] >> scale)
+    return Simulated(
+        np.full(shape, UNKNOWN, np.uint8),
+        np.zeros(shape if keep_sources and scale == 0 else (0, 0), np.int32),
+        np.zeros(study.training_image.n_facies if p.match_proportions else 0, np.int64),
+        np.zeros((n_patches, 2), np.int32),
+    )
+
+
+def _reported(study: Study, n_scales: int, n: int, at_once: int, watch: Watch) -> Iterator[int]:
+    """Yield the first patch of each call, and report how far the raster pass is."""
+    whole = (RASTER_SHARE if study.hard_data.n else 1.0) / (study.parameters.scale + 1)
+    for first in range(0, n, at_once):
+        watch.report(whole * (n_scales + first / n))
+        yield first
 
 
 def make_plan(study: Study, template: int, image: PreparedImage, rng: np.random.Generator) -> Plan:
-    """Draw where the path starts, and turn and place everything along it."""
+    """Draw where the path starts (Algorithm 1, line 3), and orient everything along it."""
     p = study.parameters
     orientation = int(rng.integers(N_ORIENTATIONS)) if p.random_path else 0
     oriented = image.oriented(orientation, template)
     path = make_path(study.grid.shape, orientation, template, p.overlap_size)
     data = tuple(_data_at(scale, study, path) for scale in range(p.scale + 1))
-    split_of = split_tiles(
-        path.n_rows, path.n_columns, oriented.splits, data[0], template, p.overlap_size
-    )
-    return Plan(path, oriented, _search(p, template, oriented), data, split_of)
+    search = _search(p, template, oriented)
+    splits, overlap = oriented.splits, p.overlap_size
+    split_of = split_tiles(splits.tolist(), data[0], path, template, overlap)
+    patches = make_patches(path, search.template - search.overlap, search.overlap, splits, split_of)
+    return Plan(path, oriented, search, data, patches)
 
 
 def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
-    """Return the data in the path frame at a scale, as far as they are told there.
+    """Return the data in path coordinates at a scale, as far as they count there.
 
-    Data that only steer are told to the search alone, each as the first cell of its block.
+    Data that only steer count in the search alone, each as the first cell of its block.
     """
     p = study.parameters
     shape = path.full[0] >> scale, path.full[1] >> scale
@@ -135,7 +165,7 @@ def to_grid(
     path: RasterPath,
     image_shape: tuple[int, int],
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return a grid as it lies in the world, and its sources as flat indices in the TI itself."""
+    """Return a realization in grid coordinates, its sources as flat indices in the TI itself."""
     rows, columns = path.shape
     if sources.size:
         numbers = np.arange(image_shape[0] * image_shape[1], dtype=np.int32).reshape(image_shape)
@@ -147,30 +177,34 @@ def to_grid(
     )
 
 
-def _tiles_a_call(oriented: OrientedImage, search: Search) -> int:
+def _patches_per_call(oriented: OrientedImage, search: Search) -> int:
     cells = 2 * search.template * search.overlap * len(oriented.pyramid.sums)
     terms = cells // search.block_size**2 * oriented.energies[0, 0].size
-    return min(max(TERMS_A_CALL // terms, 1), MAX_TILES_A_CALL)
-
-
-def _laid_a_call(template: int) -> int:
-    return min(max(CELLS_A_CALL // template**2, 1), MAX_TILES_A_CALL)
+    return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
 
 
 def _search(p: Parameters, template: int, oriented: OrientedImage) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
-    unit = 2 ** (p.level - p.scale)
+    block_size = 2 ** (p.level - p.scale)
     planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # in which a wrong cell counts
     # A coarse cell stands for 4^scale cells and for 2^scale along a boundary: counted as one it
-    # leaves shapes broken, counted as 4^scale it leaves most data to mending.
-    cell_cost = unit * unit * planes / 2**p.scale
+    # leaves shapes broken, counted as 4^scale it leaves most data to local re-simulation.
+    cell_cost = block_size * block_size * planes / 2**p.scale
+    overlap_cost = cell_cost * 2 * p.template_size * p.overlap_size / 4**p.scale
     return Search(
-        template >> p.scale, p.overlap_size >> p.scale, unit,
-        min(p.n_candidates, oriented.energies[0, 0].size), p.co_template, p.search_fraction,
-        p.refine, p.match_proportions, cell_cost, cell_cost * (1 if p.exact_data else STRICT),
-        p.location_weight * cell_cost * 2 * p.template_size * p.overlap_size / 4**p.scale,
-        p.exact_data,
-    )  # fmt: skip
+        template=template >> p.scale,
+        overlap=p.overlap_size >> p.scale,
+        block_size=block_size,
+        n_candidates=min(p.n_candidates, oriented.energies[0, 0].size),
+        co_template=p.co_template,
+        share=p.search_fraction,
+        refine=p.refine,
+        match=p.match_proportions,
+        cell_cost=cell_cost,
+        datum_cost=cell_cost * (1 if p.exact_data else DATUM_FACTOR),
+        location_cost=p.location_weight * overlap_cost,
+        exact=p.exact_data,
+    )
 
 
 def draw_template(p: Parameters, shape: tuple[int, int], rng: np.random.Generator) -> int:

@@ -13,7 +13,7 @@ from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import draw_template, simulate_raster
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import resimulate
+from ccwsim.engine.stages.resimulation import Target, resimulate
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -57,10 +57,10 @@ def simulate_realization(
     cells = study.hard_data.cells
     if study.parameters.exact_data and study.hard_data.n:
         data = data_grid(cells, study.facies_of_data, indices.shape)
+        target = Target(image.scaled(), image.bits(), data, indices, sources)
         data_status = resimulate(
-            image.scaled(), image.bits(), data, cells, template, rng, indices,
-            sources, image.isolated_datum_thresholds, watch.check,
-        )  # fmt: skip
+            target, cells, template, rng, image.isolated_datum_thresholds, watch.check
+        )
     else:
         missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data
         data_status = np.where(missed, WRONG, 0).astype(np.int16)

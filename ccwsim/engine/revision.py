@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import isolated_datum_thresholds, resimulate
+from ccwsim.engine.stages.resimulation import Target, isolated_datum_thresholds, resimulate
 from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
@@ -58,6 +58,7 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     study = Study(
         ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
     )
+    p = study.parameters
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()
     indices = ensemble.indices.copy()
@@ -65,10 +66,8 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     sources = np.empty((ensemble.n, 0, 0), np.int32) if kept is None else kept.copy()
     data_status = _known(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
-    rare, bits = (
-        isolated_datum_thresholds(study.training_image.indices),
-        to_bits(study.training_image.indices),
-    )
+    image = np.array(study.training_image.indices)  # writable: kernels know one type
+    thresholds, bits = isolated_datum_thresholds(image), to_bits(image)
     data = data_grid(hard_data.cells, study.facies_of_data, study.grid.shape)
 
     def task(number: int, watch: Watch) -> None:
@@ -77,20 +76,12 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
         rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=key))
         rows, columns = hard_data.cells.T
         wrong = indices[number, rows, columns] != study.facies_of_data
-        if not study.parameters.exact_data:
+        if not p.exact_data:
             data_status[number, wrong] = WRONG
             return
+        target = Target(image, bits, data, indices[number], sources[number])
         data_status[number, wrong] = resimulate(
-            study.training_image.indices,
-            bits,
-            data,
-            hard_data.cells[wrong],
-            study.parameters.template_size,
-            rng,
-            indices[number],
-            sources[number],
-            rare,
-            watch.check,
+            target, hard_data.cells[wrong], p.template_size, rng, thresholds, watch.check
         )
         seconds[number] = time.thread_time() - before
         watch.report(1.0)

@@ -1,4 +1,4 @@
-"""The compiled conductor: score, draw, refine, cut and paste, tile after tile."""
+"""The compiled simulation loop: score, draw, refine, cut and paste, patch after patch."""
 
 from __future__ import annotations
 
@@ -7,30 +7,40 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.kernels import kernel
+from ccwsim.engine.prepared_image import OrientedImage
 from ccwsim.engine.stages.bits import Strips, make_strips
-from ccwsim.engine.stages.candidates import best_places, draw_index, keep_within
+from ccwsim.engine.stages.box import LEFT, TOP, Box
+from ccwsim.engine.stages.candidates import (
+    add_location,
+    best_places,
+    closest_to_target,
+    draw_index,
+    keep_within,
+)
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     SPARSE,
+    PlacedData,
     add_missed,
-    choose_split,
     data_ahead,
     start_totals,
 )
-from ccwsim.engine.stages.cut import keep_old, paste, paste_sources
-from ccwsim.engine.stages.location import add_location
-from ccwsim.engine.stages.proportions import closest_to_target
+from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
+from ccwsim.engine.stages.path import RasterPath
 from ccwsim.engine.stages.refinement import refine_place
-from ccwsim.engine.stages.similarity import LEFT, TOP, overlap_terms, score_places
+from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
+
+REACH = 2
+"""ms-ccsim compares locations up to REACH − 1 cells from the coarser scale's, on each axis."""
 
 
 class Search(NamedTuple):
-    """The parameters as the compiled conductor needs them, lengths in cells of the grid.
+    """The parameters as the simulation loop needs them, lengths in cells of the searched grid.
 
     `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
     data are multiplied by. Where data are not `exact` they were only compared by blocks, so that a
-    place chosen for them must not be shifted. `location_cost` is that of a place at the other end.
+    location chosen for them must not be shifted. `location_cost` is that of one at the other end.
     """
 
     template: int
@@ -48,171 +58,186 @@ class Search(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays to work in, made once a call; what a patch leaves in them is how it was chosen.
+    """Arrays for one patch after another; what the latest left tells how it was chosen.
 
-    `choice` says how many terms the overlap had, how many of the `places` were candidates, and
-    which of them was drawn.
+    `choice` has how many terms the overlap had, how many of the `places` were candidates, and
+    which of them was drawn. They are made in Python: kernels that allocate compile longer.
     """
 
     scores: NDArray[np.signedinteger]
+    run: NDArray[np.signedinteger]
     totals: NDArray[np.int64]
     row_best: NDArray[np.int64]
     places: NDArray[np.int64]
     terms: NDArray[np.int64]
-    kept: NDArray[np.bool_]
-    strips: Strips
     choice: NDArray[np.int64]
+    after: NDArray[np.int64]
+    at_stake: NDArray[np.int64]
+    strips: Strips
+    cut: CutWorkspace
+
+
+class Simulated(NamedTuple):
+    """What the simulation loop fills, in path coordinates.
+
+    Attributes
+    ----------
+    grid : ndarray of uint8, shape (ny, nx)
+        Facies indices, UNKNOWN where not simulated; large enough for whole tiles.
+    sources : ndarray of int32, shape (ny, nx) or (0, 0)
+        Flat index in the oriented TI of each cell; not kept where it is empty.
+    counts : ndarray of int64, shape (n_facies,) or (0,)
+        Simulated cells by facies; not kept where it is empty.
+    locations : ndarray of int32, shape (n_patches, 2)
+        First cell in the oriented TI of each patch.
+    """
+
+    grid: NDArray[np.uint8]
+    sources: NDArray[np.int32]
+    counts: NDArray[np.int64]
+    locations: NDArray[np.int32]
+
+
+def make_patches(
+    path: RasterPath,
+    step: int,
+    overlap: int,
+    splits: NDArray[np.int64],
+    split_of: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Return the patches in the order of the path, shape (n, 7).
+
+    Columns: first row and column, side, sides of the overlap (0 for the first patch), index of the
+    split of its tile, the tile, and the part of the tile.
+    """
+    parts_of = splits[split_of]
+    tile = np.repeat(np.arange(len(split_of)), parts_of**2)
+    parts = parts_of[tile]
+    part = np.arange(len(tile)) - np.repeat(np.cumsum(parts_of**2) - parts_of**2, parts_of**2)
+    (row, column), (down, along) = divmod(tile, path.n_columns), divmod(part, parts)
+    sides = np.where(column + along > 0, LEFT, 0) | np.where(row + down > 0, TOP, 0)
+    y0, x0 = row * step + down * (step // parts), column * step + along * (step // parts)
+    columns = y0, x0, step // parts + overlap, sides, split_of[tile], tile, part
+    return np.stack(columns, axis=1).astype(np.int64)
+
+
+def make_workspace(oriented: OrientedImage, search: Search, data: PlacedData) -> Workspace:
+    """Return the arrays that patches of a study need."""
+    energies, template = oriented.energies, search.template
+    ny, nx = energies.shape[2:]
+    sums = oriented.pyramid.sums
+    n_terms = 2 * len(sums) * template * search.overlap // search.block_size**2
+    return Workspace(
+        scores=np.zeros((ny, nx), energies.dtype),
+        run=np.zeros(n_run(sums, nx), energies.dtype),
+        totals=np.zeros((ny, nx), np.int64),
+        row_best=np.zeros(ny, np.int64),
+        places=np.zeros((search.n_candidates, 2), np.int64),
+        terms=np.zeros((4, n_terms), np.int64),
+        choice=np.zeros(3, np.int64),
+        after=np.zeros(len(oriented.proportions), np.int64),
+        at_stake=np.zeros((min(len(data.columns), template**2), 3), np.int64),
+        strips=make_strips(oriented.pyramid.bits, template),
+        cut=make_cut(template, search.overlap),
+    )
 
 
 @kernel
-def split_tiles(n_rows, n_columns, splits, data, template, overlap):
-    """Return the index of the split of each tile; one with much data is simulated in parts."""
-    step = template - overlap
-    split_of = np.zeros(n_rows * n_columns, np.int64)
-    for tile in range(len(split_of)):
-        row, column = divmod(tile, n_columns)
-        split_of[tile] = choose_split(splits, data, row * step, column * step, template, overlap)
-    return split_of
-
-
-@kernel
-def simulate_tiles(
-    first, last, n_columns, split_of, oriented, data, proportions, search, rng, counts, grid,
-    sources, places,
-):  # fmt: skip
-    """Simulate tiles `first` to `last` − 1 of the raster path (Algorithm 1, lines 3 to 11).
+def simulate_patches(first, last, patches, oriented, data, search, rng, work, simulated):
+    """Simulate patches `first` to `last` − 1 of the raster path (Algorithm 1, lines 4 to 14).
 
     Parameters
     ----------
-    first, last, n_columns : int
-        Tiles in the order of the path, and how many a row has.
-    split_of : ndarray of int64, shape (n_tiles,)
-        From `split_tiles`.
-    turned : OrientedImage
+    first, last : int
+    patches : ndarray of int64, shape (n, 7)
+        From `make_patches`.
+    oriented : OrientedImage
     data : PlacedData
-    proportions : ndarray, shape (n_facies,)
-        Of the training image.
     search : Search
     rng : numpy.random.Generator
-    counts : ndarray of int64, shape (n_facies,)
-        Cells simulated so far by facies; kept up to date.
-    grid : ndarray of uint8, shape (ny, nx)
-        The simulation grid in the path frame, large enough for whole tiles.
-    sources : ndarray of int32, shape (ny, nx) or (0, 0)
-        Filled with the flat index in the turned TI of each cell; not kept where it is empty.
-    places : ndarray of int32, shape (n_tiles, n_parts, 2) or (0, 0, 0)
-        Filled with the place in the turned TI of each patch; not kept where it is empty.
+    work : Workspace
+    simulated : Simulated
+        Changed in place.
     """
-    room = make_workspace(oriented, search)
-    for tile in range(first, last):
-        split = split_of[tile]
-        parts = oriented.splits[split]
-        for part in range(parts * parts):
-            y0, x0, size, shape = patch_geometry(tile, part, parts, n_columns, search)
-            ty, tx = simulate_patch(
-                y0, x0, size, shape, oriented.energies[split, shape],
-                oriented.pyramid, data, proportions, search, rng, room, counts, grid, sources,
-            )  # fmt: skip
-            if places.size:
-                places[tile, part, 0], places[tile, part, 1] = ty, tx
+    image, bits, sums, phases = oriented.pyramid
+    grid, sources, counts, locations = simulated
+    block_size = search.block_size
+    scores, totals, places = work.scores, work.totals, work.places
+    for number in range(first, last):
+        patch = patches[number]
+        box = Box(patch[0], patch[1], patch[2], patch[3], search.overlap)
+        n_terms = overlap_terms(grid, box, block_size, len(sums), work.terms)
+        energy = oriented.energies[patch[4], box.sides]
+        score_places(sums, work.terms, n_terms, energy, work.run, scores)
+        ahead = search.co_template * box.size
+        has_data = data_ahead(data, box.y0, box.x0, ahead)
+        n = len(places)
+        if has_data or search.location_cost > 0:
+            weights = SPARSE if box.size == search.template else DENSE
+            everywhere = weights.everywhere or not has_data
+            start_totals(scores, 1.0 if everywhere else search.share, totals)
+            if search.location_cost > 0:
+                add_location(box, grid.shape, search.location_cost, totals)
+            cost = search.datum_cost
+            add_missed(phases, grid, data, box, ahead, oriented.proportions, weights, cost, totals)
+            best_places(totals, n, rng, work.row_best, places)
+            if has_data:
+                n = keep_within(totals, places, np.int64(weights.slack * search.cell_cost))
+        else:
+            best_places(scores, n, rng, work.row_best, places)
+        if search.match:
+            drawn = closest_to_target(
+                image,
+                places[:n],
+                block_size,
+                box.size,
+                oriented.proportions,
+                counts,
+                work.after,
+                rng,
+            )
+        else:
+            drawn = draw_index(rng, n)
+        work.choice[0], work.choice[1], work.choice[2] = n_terms, n, drawn
+        ty, tx = places[drawn, 0] * block_size, places[drawn, 1] * block_size
+        free = search.exact or not data_ahead(data, box.y0, box.x0, box.size)
+        if search.refine and block_size > 1 and free:
+            ty, tx = refine_place(
+                image, bits, grid, data, box, block_size, ty, tx, work.strips, work.at_stake
+            )
+        keep_old(grid, data.required, image, ty, tx, box, work.cut)
+        paste(image, ty, tx, box, work.cut.keep_mask, counts, grid, sources)
+        locations[number, 0], locations[number, 1] = ty, tx
 
 
 @kernel
-def make_workspace(oriented, search):
-    """Return the arrays to work in."""
-    template = search.template
-    scores = np.zeros_like(oriented.energies[0, 0])
-    n_terms = 2 * len(oriented.pyramid.sums) * template * search.overlap // search.block_size**2
-    return Workspace(
-        scores,
-        np.empty(scores.shape, np.int64),
-        np.empty(len(scores), np.int64),
-        np.empty((search.n_candidates, 2), np.int64),
-        np.empty((4, n_terms), np.int64),
-        np.empty((template, template), np.bool_),
-        make_strips(oriented.pyramid.bits, template),
-        np.zeros(3, np.int64),
-    )
-
-
-@part_of_kernel
-def patch_geometry(tile, part, parts, n_columns, search):
-    """Return first row and column, side and shape of the overlap of a part of a tile."""
-    row, column = divmod(tile, n_columns)
-    down, along = divmod(part, parts)
-    step = search.template - search.overlap
-    shape = (LEFT if column + along > 0 else 0) | (TOP if row + down > 0 else 0)
-    y0, x0 = row * step + down * (step // parts), column * step + along * (step // parts)
-    return y0, x0, step // parts + search.overlap, shape
-
-
-@part_of_kernel
-def simulate_patch(
-    y0, x0, size, shape, energy, pyramid, data, proportions, search, rng, room, counts, grid,
-    sources,
-):  # fmt: skip
-    """Simulate one patch (Algorithm 1, lines 4 to 10) and return its place in the TI.
+def refine_patches(first, last, patches, image, bits, data, refine, work, simulated):
+    """Place patches `first` to `last` − 1 of ms-ccsim near their locations at the coarser scale.
 
     Parameters
     ----------
-    y0, x0, size : int
-        First cell and side of the patch.
-    shape : int
-        Shape of its overlap.
-    energy : ndarray, shape (ny_places, nx_places)
-        ΣA² of that overlap at each place.
-    pyramid, data, proportions, search, rng, room, counts, grid, sources
-        As in `simulate_tiles`.
+    first, last, patches, work
+        As in `simulate_patches`, in cells of this scale.
+    image : ndarray of uint8, shape (my, mx)
+        The training image of this scale in path coordinates.
+    bits : ndarray of uint64, shape (n_planes, my, n_words)
+        The same as `to_bits` gives it.
+    data : PlacedData
+        Of this scale.
+    refine : bool
+        Without it the locations are those of the coarser scale.
+    simulated : Simulated
+        Of this scale; on entry `locations` are those of the coarser scale.
     """
-    image, bits, sums, phases = pyramid
-    overlap, unit = search.overlap, search.block_size
-    scores, totals, places = room.scores, room.totals, room.places
-    n_terms = overlap_terms(grid, y0, x0, size, overlap, unit, shape, len(sums), room.terms)
-    score_places(sums, room.terms, n_terms, energy, scores)
-    ahead = search.co_template * size
-    has_data = data_ahead(data, y0, x0, ahead)
-    candidates = places
-    if has_data or search.location_cost > 0:
-        weights = SPARSE if size == search.template else DENSE
-        everywhere = weights.everywhere or not has_data
-        start_totals(scores, 1.0 if everywhere else search.share, totals)
-        if search.location_cost > 0:
-            add_location(y0, x0, size, grid.shape, search.location_cost, totals)
-        cost = search.datum_cost
-        add_missed(phases, grid, data, y0, x0, size, ahead, proportions, weights, cost, totals)
-        best_places(totals, search.n_candidates, rng, room.row_best, places)
-        if has_data:
-            slack = int(weights.slack * search.cell_cost)
-            candidates = places[: keep_within(totals, places, slack)]
-    else:
-        best_places(scores, search.n_candidates, rng, room.row_best, places)
-    if search.match:
-        drawn = closest_to_target(image, candidates, unit, size, counts, proportions, rng)
-    else:
-        drawn = draw_index(rng, len(candidates))
-    room.choice[0], room.choice[1], room.choice[2] = n_terms, len(candidates), drawn
-    ty, tx = candidates[drawn, 0] * unit, candidates[drawn, 1] * unit
-    if search.refine and unit > 1 and (search.exact or not data_ahead(data, y0, x0, size)):
-        ty, tx = refine_place(
-            image, bits, grid, data, y0, x0, size, overlap, shape, unit, ty, tx, room.strips
-        )
-    place_patch(
-        image, ty, tx, y0, x0, size, overlap, shape, data.kept, room.kept, counts, grid, sources
-    )
-    return ty, tx
-
-
-@kernel
-def place_patch(
-    image, ty, tx, y0, x0, size, overlap, shape, data, room, counts, grid, sources
-):  # fmt: skip
-    """Cut and paste (Algorithm 1, line 10) the patch at (ty, tx) of the TI.
-
-    `data` is the facies of the data that the cut must keep, `room` a place to mark cells in.
-    """
-    patch = image[ty : ty + size, tx : tx + size]
-    kept = room[:size, :size]
-    keep_old(grid, data, patch, y0, x0, overlap, shape, kept)
-    paste(patch, kept, shape, overlap, counts, y0, x0, grid)
-    if sources.size:
-        paste_sources(ty, tx, image.shape[1], kept, y0, x0, sources)
+    grid, sources, counts, locations = simulated
+    for number in range(first, last):
+        patch = patches[number]
+        box = Box(patch[0], patch[1], patch[2], patch[3], work.cut.error.shape[1])
+        ty, tx = 2 * np.int64(locations[number, 0]), 2 * np.int64(locations[number, 1])
+        if refine:
+            ty, tx = refine_place(
+                image, bits, grid, data, box, REACH, ty, tx, work.strips, work.at_stake
+            )
+        keep_old(grid, data.required, image, ty, tx, box, work.cut)
+        paste(image, ty, tx, box, work.cut.keep_mask, counts, grid, sources)
+        locations[number, 0], locations[number, 1] = ty, tx

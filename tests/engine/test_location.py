@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
-from ccwsim.engine.stages.location import add_location
+from ccwsim.engine.stages.box import Box
+from ccwsim.engine.stages.candidates import add_location
 
 
 def test_a_place_costs_the_squared_distance_as_a_share_of_the_way():
     totals = np.zeros((5, 9), np.int64)
-    add_location(40, 30, 20, (100, 140), 1000.0, totals)
+    add_location(Box(40, 30, 20, 0, 4), (100, 140), 1000.0, totals)
     for py, px in np.ndindex(totals.shape):
         down, along = py / 4 - 40 / 80, px / 8 - 30 / 120
         assert totals[py, px] == int(1000 * (down**2 + along**2))
@@ -20,7 +21,7 @@ def test_a_place_costs_the_squared_distance_as_a_share_of_the_way():
 
 def test_one_place_alone_costs_nothing():
     totals = np.zeros((1, 1), np.int64)
-    add_location(5, 7, 32, (32, 90), 1000.0, totals)
+    add_location(Box(5, 7, 32, 0, 4), (32, 90), 1000.0, totals)
     assert totals[0, 0] == 0
 
 

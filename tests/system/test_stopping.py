@@ -37,7 +37,7 @@ class After:
 
 
 def test_the_raster_looks_up_again_and_again(monkeypatch):
-    monkeypatch.setattr(raster_of_tiles, "TERMS_A_CALL", 1)  # as often as in a large realization
+    monkeypatch.setattr(raster_of_tiles, "TERMS_PER_CALL", 1)  # as often as in a large realization
     study = Study(CHANNELS, Grid(200, 200))
     counting = After(10**9)
     arguments = study, 32, PreparedImage(study), False
@@ -50,7 +50,7 @@ def test_the_raster_looks_up_again_and_again(monkeypatch):
 
 
 def test_mending_looks_up_again_and_again(monkeypatch):
-    monkeypatch.setattr(mending, "PLACES_A_CALL", 1)
+    monkeypatch.setattr(mending, "LOCATIONS_PER_CALL", 1)
     blank = np.zeros((100, 100), np.uint8), np.zeros((0, 0), np.int32)
     monkeypatch.setattr(realization, "simulate_raster", lambda *_: blank)
     cells = np.unique(RNG.integers(0, 100, (60, 2)), axis=0)

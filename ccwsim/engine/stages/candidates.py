@@ -1,19 +1,25 @@
-"""The K best places and the random draw among them (Algorithm 1, lines 7 and 8)."""
+"""The K best locations and the draw among them (section 4.4; Algorithm 1, lines 11 and 12).
+
+Two options of this program steer the choice: `location_weight` and `match_proportions`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import part_of_kernel
+
+N_COMPARED = 3
+"""Candidates drawn to choose from by proportions: more match them faster and vary less."""
 
 
-@kernel
+@part_of_kernel
 def draw_index(rng, n):
     """Return a whole number from 0 to n − 1, all equally likely."""
-    return min(int(rng.random() * n), n - 1)
+    return min(np.int64(rng.random() * n), n - 1)
 
 
-@kernel
+@part_of_kernel
 def kth_best(scores, k, row_best):
     """Return the k-th smallest score and leave the smallest of each row in `row_best`.
 
@@ -50,7 +56,7 @@ def kth_best(scores, k, row_best):
     return low
 
 
-@kernel
+@part_of_kernel
 def n_up_to(row, limit):
     """Count the scores of a row that are at most `limit`, which their type must hold."""
     limit = row.dtype.type(limit)
@@ -60,11 +66,11 @@ def n_up_to(row, limit):
     return n
 
 
-@kernel
+@part_of_kernel
 def best_places(scores, k, rng, row_best, places):
-    """Fill `places` with the k best places; equal scores at the end are drawn at random.
+    """Fill `places` with the k best locations; equal scores at the end are drawn at random.
 
-    Taking the first of many equal places would favour one corner of the training image.
+    Taking the first of many equal ones would favour one corner of the training image.
 
     Parameters
     ----------
@@ -74,7 +80,7 @@ def best_places(scores, k, rng, row_best, places):
         How many, at most ny · nx.
     rng : numpy.random.Generator
     row_best : ndarray of int64, shape (ny,)
-        Room to work in.
+        Workspace; the smallest score of each row on return.
     places : ndarray of int64, shape (k, 2)
         Row and column of each; in no order.
     """
@@ -89,7 +95,7 @@ def best_places(scores, k, rng, row_best, places):
                     places[better, 1] = px
                     better += 1
     ties = 0
-    room = k - better
+    n_free = k - better
     for py in range(ny):
         if row_best[py] > last:
             continue
@@ -97,18 +103,18 @@ def best_places(scores, k, rng, row_best, places):
             if scores[py, px] != last:
                 continue
             ties += 1
-            at = ties - 1 if ties <= room else draw_index(rng, ties)
-            if at < room:
+            at = ties - 1 if ties <= n_free else draw_index(rng, ties)
+            if at < n_free:
                 places[better + at, 0] = py
                 places[better + at, 1] = px
 
 
-@kernel
+@part_of_kernel
 def keep_within(scores, places, slack):
-    """Move the places within `slack` of the best to the front of `places`; return how many.
+    """Move the locations within `slack` of the best to the front of `places`; return how many.
 
-    Hard data leave few places that fit them. The K-th best may then be far worse than the best, and
-    drawing it would break shapes without making the realizations more varied where it matters.
+    Hard data leave few locations that fit them. The K-th best may then be far worse than the best,
+    and drawing it would break shapes without more variation where it matters.
     """
     limit = scores[places[0, 0], places[0, 1]]
     for k in range(1, len(places)):
@@ -122,3 +128,67 @@ def keep_within(scores, places, slack):
             places[n, 0], places[n, 1] = py, px
             n += 1
     return n
+
+
+@part_of_kernel
+def add_location(box, shape, cost, totals):
+    """Add `cost` times the squared distance from a box's own location to the score of each.
+
+    For images that are not stationary, which section 5.9 names as a limit of the method: both the
+    box in the grid and a location in the image are measured as shares of the way from one end to
+    the other. The cost is thus that of a location at the other end of one axis.
+
+    Parameters
+    ----------
+    box : Box
+    shape : pair of int
+        Rows and columns of the simulation grid; its last box corresponds to the last location.
+    cost : float
+    totals : ndarray of int64, shape (ny_places, nx_places)
+    """
+    ny, nx = totals.shape
+    row = box.y0 / max(shape[0] - box.size, 1) * (ny - 1)
+    column = box.x0 / max(shape[1] - box.size, 1) * (nx - 1)
+    for py in range(ny):
+        down = (py - row) / max(ny - 1, 1)
+        for px in range(nx):
+            along = (px - column) / max(nx - 1, 1)
+            totals[py, px] += np.int64(cost * (down * down + along * along))
+
+
+@part_of_kernel
+def closest_to_target(image, candidates, block_size, size, proportions, counts, after, rng):
+    """Draw a few candidates and return the index of the one that corrects the proportions best.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (ny, nx)
+        Training image in path coordinates.
+    candidates : ndarray of int64, shape (k, 2)
+        In blocks of `block_size` cells.
+    size : int
+        Side of the patch in cells.
+    proportions : ndarray, shape (n_facies,)
+        The target.
+    counts, after : ndarray of int64, shape (n_facies,)
+        Cells simulated up to now, and workspace.
+    rng : numpy.random.Generator
+    """
+    chosen = np.int64(0)
+    smallest = np.inf
+    for _ in range(N_COMPARED):
+        at = draw_index(rng, len(candidates))
+        ty, tx = candidates[at, 0] * block_size, candidates[at, 1] * block_size
+        for k in range(len(counts)):
+            after[k] = counts[k]
+        for y in range(ty, ty + size):
+            for x in range(tx, tx + size):
+                after[image[y, x]] += 1
+        n, off = 0, 0.0
+        for k in range(len(after)):  # array expressions would take long to compile
+            n += after[k]
+        for k in range(len(after)):
+            off += abs(after[k] - proportions[k] * n)
+        if off < smallest:
+            chosen, smallest = at, off
+    return chosen

@@ -1,6 +1,6 @@
 """Hard data in the template and the co-template steer the choice (section 4.4).
 
-Agreement is counted at full resolution, cell by cell, for every place of the training image: the
+Agreement is counted at full resolution, cell by cell, for every location of the training image: the
 approximation of a datum says little about the cell it lies in.
 """
 
@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import RasterPath
 
 
 class Weights(NamedTuple):
-    """How much data steer the choice of a place, in wrong cells of overlap.
+    """How much data steer the choice of a location, in wrong cells of overlap.
 
     Attributes
     ----------
@@ -26,11 +27,11 @@ class Weights(NamedTuple):
     held : int
         The same where the cell is in the overlap and right already: the cut can keep it.
     ahead : int
-        The same for a datum in the co-template: the next patches can still mend it.
+        The same for a datum in the co-template: the next patches can still honour it.
     slack : int
-        A place is drawn only if it is at most so much worse than the best.
+        A location is drawn only if it is at most so much worse than the best.
     everywhere : bool
-        Whether every place is looked at, not the share with the best overlaps alone.
+        Whether every location is looked at, not the share with the best overlaps alone.
     """
 
     missed: int
@@ -41,9 +42,9 @@ class Weights(NamedTuple):
 
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
-"""Few data a patch: the overlap keeps shapes whole, and mending brings what is left."""
+"""Few data a patch: the overlap keeps shapes whole; local re-simulation honours what is left."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
-"""Tiles that are split: the data themselves say where the shapes run, and few places fit them."""
+"""Tiles that are split: the data themselves say where the shapes run; few locations fit them."""
 MAX_DATA = 10
 """A tile with more data than this a patch is split into smaller patches."""
 RULED_OUT = 1 << 60
@@ -51,7 +52,7 @@ N_CLASSES = 256
 
 
 class PlacedData(NamedTuple):
-    """Hard data in the path frame, as the kernels need them.
+    """Hard data in path coordinates, as the kernels need them.
 
     Attributes
     ----------
@@ -61,15 +62,15 @@ class PlacedData(NamedTuple):
         Column of each datum, by row.
     first : ndarray of int64, shape (ny + 1,)
         Where the data of each row begin in `columns`.
-    kept : ndarray of uint8, shape (ny, nx)
+    required : ndarray of uint8, shape (ny, nx)
         The data that refinement and cut must keep: `facies`, or none where the data only steer the
-        choice of the place.
+        choice of the location.
     """
 
     facies: NDArray[np.uint8]
     columns: NDArray[np.int64]
     first: NDArray[np.int64]
-    kept: NDArray[np.uint8]
+    required: NDArray[np.uint8]
 
 
 def data_grid(
@@ -86,13 +87,13 @@ def place_data(
 ) -> PlacedData:
     """Return data on a grid of `shape`; `cells` (row, col) and `facies` (indices) have n rows.
 
-    Without `keep` they only steer the choice of places.
+    Without `keep` they only steer the choice of locations.
     """
     grid = data_grid(cells, facies, shape)
     order = np.lexsort((cells[:, 1], cells[:, 0]))
     first = np.searchsorted(cells[order, 0], np.arange(shape[0] + 1))
-    kept = grid if keep else np.full(shape, UNKNOWN, np.uint8)
-    return PlacedData(grid, np.ascontiguousarray(cells[order, 1]), first, kept)
+    required = grid if keep else np.full(shape, UNKNOWN, np.uint8)
+    return PlacedData(grid, np.ascontiguousarray(cells[order, 1]), first, required)
 
 
 def legal_splits(template: int, overlap: int) -> list[int]:
@@ -110,23 +111,30 @@ def legal_splits(template: int, overlap: int) -> list[int]:
     return [n for n in range(1, step + 1) if step % n == 0 and step // n >= overlap]
 
 
-@kernel
-def choose_split(splits, data, y0, x0, template, overlap):
-    """Return the index of the first split whose parts hold at most MAX_DATA data on average."""
+def split_tiles(
+    splits: list[int], data: PlacedData, path: RasterPath, template: int, overlap: int
+) -> NDArray[np.int64]:
+    """Return which of `splits` each tile takes: the first with at most MAX_DATA data a part."""
+    n_tiles = path.n_rows * path.n_columns
     if len(splits) == 1:
-        return 0
-    n = 0
-    for y in range(y0, y0 + template):
-        for i in range(data.first[y], data.first[y + 1]):
-            n += x0 <= data.columns[i] < x0 + template
-    for k in range(len(splits)):
-        size = (template - overlap) // splits[k] + overlap
-        if n * size * size <= MAX_DATA * template * template:
-            return k
-    return len(splits) - 1
+        return np.zeros(n_tiles, np.int64)
+    step = template - overlap
+    rows, columns = np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), data.columns
+    n_data = np.zeros(n_tiles, np.int64)
+    for down, along in np.ndindex(2, 2):  # as the overlap is at most half of it, a tile's cells
+        row, column = rows // step - down, columns // step - along  # lie in two of them a way
+        inside = (row >= 0) & (row < path.n_rows) & (column >= 0) & (column < path.n_columns)
+        inside &= (rows - row * step < template) & (columns - column * step < template)
+        tiles = (row * path.n_columns + column)[inside]
+        n_data += np.bincount(tiles, minlength=n_tiles)
+    split_of = np.full(n_tiles, len(splits) - 1)
+    for k in range(len(splits) - 2, -1, -1):
+        size = step // splits[k] + overlap
+        split_of[n_data * size * size <= MAX_DATA * template * template] = k
+    return split_of
 
 
-@kernel
+@part_of_kernel
 def data_ahead(data, y0, x0, size):
     """Return whether any datum lies in the `size` × `size` cells from (y0, x0) on."""
     last = min(y0 + size, len(data.first) - 1)
@@ -136,21 +144,19 @@ def data_ahead(data, y0, x0, size):
     return False
 
 
-@kernel
-def add_missed(
-    phases, grid, data, y0, x0, template, ahead, proportions, weights, datum_cost, totals
-):
-    """Add what the missed data cost to the score of every place.
+@part_of_kernel
+def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost, totals):
+    """Add what the missed data cost to the score of every location.
 
     Parameters
     ----------
     phases : ndarray of uint8, shape (2^J, 2^J, my, mx)
         The training image by offset, from `Pyramid`.
     grid : ndarray of uint8, shape (ny, nx)
-        What is simulated so far.
+        What is simulated up to now.
     data : PlacedData
-    y0, x0, template : int
-        First cell and side of the tile.
+    box : Box
+        Of the patch.
     ahead : int
         Side of the co-template, from the same first cell.
     proportions : ndarray, shape (n_facies,)
@@ -160,46 +166,36 @@ def add_missed(
         What the weights are multiplied by: the score of one wrong cell of overlap.
     totals : ndarray of int64, shape (ny_places, nx_places)
     """
-    unit = phases.shape[0]
-    for y in range(y0, min(y0 + ahead, len(data.first) - 1)):
+    block_size, _, my, mx = phases.shape
+    ny, nx = totals.shape
+    for y in range(box.y0, min(box.y0 + ahead, len(data.first) - 1)):
         for i in range(data.first[y], data.first[y + 1]):
             x = data.columns[i]
-            if x < x0 or x >= x0 + ahead:
+            if x < box.x0 or x >= box.x0 + ahead:
                 continue
             facies = data.facies[y, x]
-            inside = y < y0 + template and x < x0 + template
+            inside = y < box.y0 + box.size and x < box.x0 + box.size
             weight = weights.missed if inside else weights.ahead
-            if inside and grid[y, x] == facies and data.kept[y, x] == facies:
+            if inside and grid[y, x] == facies and data.required[y, x] == facies:
                 weight = weights.held
-            phase = phases[(y - y0) % unit, (x - x0) % unit]
-            cost = int(weight * datum_cost)
-            expected = int(weight * datum_cost * (1.0 - proportions[facies]))
-            _add_datum(
-                phase, (y - y0) // unit, (x - x0) // unit, facies, cost, expected, totals
-            )  # fmt: skip
+            cost = np.int64(weight * datum_cost)
+            expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
+            dy, dx = (y - box.y0) // block_size, (x - box.x0) // block_size
+            phase = phases[(y - box.y0) % block_size, (x - box.x0) % block_size]
+            seen = min(nx, max(mx - dx, 0))
+            for py in range(ny):
+                own = totals[py]
+                known = seen if py + dy < my else 0
+                row = phase[min(py + dy, my - 1), dx : dx + seen]  # px + dx would stop vectors
+                for px in range(known):
+                    own[px] += cost if row[px] != facies else 0
+                for px in range(known, nx):
+                    own[px] += expected
 
 
-@kernel
-def _add_datum(phase, dy, dx, facies, cost, expected, totals):
-    my, mx = phase.shape
-    ny, nx = totals.shape
-    seen = min(nx, max(mx - dx, 0))
-    for py in range(ny):
-        own = totals[py]
-        if py + dy >= my:
-            for px in range(nx):
-                own[px] += expected
-            continue
-        row = phase[py + dy, dx : dx + seen]  # an index px + dx would keep the loop from vectors
-        for px in range(seen):
-            own[px] += cost if row[px] != facies else 0
-        for px in range(seen, nx):
-            own[px] += expected
-
-
-@kernel
+@part_of_kernel
 def start_totals(scores, share, totals):
-    """Fill `totals` with the scores, ruling out places not among the best `share` of overlaps.
+    """Fill `totals` with the scores, ruling out locations not among the best `share` of overlaps.
 
     The limit is a multiple of a 256th of their range, found by counting: sorting all scores would
     take longer than the search.

@@ -1,10 +1,13 @@
-"""The minimum-error boundary cut and the paste (section 4.3; Algorithm 1, line 10)."""
+"""The minimum error boundary cut (section 2) and the paste (4.4; Algorithm 1, line 14)."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from ccwsim.engine.kernels import kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.kernels import part_of_kernel
 
 UNKNOWN = 255
 """A cell without datum in the grid of data, or not simulated yet in the simulation grid."""
@@ -14,26 +17,56 @@ BROKEN = 1 << 16
 """What a cut pays for each datum it would drop: more than any path without one."""
 
 
-@kernel
-def boundary(error, demand, cost, path):
-    """Find the cheapest boundary through an overlap, by dynamic programming.
+class CutWorkspace(NamedTuple):
+    """Arrays for the cuts of one patch, large enough for each of its sides.
 
-    Boundary c of a line keeps the cells before c as they are and takes the new ones from c on. It
-    pays the error on both its sides and moves by at most one cell a line, so there is no step that
-    the error would not see.
-
-    Parameters
+    Attributes
     ----------
-    error : ndarray of uint8, shape (n, m)
-        1 where old and new cells differ; n lines along the boundary, m cells across.
-    demand : ndarray of uint8, shape (n, m)
+    keep_mask : ndarray of bool, shape (size, size)
+        Where the grid stays as it is.
+    error : ndarray of uint8, shape (size, overlap)
+        1 where old and new cells differ; lines along the boundary, cells across.
+    demand : ndarray of uint8, shape (size, overlap)
         KEEP_OLD or TAKE_NEW where only that honours a datum, else 0.
-    cost : ndarray of int64, shape (n, m + 1)
-        Room to work in; the cost of the best path to each boundary on return.
-    path : ndarray of int64, shape (n,)
-        The boundary of each line, 0 … m.
+    cost : ndarray of int64, shape (size, overlap + 1)
+        Cost of the best path to each boundary.
+    path : ndarray of int64, shape (size,)
+        The chosen boundary of each line.
     """
-    n, m = error.shape
+
+    keep_mask: NDArray[np.bool_]
+    error: NDArray[np.uint8]
+    demand: NDArray[np.uint8]
+    cost: NDArray[np.int64]
+    path: NDArray[np.int64]
+
+
+def make_cut(size: int, overlap: int) -> CutWorkspace:
+    """Return the workspace for boxes of at most `size` cells with an overlap of at most `overlap`.
+
+    Examples
+    --------
+    >>> make_cut(32, 8).cost.shape
+    (32, 9)
+    """
+    return CutWorkspace(
+        np.zeros((size, size), np.bool_),
+        np.zeros((size, overlap), np.uint8),
+        np.zeros((size, overlap), np.uint8),
+        np.zeros((size, overlap + 1), np.int64),
+        np.zeros(size, np.int64),
+    )
+
+
+@part_of_kernel
+def boundary(cut, n, m):
+    """Fill `cut.path` with the cheapest boundary through n lines of m cells.
+
+    Dynamic programming: boundary c of a line, 0 … m, keeps the cells before c as they are and takes
+    the new ones from c on. It pays the error on both its sides and moves by at most one cell a
+    line, so there is no step that the error would not see.
+    """
+    error, demand, cost, path = cut.error, cut.demand, cut.cost, cut.path
     for i in range(n):
         broken = 0
         for x in range(m):
@@ -42,17 +75,16 @@ def boundary(error, demand, cost, path):
             if c > 0:
                 broken += demand[i, c - 1] == TAKE_NEW
                 broken -= demand[i, c - 1] == KEEP_OLD
-            before = error[i, max(c - 1, 0)]
-            after = error[i, min(c, m - 1)]
-            here = before + after + BROKEN * broken
+            total = np.int64(error[i, max(c - 1, 0)]) + error[i, min(c, m - 1)]
+            total += BROKEN * broken
             if i > 0:
                 best = cost[i - 1, c]
                 if c > 0:
                     best = min(best, cost[i - 1, c - 1])
                 if c < m:
                     best = min(best, cost[i - 1, c + 1])
-                here += best
-            cost[i, c] = here
+                total += best
+            cost[i, c] = total
     at = 0
     for c in range(1, m + 1):
         if cost[n - 1, c] < cost[n - 1, at]:
@@ -68,17 +100,17 @@ def boundary(error, demand, cost, path):
         path[i] = at
 
 
-@kernel
+@part_of_kernel
 def wanted(old, new, datum):
-    """Say which of two facies a cut must choose to honour the datum of a cell."""
+    """Return which of two facies a cut must choose to honour the datum of a cell."""
     if datum == UNKNOWN or (old == datum) == (new == datum):
         return 0
     return KEEP_OLD if old == datum else TAKE_NEW
 
 
-@kernel
-def keep_old(grid, data, patch, y0, x0, overlap, sides, kept):
-    """Mark in `kept` the cells of a tile where the grid stays as it is.
+@part_of_kernel
+def keep_old(grid, data, image, ty, tx, box, cut):
+    """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is.
 
     The strips are cut one after the other: what one keeps is old for the next, so that they meet in
     the corners without a gap.
@@ -87,83 +119,66 @@ def keep_old(grid, data, patch, y0, x0, overlap, sides, kept):
     ----------
     grid, data : ndarray of uint8, shape (ny, nx)
         The simulation grid and the facies of the data, UNKNOWN elsewhere.
-    patch : ndarray of uint8, shape (h, w)
-        The new facies of the tile.
-    y0, x0 : int
-        First cell of the tile.
-    overlap : int
-        Width of the strips.
-    sides : int
-        Bits: 1 left, 2 top, 4 right, 8 bottom.
-    kept : ndarray of bool, shape (h, w)
+    image : ndarray of uint8, shape (my, mx)
+        The training image.
+    ty, tx : int
+        First cell of the patch in the image.
+    box : Box
+    cut : CutWorkspace
     """
-    height, width = patch.shape
-    longest = max(height, width)
-    error = np.empty((longest, overlap), np.uint8)
-    demand = np.empty((longest, overlap), np.uint8)
-    cost = np.empty((longest, overlap + 1), np.int64)
-    path = np.empty(longest, np.int64)
-    kept[:] = False
+    size, m, keep_mask = box.size, box.overlap, cut.keep_mask
+    for y in range(size):
+        for x in range(size):
+            keep_mask[y, x] = False
     for side in range(4):
-        if not sides & (1 << side):
+        if not box.sides & (1 << side):
             continue
-        upright = side == 0 or side == 2
-        n = height if upright else width
-        for i in range(n):
-            for c in range(overlap):
-                y, x = _cell_of_strip(side, i, c, height, width)
-                old, new = grid[y0 + y, x0 + x], patch[y, x]
-                same = kept[y, x] or old == new
-                error[i, c] = 0 if same else 1
-                demand[i, c] = 0 if same else wanted(old, new, data[y0 + y, x0 + x])
-        boundary(error[:n], demand[:n], cost, path)
-        for i in range(n):
-            for c in range(path[i]):
-                y, x = _cell_of_strip(side, i, c, height, width)
-                kept[y, x] = True
+        upright, far = side == 0 or side == 2, side >= 2
+        for i in range(size):
+            for c in range(m):
+                inwards = size - 1 - c if far else c
+                y, x = (i, inwards) if upright else (inwards, i)
+                old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
+                same = keep_mask[y, x] or old == new
+                cut.error[i, c] = 0 if same else 1
+                datum = data[box.y0 + y, box.x0 + x]
+                cut.demand[i, c] = 0 if same else wanted(old, new, datum)
+        boundary(cut, size, m)
+        for i in range(size):
+            for c in range(cut.path[i]):
+                inwards = size - 1 - c if far else c
+                y, x = (i, inwards) if upright else (inwards, i)
+                keep_mask[y, x] = True
 
 
-@kernel
-def _cell_of_strip(side, i, c, height, width):
-    """Return the cell that lies i along a side and c cells inwards from it."""
-    if side == 0:
-        return i, c
-    if side == 1:
-        return c, i
-    if side == 2:
-        return i, width - 1 - c
-    return height - 1 - c, i
+@part_of_kernel
+def paste(image, ty, tx, box, keep_mask, counts, grid, sources):
+    """Paste the patch at (ty, tx) of the image where the grid is not kept.
 
-
-@kernel
-def paste_sources(ty, tx, width, kept, y0, x0, sources):
-    """Note, for the cells of a tile that are not kept, the flat index in a TI of `width` columns.
-
-    `ty`, `tx` are the first cell of the patch in the TI, `y0`, `x0` that of the tile.
+    Parameters
+    ----------
+    image, ty, tx, box
+        As in `keep_old`.
+    keep_mask : ndarray of bool, shape (size, size)
+    counts : ndarray of int64, shape (n_facies,) or (0,)
+        Simulated cells by facies, kept up to date where it is not empty.
+    grid : ndarray of uint8, shape (ny, nx)
+    sources : ndarray of int32, shape (ny, nx) or (0, 0)
+        Flat index in the image of each cell, kept up to date where it is not empty.
     """
-    for y in range(kept.shape[0]):
-        for x in range(kept.shape[1]):
-            if not kept[y, x]:
-                sources[y0 + y, x0 + x] = (ty + y) * width + tx + x
-
-
-@kernel
-def paste(patch, kept, shape, overlap, counts, y0, x0, grid):
-    """Paste the cells of a tile that are not kept, which can only be those of its overlap.
-
-    `counts` of facies are kept up to date, but where there are none: cells of the overlap, whose
-    `shape` is given, were simulated before and are counted already.
-    """
-    height, width = patch.shape
-    for y in range(height):
-        row, new = grid[y0 + y, x0 : x0 + width], patch[y]
-        old = width if shape & 2 and y < overlap else (overlap if shape & 1 else 0)
+    for y in range(box.size):
+        row = grid[box.y0 + y, box.x0 : box.x0 + box.size]
+        new, keep = image[ty + y, tx : tx + box.size], keep_mask[y]
         if len(counts):
-            for x in range(old):
-                counts[row[x]] -= not kept[y, x]
-            for x in range(width):
-                counts[new[x]] += x >= old or not kept[y, x]
-        for x in range(old):
-            row[x] = row[x] if kept[y, x] else new[x]
-        for x in range(old, width):
-            row[x] = new[x]
+            for x in range(box.size):
+                if not keep[x]:
+                    counts[new[x]] += 1
+                    if row[x] != UNKNOWN:
+                        counts[row[x]] -= 1
+        for x in range(box.size):
+            row[x] = row[x] if keep[x] else new[x]
+        if sources.size:
+            first = (ty + y) * image.shape[1] + tx
+            for x in range(box.size):
+                if not keep[x]:
+                    sources[box.y0 + y, box.x0 + x] = first + x

@@ -1,91 +1,86 @@
-"""Shift a drawn place to where it fits best at full resolution.
+"""Shift a drawn location to where it fits best at full resolution (not in the paper).
 
-The search at level J knows only places at multiples of 2^J cells; shifting by up to 2^J − 1 cells
-closes the gaps of that lattice.
+The search at level J knows only locations at multiples of 2^J cells; shifting by up to 2^J − 1
+cells closes the gaps of that lattice.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_different, take_strips
+from ccwsim.engine.stages.box import LEFT, TOP
 from ccwsim.engine.stages.conditioning import SPARSE
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.similarity import LEFT, TOP
 
 
-@kernel
-def refine_place(
-    image, bits, grid, data, y0, x0, template, overlap, shape, unit, ty, tx, strips
-):  # fmt: skip
+@part_of_kernel
+def refine_place(image, bits, grid, data, box, block_size, ty, tx, strips, at_stake):
     """Return the row and column of the TI, near (ty, tx), whose patch fits best.
 
     Parameters
     ----------
     image, grid : ndarray of uint8
-        Training image and simulation grid in the path frame.
+        Training image and simulation grid in path coordinates.
     bits : ndarray of uint64
         Of the image, from `to_bits`.
     data : PlacedData
-    y0, x0, template, overlap, shape
-        The tile and its overlap, in cells.
-    unit : int
+    box : Box
+    block_size : int
         2^J.
     ty, tx : int
-        First cell of the drawn place.
+        First cell of the drawn location.
     strips : Strips
-        Room for the overlap.
+        Workspace.
+    at_stake : ndarray of int64, shape (n, 3)
+        Workspace for the data that the cut cannot keep.
     """
-    left, top = overlap if shape & LEFT else 0, overlap if shape & TOP else 0
-    none = np.int64(0)  # a 0 written out would be a type of its own to the compiler
-    take_strips(grid, y0, x0, template, left, top, none, none, strips)
-    must = data_at_stake(grid, data, y0, x0, template, left, top)
-    best_y, best_x = ty, tx
-    best = _misfit(image, bits, must, ty, tx, template, strips, 1 << 60)
-    stride = unit // 2
+    take_strips(grid, box, strips)
+    n = data_at_stake(grid, data, box, at_stake)
+    best_y, best_x, best = np.int64(ty), np.int64(tx), np.int64(1 << 60)
+    best = _misfit(image, bits, at_stake, n, best_y, best_x, box.size, strips, best)
+    stride = block_size // 2
     while stride > 0:
         middle_y, middle_x = best_y, best_x
-        for sy in range(middle_y - stride, middle_y + stride + 1, stride):
-            for sx in range(middle_x - stride, middle_x + stride + 1, stride):
-                inside = 0 <= sy <= image.shape[0] - template
-                if not inside or not 0 <= sx <= image.shape[1] - template:
-                    continue
-                misfit = _misfit(image, bits, must, sy, sx, template, strips, best)
+        for k in range(9):
+            sy, sx = middle_y + (k // 3 - 1) * stride, middle_x + (k % 3 - 1) * stride
+            if 0 <= sy <= image.shape[0] - box.size and 0 <= sx <= image.shape[1] - box.size:
+                misfit = _misfit(image, bits, at_stake, n, sy, sx, box.size, strips, best)
                 if misfit < best:
                     best, best_y, best_x = misfit, sy, sx
         stride //= 2
     return best_y, best_x
 
 
-@kernel
-def data_at_stake(grid, data, y0, x0, template, left, top):
-    """Return the data of a tile that the cut cannot keep: row and column in the tile, facies.
+@part_of_kernel
+def data_at_stake(grid, data, box, at_stake):
+    """Fill `at_stake` with the data of a box that the cut cannot keep; return how many.
 
-    Shape (n, 3). Those in the overlap that are right already are not among them.
+    Row and column in the box, and facies. Data in the overlap that the grid honours are left out.
     """
-    last = min(y0 + template, len(data.first) - 1)
-    must = np.empty((data.first[last] - data.first[y0], 3), np.int64)
+    left = box.overlap if box.sides & LEFT else 0
+    top = box.overlap if box.sides & TOP else 0
     n = 0
-    for y in range(y0, last):
-        width = template if y < y0 + top else left
+    for y in range(box.y0, min(box.y0 + box.size, len(data.first) - 1)):
+        width = box.size if y < box.y0 + top else left
         for i in range(data.first[y], data.first[y + 1]):
-            x = data.columns[i] - x0
-            if x < 0 or x >= template:
+            x = data.columns[i] - box.x0
+            if x < 0 or x >= box.size:
                 continue
-            facies = data.kept[y, x0 + x]
-            if facies != UNKNOWN and (x >= width or grid[y, x0 + x] != facies):
-                must[n, 0], must[n, 1], must[n, 2] = y - y0, x, facies
+            facies = data.required[y, box.x0 + x]
+            if facies != UNKNOWN and (x >= width or grid[y, box.x0 + x] != facies):
+                at_stake[n, 0], at_stake[n, 1], at_stake[n, 2] = y - box.y0, x, facies
                 n += 1
-    return must[:n]
+    return n
 
 
-@kernel
-def _misfit(image, bits, must, ty, tx, template, strips, limit):
+@part_of_kernel
+def _misfit(image, bits, at_stake, n, ty, tx, size, strips, limit):
     """Count wrong cells in the overlap and missed data; no further than to `limit`."""
-    wrong = 0
-    for i in range(len(must)):
-        wrong += SPARSE.missed * (image[ty + must[i, 0], tx + must[i, 1]] != must[i, 2])
+    wrong = np.int64(0)
+    for i in range(n):
+        wrong += SPARSE.missed * (image[ty + at_stake[i, 0], tx + at_stake[i, 1]] != at_stake[i, 2])
     if wrong >= limit:
         return wrong
-    return wrong + n_different(bits, ty, tx, template, strips, limit - wrong)
+    return wrong + n_different(bits, ty, tx, size, strips, limit - wrong)

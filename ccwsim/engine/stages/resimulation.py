@@ -1,71 +1,50 @@
-"""Mend what the raster left wrong: simulate a window around each missed datum anew.
+"""Local re-simulation: windows around data that the raster pass missed are simulated anew.
 
-The window takes a patch of the training image that honours *every* datum in it, and is cut into the
-grid on all four sides. As old or new cell is right at each datum, mending never breaks another one.
-Where no patch fits well the window is halved.
+Not in the paper. The window takes a patch of the training image that honours *every* datum in it,
+and is cut into the grid on all four sides. As old or new cell is right at each datum, a window
+never breaks another one. Where no patch fits well the window is halved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
-from ccwsim.engine.stages.bits import make_strips, take_strips
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.stages.bits import Strips, make_strips, n_different, take_strips
+from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.candidates import draw_index
-from ccwsim.engine.stages.cut import keep_old, paste_sources
-from ccwsim.engine.stages.windows import (
-    BOTTOM,
-    LEFT,
-    RIGHT,
-    TOP,
-    best_windows,
-    honouring_places,
-)
+from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
 from ccwsim.model.ensemble import FORCED
 
-SMALLEST = 4
-"""Side of the smallest window that mends, in cells."""
-SMALLEST_HEALING = 8
-"""Side of the smallest window that heals a scar, in cells."""
+MIN_SIZE = 4
+"""Side of the smallest window, in cells."""
+MIN_SIZE_ISOLATED = 8
+"""Side of the smallest window around an isolated datum, in cells."""
 TOLERANCE = 0.12
 """Share of the ring of a window that may be wrong."""
 TOLERANCE_SMALLEST = 0.5
-"""The same for the smallest window: what it cannot mend is set by force."""
-TOLERANCE_HEALING = 0.18
-"""The same for windows that heal a scar."""
+"""The same for the smallest window: the cell is forced where it does not fit."""
+TOLERANCE_ISOLATED = 0.18
+"""The same for windows around an isolated datum."""
 RARE = 0.002
-"""A datum with fewer cells of its facies around it than all but this share of the TI is a scar."""
-N_LOOKED = 3000
-"""At most so many places that honour the data are compared, drawn at random."""
-N_DRAWN = 4
+"""A datum is isolated if it has fewer cells of its facies around it than all but this share of the
+training image."""
+MAX_COMPARED = 3000
+"""At most so many locations that honour the data are compared, chosen at random."""
+N_BEST = 4
 """The patch is drawn from so many of the best."""
-PLACES_A_CALL = 10_000_000
-"""Places of windows looked at between two looks at cancel: some hundredths of a second."""
+LOCATIONS_PER_CALL = 10_000_000
+"""Locations of windows compared between two looks at cancel: some hundredths of a second."""
 
 
-def resimulate(
-    image: NDArray[np.uint8],
-    bits: NDArray[np.uint64],
-    data: NDArray[np.uint8],
-    cells: NDArray[np.int64],
-    template: int,
-    rng: np.random.Generator,
-    grid: NDArray[np.uint8],
-    sources: NDArray[np.int32],
-    rare: NDArray[np.float64] | None = None,
-    check: Callable[[], None] = lambda: None,
-    note: Callable[[int, int, bool], None] | None = None,
-) -> NDArray[np.int16]:
-    """Mend a realization in place until it honours the data; return how each was met.
+class Target(NamedTuple):
+    """What is simulated anew, and from what; `grid` and `sources` change in place.
 
-    Three steps: windows around what is wrong, halved from the template down; cells set by force
-    where even the smallest fits nowhere; larger windows again around the scars that are left,
-    data with fewer cells of their own facies around them than the training image ever has.
-
-    Parameters
+    Attributes
     ----------
     image : ndarray of uint8, shape (my, mx)
         Training image, facies indices.
@@ -73,63 +52,107 @@ def resimulate(
         The same as `to_bits` gives it.
     data : ndarray of uint8, shape (ny, nx)
         All data, from `data_grid`: every window honours all that lie in it.
-    cells : ndarray of int64, shape (n, 2)
-        Row and column of the data to mend.
-    template : int
-        Side of the first windows in cells.
-    rng : numpy.random.Generator
     grid : ndarray of uint8, shape (ny, nx)
         The realization.
     sources : ndarray of int32, shape (ny, nx) or (0, 0)
         Flat index in the TI of each cell, kept up to date where it is not empty; −1 where a cell
-        is set by force.
-    rare : ndarray, shape (256,), optional
-        From `isolated_datum_thresholds`; scars are left where it is not given.
+        is forced.
+    """
+
+    image: NDArray[np.uint8]
+    bits: NDArray[np.uint64]
+    data: NDArray[np.uint8]
+    grid: NDArray[np.uint8]
+    sources: NDArray[np.int32]
+
+
+class Workspace(NamedTuple):
+    """Arrays for windows of at most one size."""
+
+    mask: NDArray[np.bool_]
+    best: NDArray[np.int64]
+    strips: Strips
+    cut: CutWorkspace
+    counts: NDArray[np.int64]
+
+
+def resimulate(
+    target: Target,
+    cells: NDArray[np.int64],
+    template: int,
+    rng: np.random.Generator,
+    isolated_below: NDArray[np.float64] | None = None,
+    check: Callable[[], None] = lambda: None,
+    on_window: Callable[[int, int, bool], None] | None = None,
+) -> NDArray[np.int16]:
+    """Honour the data of a realization, in place; return the status of each datum.
+
+    Three steps: windows around what is wrong, halved from the template down; forced cells where
+    even the smallest fits nowhere; larger windows again around the data that are left isolated,
+    with fewer cells of their own facies around them than the training image ever has.
+
+    Parameters
+    ----------
+    target : Target
+    cells : ndarray of int64, shape (n, 2)
+        Row and column of the data to honour.
+    template : int
+        Side of the first windows in cells.
+    rng : numpy.random.Generator
+    isolated_below : ndarray, shape (256,), optional
+        From `isolated_datum_thresholds`; without it the third step is left out.
     check : callable
         Called now and then; may raise to stop.
-    note : callable, optional
-        Called as note(datum, size, mended) after each window, and with size 1 for each cell set by
-        force.
+    on_window : callable, optional
+        Called as on_window(datum, size, fits) after each window, and with size 1 for each forced
+        cell.
 
     Returns
     -------
     ndarray of int16, shape (n,)
         As `Ensemble.data_status` has it.
     """
+    image, grid, sources = target.image, target.grid, target.sources
     rows, columns = cells.T
-    facies = data[rows, columns]
+    facies = target.data[rows, columns]
     data_status = np.zeros(len(cells), np.int16)
+    max_size = min(template, *image.shape, *grid.shape)
+    work = Workspace(
+        np.empty(image.shape, np.bool_),
+        np.empty((N_BEST, 3), np.int64),
+        make_strips(target.bits, max_size),
+        make_cut(max_size, max(1, max_size // 4)),
+        np.zeros(0, np.int64),  # cells by facies are not counted here
+    )
 
     def windows(which: NDArray[np.bool_], size: int, tolerance: float, anyway: bool) -> None:
         chosen = rng.permutation(np.flatnonzero(which))
-        at_once = 1 if note else max(PLACES_A_CALL // image.size, 1)
+        at_once = 1 if on_window else max(LOCATIONS_PER_CALL // image.size, 1)
         for first in range(0, len(chosen), at_once):
             check()
             some = chosen[first : first + at_once]
-            done = resimulate_windows(
-                image, bits, data, cells[some], size, tolerance, anyway, rng, grid, sources
-            )
-            data_status[some[done]] = size
-            if note:
-                note(int(some[0]), size, bool(done[0]))
+            fits = np.zeros(len(some), np.bool_)
+            resimulate_windows(target, cells[some], size, tolerance, anyway, rng, work, fits)
+            data_status[some[fits]] = size
+            if on_window:
+                on_window(int(some[0]), size, bool(fits[0]))
 
-    largest = min(template, *image.shape, *grid.shape)
-    for size in _halved(largest, SMALLEST):
-        tolerance = TOLERANCE if size > SMALLEST else TOLERANCE_SMALLEST
+    for size in _halved(max_size, MIN_SIZE):
+        tolerance = TOLERANCE if size > MIN_SIZE else TOLERANCE_SMALLEST
         windows(grid[rows, columns] != facies, size, tolerance, anyway=False)
     wrong = grid[rows, columns] != facies
     grid[rows[wrong], columns[wrong]] = facies[wrong]
     data_status[wrong] = FORCED
     if sources.size:
         sources[rows[wrong], columns[wrong]] = -1
-    if note:
+    if on_window:
         for datum in np.flatnonzero(wrong):
-            note(int(datum), 1, True)
-    if rare is None:
+            on_window(int(datum), 1, True)
+    if isolated_below is None:
         return data_status
-    for size in _halved(largest, SMALLEST_HEALING):
-        scarred = own_counts(grid, cells) < rare[facies]
-        windows(scarred, size, TOLERANCE_HEALING, anyway=True)
+    for size in _halved(max_size, MIN_SIZE_ISOLATED):
+        isolated = own_counts(grid, cells) < isolated_below[facies]
+        windows(isolated, size, TOLERANCE_ISOLATED, anyway=True)
     return data_status
 
 
@@ -149,106 +172,144 @@ def _halved(size: int, smallest: int) -> list[int]:
 
 
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return, for each facies index up to 255, the count of `own_counts` that is rare in the TI."""
+    """Return, by facies index up to 255, the `own_counts` below which a datum is isolated."""
     flat = np.arange(image.size)
     if image.size > 10**6:
         flat = np.random.default_rng(0).integers(0, image.size, 10**6)
     rows, columns = np.divmod(flat, image.shape[1])
     counts = own_counts(image, np.stack([rows, columns], axis=1))
     facies = image[rows, columns]
-    rare = np.zeros(256)
+    thresholds = np.zeros(256)
     for index in np.unique(facies):
-        rare[index] = np.quantile(counts[facies == index], RARE)
-    return rare
+        thresholds[index] = np.quantile(counts[facies == index], RARE)
+    return thresholds
 
 
-@kernel
-def own_counts(grid, cells):
+def own_counts(grid: NDArray[np.uint8], cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """Count the cells of a cell's own facies among the 5 × 5 around it (the edge is repeated)."""
     ny, nx = grid.shape
-    counts = np.zeros(len(cells), np.int64)
-    for i in range(len(cells)):
-        facies = grid[cells[i, 0], cells[i, 1]]
-        for dy in range(-2, 3):
-            for dx in range(-2, 3):
-                y = min(max(cells[i, 0] + dy, 0), ny - 1)
-                x = min(max(cells[i, 1] + dx, 0), nx - 1)
-                counts[i] += grid[y, x] == facies
+    rows, columns = cells.T
+    facies, counts = grid[rows, columns], np.zeros(len(cells), np.int64)
+    for dy in range(-2, 3):
+        row = np.clip(rows + dy, 0, ny - 1) * nx
+        for dx in range(-2, 3):
+            counts += grid.ravel()[row + np.clip(columns + dx, 0, nx - 1)] == facies
     return counts
 
 
-@kernel
-def first_cell(middle, size, length):
+def first_cell(middle: int, size: int, length: int) -> int:
     """Return where a window of `size` cells around `middle` begins, inside of `length` cells."""
     return min(max(middle - size // 2, 0), length - size)
 
 
 @kernel
-def resimulate_windows(image, bits, data, cells, size, tolerance, anyway, rng, grid, sources):
+def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
     """Simulate windows of one size around data anew.
 
     Parameters
     ----------
-    image : ndarray of uint8, shape (my, mx)
-        Training image.
-    bits : ndarray of uint64
-        The same as `to_bits` gives it.
-    data : ndarray of uint8, shape (ny, nx)
-        Facies of the data, UNKNOWN elsewhere.
+    target : Target
     cells : ndarray of int64, shape (n, 2)
-        Row and column of the data to mend.
+        Row and column of the data.
     size : int
         Side of the window in cells.
     tolerance : float
         Share of the ring that may be wrong.
     anyway : bool
-        Also where the datum is right by now, by the window of another one.
+        Also where the grid honours the datum by now, through the window of another one.
     rng : numpy.random.Generator
-    grid : ndarray of uint8, shape (ny, nx)
-        The realization; mended in place.
-    sources : ndarray of int32, shape (ny, nx) or (0, 0)
-        Flat index in the TI of each cell.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        Which data a window of this size brought.
+    work : Workspace
+    fits : ndarray of bool, shape (n,)
+        All False; True on return where the grid honours the datum.
     """
+    image, bits, data, grid, sources = target
     ny, nx = grid.shape
     ring = max(1, size // 4)
-    mended = np.zeros(len(cells), np.bool_)
-    mask = np.empty((image.shape[0] - size + 1, image.shape[1] - size + 1), np.bool_)
-    kept = np.empty((size, size + 1), np.bool_)[:, :size]  # a view, as for tiles: compiled once
-    best = np.empty((N_DRAWN, 3), np.int64)
-    strips = make_strips(bits, size)
     for i in range(len(cells)):
-        y, x = cells[i]
+        y, x = cells[i, 0], cells[i, 1]
         if grid[y, x] == data[y, x] and not anyway:
-            mended[i] = True
+            fits[i] = True
             continue
-        y0, x0 = first_cell(y, size, ny), first_cell(x, size, nx)
-        left, top = ring if x0 > 0 else 0, ring if y0 > 0 else 0
-        right, bottom = ring if x0 + size < nx else 0, ring if y0 + size < ny else 0
-        n_places = honouring_places(image, data, y0, x0, size, mask)
+        y0, x0 = min(max(y - size // 2, 0), ny - size), min(max(x - size // 2, 0), nx - size)
+        sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0)
+        sides |= (RIGHT if x0 + size < nx else 0) | (BOTTOM if y0 + size < ny else 0)
+        box = Box(y0, x0, size, sides, ring)
+        n_places = honouring_places(image, data, box, work.mask)
         if n_places == 0:
             continue
-        share = min(1.0, N_LOOKED / n_places)
-        limit = int(tolerance * (size * size - (size - left - right) * (size - top - bottom)))
-        take_strips(grid, y0, x0, size, left, top, right, bottom, strips)
-        n = best_windows(bits, mask, size, strips, share, limit, rng, best)
+        share = min(1.0, MAX_COMPARED / n_places)
+        width = size - ring * (x0 > 0) - ring * (x0 + size < nx)
+        height = size - ring * (y0 > 0) - ring * (y0 + size < ny)
+        limit = np.int64(tolerance * (size * size - width * height))
+        take_strips(grid, box, work.strips)
+        rows, columns = image.shape[0] - size + 1, image.shape[1] - size + 1
+        n = best_windows(
+            bits, work.mask, rows, columns, size, work.strips, share, limit, rng, work.best
+        )
         if n == 0:
             continue
         drawn = draw_index(rng, n)
-        ty, tx = best[drawn, 1], best[drawn, 2]
-        patch = image[ty : ty + size, tx : tx + size]
-        sides = (LEFT if left else 0) | (TOP if top else 0)
-        sides |= (RIGHT if right else 0) | (BOTTOM if bottom else 0)
-        keep_old(grid, data, patch, y0, x0, ring, sides, kept)
-        for wy in range(size):
-            for wx in range(size):
-                if not kept[wy, wx]:
-                    grid[y0 + wy, x0 + wx] = patch[wy, wx]
-        if sources.size:
-            paste_sources(ty, tx, image.shape[1], kept, y0, x0, sources)
-        mended[i] = True
-    return mended
+        ty, tx = work.best[drawn, 1], work.best[drawn, 2]
+        keep_old(grid, data, image, ty, tx, box, work.cut)
+        paste(image, ty, tx, box, work.cut.keep_mask, work.counts, grid, sources)
+        fits[i] = True
+
+
+@part_of_kernel
+def honouring_places(image, data, box, mask):
+    """Mark in `mask` the locations of the TI whose window honours all data; return how many."""
+    ny, nx = image.shape[0] - box.size + 1, image.shape[1] - box.size + 1
+    for py in range(ny):
+        for px in range(nx):
+            mask[py, px] = True
+    for dy in range(box.size):
+        for dx in range(box.size):
+            facies = data[box.y0 + dy, box.x0 + dx]
+            if facies == UNKNOWN:
+                continue
+            for py in range(ny):
+                row = image[py + dy, dx : dx + nx]
+                marks = mask[py]
+                for px in range(nx):
+                    marks[px] &= row[px] == facies
+    n = 0
+    for py in range(ny):  # mask.sum() would take long to compile
+        for px in range(nx):
+            n += mask[py, px]
+    return n
+
+
+@part_of_kernel
+def best_windows(bits, mask, rows, columns, size, strips, share, limit, rng, best):
+    """Fill `best` with (misfit, row, column) of the locations whose ring fits best.
+
+    Return how many. Only marked locations with at most `limit` wrong cells count, each looked at
+    with chance `share`. The first of equal ones are kept, so the search begins at a random one.
+    """
+    first_y, first_x = draw_index(rng, rows), draw_index(rng, columns)
+    n = 0
+    worst = limit + 1
+    for turn_y in range(rows):
+        py = first_y + turn_y - (rows if first_y + turn_y >= rows else 0)
+        marks = mask[py]
+        for turn_x in range(columns):
+            px = first_x + turn_x - (columns if first_x + turn_x >= columns else 0)
+            if not marks[px] or (share < 1 and rng.random() >= share):
+                continue
+            misfit = n_different(bits, py, px, size, strips, worst)
+            if misfit >= worst:
+                continue
+            if n < len(best):
+                at = n
+                n += 1
+            else:
+                at = 0
+                for k in range(1, n):
+                    if best[k, 0] > best[at, 0]:
+                        at = k
+            best[at, 0], best[at, 1], best[at, 2] = misfit, py, px
+            if n == len(best):
+                worst = best[0, 0]
+                for k in range(1, n):
+                    worst = max(worst, best[k, 0])
+    return n

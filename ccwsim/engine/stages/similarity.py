@@ -1,8 +1,8 @@
-"""The CCW score map: how well the overlap fits every place of the TI (sections 3.2 and 4.2).
+"""The CCW score map: how well the overlap fits every location of the TI (3.2 and 4.3; line 10).
 
 The sum of squared differences between overlap B and TI A, over the coefficients of the overlap, is
 ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) is known beforehand for the three shapes of overlap, ΣB² is
-the same for every place, and only coefficients that are not zero add to ΣA·B, the
+the same for every location, and only coefficients that are not zero add to ΣA·B, the
 cross-correlation. With block sums everything is an exact integer.
 """
 
@@ -11,12 +11,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.engine.stages.box import LEFT, TOP
 
-LEFT, TOP, L_SHAPE = 1, 2, 3
-"""The three shapes of the overlap (bits: 1 is the strip on the left, 2 the one at the top)."""
 ROWS_AT_ONCE = 16
-"""Rows of places that are scored together: enough for long loops, few enough for the cache."""
+"""Rows of locations that are scored together: enough for long loops, few enough for the cache."""
 
 
 def score_type(level: int, template_size: int, overlap_size: int) -> type[np.signedinteger]:
@@ -35,7 +34,7 @@ def score_type(level: int, template_size: int, overlap_size: int) -> type[np.sig
 def overlap_energies(
     sums: NDArray[np.integer], template: int, overlap: int, kind: type[np.signedinteger]
 ) -> NDArray[np.signedinteger]:
-    """Return ΣA² of each shape of overlap at each place.
+    """Return ΣA² of each shape of overlap at each location (section 3.2).
 
     Parameters
     ----------
@@ -68,53 +67,56 @@ def overlap_energies(
     return np.stack([np.zeros_like(left), left, top, left + top - corner]).astype(kind)
 
 
-@kernel
-def overlap_terms(grid, y0, x0, template, overlap, unit, shape, n_planes, terms):
+@part_of_kernel
+def overlap_terms(grid, box, block_size, n_planes, terms):
     """Fill `terms` with the block sums of the overlap that are not zero; return how many.
 
     Parameters
     ----------
     grid : ndarray of uint8, shape (ny, nx)
-        The simulation grid in the path frame.
-    y0, x0, template, overlap, unit : int
-        First cell of the tile, T and OR in cells, 2^J.
-    shape : int
-        Shape of the overlap.
+        The simulation grid in path coordinates.
+    box : Box
+    block_size : int
+        2^J.
     n_planes : int
         Facies planes of the pyramid.
     terms : ndarray of int64, shape (4, n)
         Plane, row, column (in blocks) and block sum of each.
     """
-    counts = np.zeros(256, np.int64)
     n = 0
-    for by in range(template // unit):
-        in_top = shape & TOP and by * unit < overlap
-        if not in_top and not shape & LEFT:
+    first = 1 if n_planes == 1 else 0
+    for by in range(box.size // block_size):
+        in_top = box.sides & TOP and by * block_size < box.overlap
+        if not in_top and not box.sides & LEFT:
             break
-        width = template if in_top else overlap
-        for bx in range(width // unit):
-            for y in range(y0 + by * unit, y0 + (by + 1) * unit):
-                for x in range(x0 + bx * unit, x0 + (bx + 1) * unit):
-                    counts[grid[y, x]] += 1
-            first = 1 if n_planes == 1 else 0
+        width = box.size if in_top else box.overlap
+        for bx in range(width // block_size):
+            y0, x0 = box.y0 + by * block_size, box.x0 + bx * block_size
             for plane in range(n_planes):
-                if counts[plane + first] > 0:
+                total = 0
+                for y in range(y0, y0 + block_size):
+                    for x in range(x0, x0 + block_size):
+                        total += grid[y, x] == plane + first
+                if total > 0:
                     terms[0, n] = plane
                     terms[1, n] = by
                     terms[2, n] = bx
-                    terms[3, n] = counts[plane + first]
+                    terms[3, n] = total
                     n += 1
-            for facies in range(n_planes + first):
-                counts[facies] = 0
     return n
 
 
-@kernel
-def score_places(sums, terms, n_terms, energy, scores):
-    """Fill `scores` with SSD − ΣB² of every place (correlation: energy 0 gives −2·ΣA·B).
+def n_run(sums: NDArray[np.integer], n_columns: int) -> int:
+    """Return how long the `run` of `score_places` is, for `n_columns` locations a row."""
+    return ROWS_AT_ONCE * sums.shape[2] + n_columns
 
-    Several rows are one run of numbers, as rows of places alone are short; what comes out at the
-    columns between them, where no place is, is left behind.
+
+@part_of_kernel
+def score_places(sums, terms, n_terms, energy, run, scores):
+    """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
+
+    Several rows are one run of numbers, as rows of locations alone are short; what comes out at
+    the columns between them, where no location is, is left behind.
 
     Parameters
     ----------
@@ -123,20 +125,21 @@ def score_places(sums, terms, n_terms, energy, scores):
     terms, n_terms
         From `overlap_terms`.
     energy, scores : ndarray, shape (ny, nx)
-        By place; the same integer type.
+        By location; the same integer type.
+    run : ndarray, shape (n_run,)
+        Workspace of the same type.
     """
     ny, nx = scores.shape
     n_planes, my, mx = sums.shape
     planes = sums.reshape(n_planes, my * mx)
-    at_once = ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1
-    run = np.empty((at_once - 1) * mx + nx, scores.dtype)
+    at_once = _rows_at_once(nx, mx)
     for first in range(0, ny, at_once):
         rows = min(at_once, ny - first)
         length = (rows - 1) * mx + nx
         for x in range(length):
             run[x] = 0
-        n = 0
-        while n + 4 <= n_terms:
+        whole = n_terms - n_terms % 4
+        for n in range(0, whole, 4):
             a = _run_of(planes, terms, n, first, mx, length)
             b = _run_of(planes, terms, n + 1, first, mx, length)
             c = _run_of(planes, terms, n + 2, first, mx, length)
@@ -144,20 +147,24 @@ def score_places(sums, terms, n_terms, energy, scores):
             wa, wb, wc, wd = terms[3, n], terms[3, n + 1], terms[3, n + 2], terms[3, n + 3]
             for x in range(length):
                 run[x] += wa * a[x] + wb * b[x] + wc * c[x] + wd * d[x]
-            n += 4
-        while n < n_terms:
+        for n in range(whole, n_terms):
             a = _run_of(planes, terms, n, first, mx, length)
             wa = terms[3, n]
             for x in range(length):
                 run[x] += wa * a[x]
-            n += 1
         for y in range(rows):
             for x in range(nx):
                 scores[first + y, x] = energy[first + y, x] - 2 * run[y * mx + x]
 
 
-@kernel
+@part_of_kernel
+def _rows_at_once(nx, mx):
+    """Return how many rows are one run: one where most of it would be left behind."""
+    return ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1
+
+
+@part_of_kernel
 def _run_of(planes, terms, n, first, mx, length):
-    """Return the block sums that a term meets at the places of row `first` on."""
+    """Return the block sums that a term meets at the locations of row `first` on."""
     start = (first + terms[1, n]) * mx + terms[2, n]
     return planes[terms[0, n], start : start + length]

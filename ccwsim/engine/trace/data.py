@@ -1,4 +1,4 @@
-"""What hard data had to say when a patch was chosen, counted by the stage that lets them steer."""
+"""What hard data cost each location when a patch was chosen, counted by the search's own stage."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import RULED_OUT, PlacedData, Weights, add_missed
 
 ONE_KIND = {
@@ -19,7 +20,7 @@ ONE_KIND = {
 
 
 class SeenDatum(NamedTuple):
-    """A datum in the template or the co-template, in cells of the path frame.
+    """A datum in the template or the co-template, in path coordinates.
 
     `inside` says whether it lies in the template, `held` whether the overlap has it right already.
     """
@@ -33,16 +34,16 @@ class SeenDatum(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DataTerms:
-    """What data cost each place.
+    """What data cost each location.
 
     Attributes
     ----------
     seen : tuple of SeenDatum
     missed, held, ahead : ndarray of int64, shape (ny_places, nx_places)
-        How many data the patch of each place would miss: in the template, in the template where
+        How many data the patch of each location would miss: in the template, in the template where
         the cut can still keep them, and in the co-template.
     ruled_out : ndarray of bool, shape (ny_places, nx_places)
-        Places whose overlap is not among the best share that is looked at.
+        Locations whose overlap is not among the best share that is looked at.
     slack : int
         How much worse than the best a candidate may be, in scores.
     weights : Weights
@@ -65,35 +66,33 @@ def data_terms(
     phases: NDArray[np.uint8],
     grid: NDArray[np.uint8],
     data: PlacedData,
-    corner: tuple[int, int],
-    size: int,
+    box: Box,
     reach: int,
     weights: Weights,
     slack: int,
     totals: NDArray[np.int64],
 ) -> DataTerms:
     """Return what the data around a patch cost each place; `grid` is as it was before the patch."""
-    y0, x0 = corner
     certain = np.ones(256)  # what the image ends before costs nothing: only sure misses count
     counts = {}
     for kind, one in ONE_KIND.items():
         counts[kind] = np.zeros(totals.shape, np.int64)
-        add_missed(phases, grid, data, y0, x0, size, reach, certain, one, 1.0, counts[kind])
+        add_missed(phases, grid, data, box, reach, certain, one, 1.0, counts[kind])
     ruled_out = totals >= RULED_OUT // 2
-    seen = seen_data(data, grid, corner, size, reach)
+    seen = seen_data(data, grid, box, reach)
     return DataTerms(seen, **counts, ruled_out=ruled_out, slack=slack, weights=weights, reach=reach)
 
 
 def seen_data(
-    data: PlacedData, grid: NDArray[np.uint8], corner: tuple[int, int], size: int, reach: int
+    data: PlacedData, grid: NDArray[np.uint8], box: Box, reach: int
 ) -> tuple[SeenDatum, ...]:
     """Return the data of template and co-template, by row."""
-    y0, x0 = corner
+    y0, x0, size = box.y0, box.x0, box.size
     found = []
     for y in range(y0, min(y0 + reach, len(data.first) - 1)):
         for x in data.columns[data.first[y] : data.first[y + 1]].tolist():
             if x0 <= x < x0 + reach:
                 facies, inside = int(data.facies[y, x]), y < y0 + size and x < x0 + size
-                held = inside and grid[y, x] == facies == data.kept[y, x]
+                held = inside and grid[y, x] == facies == data.required[y, x]
                 found.append(SeenDatum(y, x, facies, inside, bool(held)))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""What became of the places that fitted the overlap best, and why."""
+"""What became of the locations that fitted the overlap best, and why."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ Fate = Literal["drawn", "candidate", "fraction", "slack", "data", "location", "t
 
 
 class PlaceFate(NamedTuple):
-    """What became of one place.
+    """What became of one location.
 
     Attributes
     ----------
     row, column : int
-        In blocks, in the path frame.
+        In blocks, in path coordinates.
     ccw : float
         Its CCW score.
     missed, held, ahead : int
@@ -23,8 +23,9 @@ class PlaceFate(NamedTuple):
         and in the co-template.
     fate : str
         "drawn"; "candidate", that was not drawn; out as the overlap is not among the share that is
-        looked at ("fraction"), as it is too much worse than the best ("slack"), as others meet more
-        "data", as it lies too far from its own place ("location"), or by lot among equals ("tie").
+        looked at ("fraction"), as it is too much worse than the best ("slack"), as others honour
+        more "data", as it is too far from the patch's own ("location"), or at random among equals
+        ("tie").
     """
 
     row: int
@@ -39,18 +40,18 @@ class PlaceFate(NamedTuple):
 def fates(step: TracedPatch) -> list[PlaceFate]:
     """Return what became of the K places chosen and of the K with the best overlaps.
 
-    The drawn one comes first, then the other candidates, then those that fell out; each by score.
+    The drawn one comes first, then the other candidates, then the rejected ones; each by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
     found: dict[tuple[int, ...], Fate]
     found = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
     if step.totals is not None and step.patch.shape:  # without an overlap none fits best
         for row, column in step.best_overlaps().tolist():
-            found.setdefault((row, column), _of_fallen(step, row, column))
+            found.setdefault((row, column), _of_rejected(step, row, column))
     sign = -1 if step.correlation else 1
-    told = [_place(step, row, column, fate) for (row, column), fate in found.items()]
+    places = [_place(step, row, column, fate) for (row, column), fate in found.items()]
     order = {"drawn": 0, "candidate": 1}
-    return sorted(told, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.row, p.column))
+    return sorted(places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.row, p.column))
 
 
 def _of_chosen(step: TracedPatch, k: int) -> Fate:
@@ -59,7 +60,7 @@ def _of_chosen(step: TracedPatch, k: int) -> Fate:
     return "candidate" if k < step.n_candidates else "slack"
 
 
-def _of_fallen(step: TracedPatch, row: int, column: int) -> Fate:
+def _of_rejected(step: TracedPatch, row: int, column: int) -> Fate:
     assert step.totals is not None
     if step.data is not None and step.data.ruled_out[row, column]:
         return "fraction"

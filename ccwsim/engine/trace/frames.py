@@ -1,7 +1,4 @@
-"""Where things of the path frame lie in the world: on the grid and the image as the user sees them.
-
-The stages work in the path frame, where every path begins in the same corner.
-"""
+"""From path coordinates, where every path begins in the same corner, to grid coordinates."""
 
 from __future__ import annotations
 
@@ -32,7 +29,7 @@ class Frame(NamedTuple):
     orientation : int
         0 … 7, see `ccwsim.engine.stages.path`.
     shape : pair of int
-        Rows and columns in the path frame.
+        Rows and columns in path coordinates.
     """
 
     orientation: int
@@ -40,12 +37,12 @@ class Frame(NamedTuple):
 
     @property
     def original_shape(self) -> tuple[int, int]:
-        """Rows and columns in the world."""
+        """Rows and columns of the grid, or of the image."""
         rows, columns = self.shape
         return (columns, rows) if self.orientation & 4 else (rows, columns)
 
     def map_to_grid(self, image: NDArray) -> NDArray:
-        """Return a copy of a map of the path frame as it lies in the world.
+        """Return a copy of a map in path coordinates, in grid coordinates.
 
         Examples
         --------
@@ -56,11 +53,11 @@ class Frame(NamedTuple):
         return np.ascontiguousarray(from_path(image[:rows, :columns], self.orientation))
 
     def patch_to_grid(self, patch: NDArray) -> NDArray:
-        """Return a piece of the path frame turned as the world has it."""
+        """Return a part of a map, in the orientation of the grid."""
         return np.ascontiguousarray(from_path(patch, self.orientation))
 
     def box_to_grid(self, y0: int, x0: int, height: int, width: int) -> Box:
-        """Return where a box of the path frame lies; what is outside the image is cut off.
+        """Return a box in grid coordinates; what is outside the image is cut off.
 
         Examples
         --------
@@ -74,7 +71,7 @@ class Frame(NamedTuple):
         return Box(x0, y0, width, height) if self.orientation & 4 else Box(y0, x0, height, width)
 
     def cell_to_path(self, row: int, column: int) -> tuple[int, int]:
-        """Return the cell of the path frame of a cell of the world."""
+        """Return the path coordinates of a cell of the grid."""
         cells = cells_to_path(np.array([[row, column]]), self.original_shape, self.orientation)
         return int(cells[0, 0]), int(cells[0, 1])
 

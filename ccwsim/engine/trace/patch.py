@@ -1,4 +1,4 @@
-"""What one patch of a realization was laid by."""
+"""How one patch of a realization was chosen, cut and pasted."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.similarity import LEFT, TOP
+from ccwsim.engine.stages.box import LEFT, TOP
 from ccwsim.engine.trace.data import DataTerms
 
 
 class Patch(NamedTuple):
-    """Where a patch lies on the path, in cells of the path frame.
+    """Which patch of the path, in path coordinates.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Patch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TracedPatch:
-    """How one patch was chosen, cut and pasted; everything in the path frame.
+    """How one patch was chosen, cut and pasted; everything in path coordinates.
 
     Attributes
     ----------
@@ -79,9 +79,9 @@ class TracedPatch:
     overlap : int
         OR in cells.
     correlation : bool
-        Whether places are compared by correlation.
+        Whether locations are compared by correlation.
     data : DataTerms or None
-        What hard data had to say; None where none lie ahead.
+        What hard data cost; None where there are none ahead.
     totals : ndarray of int64 or None
         Scores with the costs of data and location, where there are such costs.
     """
@@ -106,12 +106,12 @@ class TracedPatch:
 
     @property
     def candidates(self) -> NDArray[np.int64]:
-        """Row and column, in blocks, of the places that were drawn from."""
+        """Row and column, in blocks, of the locations that were drawn from."""
         return self.places[: self.n_candidates]
 
     @property
     def drawn_place(self) -> tuple[int, int]:
-        """The drawn place in cells, before it is shifted to where it fits best."""
+        """The drawn location in cells, before it is shifted to where it fits best."""
         row, column = self.places[self.drawn] * self.block_size
         return int(row), int(column)
 
@@ -127,7 +127,7 @@ class TracedPatch:
 
     @property
     def old(self) -> NDArray[np.uint8]:
-        """What the grid had where the patch comes to lie, shape (size, size)."""
+        """What the grid had where the patch is placed, shape (size, size)."""
         p = self.patch
         return self.before[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size]
 

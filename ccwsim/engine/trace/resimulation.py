@@ -1,4 +1,4 @@
-"""What mending did: each window it laid around a missed datum, before and after."""
+"""Local re-simulation window by window: what was around a missed datum before and after."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import first_cell, resimulate
+from ccwsim.engine.stages.resimulation import Target, first_cell, resimulate
 from ccwsim.model.study import Study
 
 
 class ResimulatedWindow(NamedTuple):
-    """A window around a datum, in the world; one cell where it was set by force.
+    """A window around a datum, in grid coordinates; a single cell where it was forced.
 
     Attributes
     ----------
@@ -24,11 +24,11 @@ class ResimulatedWindow(NamedTuple):
         Side, and first cell.
     before, after : ndarray of uint8, shape (size, size)
     sources : ndarray of int32, shape (size, size)
-        Flat index in the training image of each cell after it, −1 where it was set by force.
+        Flat index in the training image of each cell after it, −1 where it was forced.
     fits : bool
         Whether a patch was found that honours all data and fits; else nothing changed.
     isolated : bool
-        Whether the datum was right already and the window heals a scar.
+        Whether the datum was right already but isolated.
     """
 
     datum: int
@@ -50,16 +50,16 @@ def resimulated_windows(
     grid: NDArray[np.uint8],
     sources: NDArray[np.int32],
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
-    """Mend `grid`, in place, and return every window that was tried, and how each datum was met.
+    """Re-simulate `grid` locally, in place; return every window that was tried and the data status.
 
-    Windows around data that another window had brought already are left out.
+    Windows around data that another window had honoured already are left out.
     """
     cells = study.hard_data.cells
     data = data_grid(cells, study.facies_of_data, grid.shape)
     last = grid.copy()
     windows: list[ResimulatedWindow] = []
 
-    def note(datum: int, size: int, mended: bool) -> None:
+    def note(datum: int, size: int, fits: bool) -> None:
         y, x = cells[datum]
         row = first_cell(y, size, grid.shape[0])
         column = first_cell(x, size, grid.shape[1])
@@ -70,12 +70,12 @@ def resimulated_windows(
             return
         came_from = sources[part].copy()
         windows.append(
-            ResimulatedWindow(datum, size, int(row), int(column), before, after, came_from, mended,
-                         bool(right))
-        )  # fmt: skip
+            ResimulatedWindow(
+                datum, size, int(row), int(column), before, after, came_from, fits, bool(right)
+            )
+        )
 
-    rare = image.isolated_datum_thresholds if study.hard_data.n else None
-    data_status = resimulate(
-        image.scaled(), image.bits(), data, cells, template, rng, grid, sources, rare, note=note
-    )
+    thresholds = image.isolated_datum_thresholds if study.hard_data.n else None
+    target = Target(image.scaled(), image.bits(), data, grid, sources)
+    data_status = resimulate(target, cells, template, rng, thresholds, on_window=note)
     return windows, data_status

@@ -1,4 +1,4 @@
-"""Lay the patches of a realization one by one, and go back to any of them."""
+"""Simulate the patches of a realization one by one, and go back to any of them."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.raster import Plan
-from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.tiles import make_workspace, patch_geometry, simulate_patch
+from ccwsim.engine.raster import Plan, empty_grid
+from ccwsim.engine.tiles import make_workspace, simulate_patches
 from ccwsim.engine.trace.patch import Patch
 from ccwsim.model.study import Study
 
-N_CHECKPOINTS = 24
+MAX_CHECKPOINTS = 24
 """A trace keeps at most so many states to start again from, each as large as the grid …"""
-BYTES_KEPT = 64_000_000
+MAX_BYTES = 64_000_000
 """… and fewer of large grids."""
-LEAST_BETWEEN = 8
+MIN_INTERVAL = 8
+"""Patches between two of them, at least."""
 
 
 class Checkpoint(NamedTuple):
     """All that a realization goes on from before a patch.
 
-    Sources of cells are left as they are: what is laid again writes the same ones again.
+    Sources of cells are left as they are: a patch that is simulated again writes the same ones.
     """
 
     grid: NDArray[np.uint8]
     counts: NDArray[np.int64]
-    rng: dict[str, Any]
+    rng: Any
 
 
 class PatchStepper:
@@ -38,32 +38,27 @@ class PatchStepper:
     ----------
     patches : tuple of Patch
         In the order of the path.
-    grid : ndarray of uint8, shape (ny, nx)
-        As far as it is simulated, in the path frame.
-    sources : ndarray of int32, shape (ny, nx)
-        Flat index in the turned image of each cell.
-    room : Room
+    simulated : Simulated
+        Grid and sources up to now.
+    work : Workspace
         What the latest patch left.
     rng : numpy.random.Generator
         As the next patch finds it.
     """
 
     def __init__(self, study: Study, plan: Plan, rng: np.random.Generator) -> None:
-        self._plan, self._proportions, self.rng = plan, study.training_image.proportions, rng
+        self._plan, self.rng = plan, rng
         self.patches = _patches(plan)
-        self.room = make_workspace(plan.oriented, plan.search)
-        full = plan.path.full
-        self.grid = np.full(full, UNKNOWN, np.uint8)
-        self.sources = np.zeros(full, np.int32)
-        self._counts = np.zeros(study.training_image.n_facies, np.int64)
+        self.work = make_workspace(plan.oriented, plan.search, plan.data[0])
+        self.simulated = empty_grid(study, plan.path, 0, len(self.patches), keep_sources=True)
         self._next = 0
-        n_kept = min(max(BYTES_KEPT // (full[0] * full[1]), 4), N_CHECKPOINTS)
-        self._every = max(-(-len(self.patches) // n_kept), LEAST_BETWEEN)
+        n_kept = min(max(MAX_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
+        self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
         self._checkpoints: dict[int, Checkpoint] = {}
 
     @property
     def n_done(self) -> int:
-        """Up to which patch it is known so far."""
+        """Up to which patch it is known."""
         return max([self._next, *self._checkpoints])
 
     def go_to(self, number: int) -> None:
@@ -73,37 +68,31 @@ class PatchStepper:
             if known and (self._next > number or max(known) > self._next):
                 self._restore(max(known))
         while self._next < number:
-            self.lay_next()
+            self.step()
 
     def _restore(self, number: int) -> None:
         kept = self._checkpoints[number]
-        self.grid, self._counts, self._next = kept.grid.copy(), kept.counts.copy(), number
-        self.rng.bit_generator.state = kept.rng
+        self.simulated = self.simulated._replace(grid=kept.grid.copy(), counts=kept.counts.copy())
+        self._next, self.rng.bit_generator.state = number, kept.rng
 
-    def lay_next(self) -> tuple[int, int]:
-        """Simulate the next patch and return its place in the turned image."""
-        if self._next % self._every == 0 and self._next not in self._checkpoints:
-            self._checkpoints[self._next] = Checkpoint(
-                self.grid.copy(), self._counts.copy(),
-                self.rng.bit_generator.state,  # type: ignore[arg-type]
-            )  # fmt: skip
-        p, plan = self.patches[self._next], self._plan
-        ty, tx = simulate_patch(
-            p.y0, p.x0, p.size, p.shape, plan.oriented.energies[p.split, p.shape],
-            plan.oriented.pyramid, plan.data[0], self._proportions, plan.search,
-            self.rng, self.room, self._counts, self.grid, self.sources,
+    def step(self) -> tuple[int, int]:
+        """Simulate the next patch and return its location in the oriented image."""
+        k, plan, simulated = self._next, self._plan, self.simulated
+        if k % self._every == 0 and k not in self._checkpoints:
+            state = self.rng.bit_generator.state
+            self._checkpoints[k] = Checkpoint(simulated.grid.copy(), simulated.counts.copy(), state)
+        simulate_patches(
+            k, k + 1, plan.patches, plan.oriented, plan.data[0], plan.search, self.rng, self.work,
+            simulated,
         )  # fmt: skip
         self._next += 1
-        return int(ty), int(tx)
+        return int(simulated.locations[k, 0]), int(simulated.locations[k, 1])
 
 
 def _patches(plan: Plan) -> tuple[Patch, ...]:
-    found: list[Patch] = []
-    n_columns = plan.path.n_columns
-    for tile, split in enumerate(plan.split_of.tolist()):
+    found = []
+    for k, (y0, x0, size, sides, split, tile, part) in enumerate(plan.patches.tolist()):
+        row, column = divmod(tile, plan.path.n_columns)
         parts = int(plan.oriented.splits[split])
-        for part in range(parts * parts):
-            lie = map(int, patch_geometry(tile, part, parts, n_columns, plan.search))
-            row, column = divmod(tile, n_columns)
-            found.append(Patch(len(found), tile, part, row, column, parts, split, *lie))
+        found.append(Patch(k, tile, part, row, column, parts, split, y0, x0, size, sides))
     return tuple(found)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import draw_template, make_plan, to_grid
 from ccwsim.engine.realization import Realization, random_numbers
-from ccwsim.engine.stages.conditioning import DENSE, SPARSE, data_ahead
+from ccwsim.engine.stages.box import Box
+from ccwsim.engine.stages.conditioning import DENSE, SPARSE
 from ccwsim.engine.stages.pyramid import decompose, reconstruct
-from ccwsim.engine.trace.data import data_terms
+from ccwsim.engine.trace.data import data_terms, seen_data
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch
 from ccwsim.engine.trace.resimulation import ResimulatedWindow, resimulated_windows
@@ -25,9 +26,9 @@ from ccwsim.model.study import Study
 
 
 class Trace:
-    """One realization of a study, laid patch by patch by the kernels that `simulate` runs.
+    """One realization of a study, patch by patch, by the kernels that `simulate` runs.
 
-    Patches are laid when they are asked for; going back starts from the nearest state that was
+    Patches are simulated when they are asked for; going back starts from the nearest state that was
     kept, so that any patch is at hand at once.
 
     Parameters
@@ -39,7 +40,7 @@ class Trace:
     Raises
     ------
     CCWSIMError
-        For the method "ms-ccsim", which lays each patch once a scale.
+        For the method "ms-ccsim", which places each patch once a scale.
 
     Examples
     --------
@@ -59,20 +60,20 @@ class Trace:
         plan = make_plan(study, self.template, self._image, rng)
         self.path, self.oriented, self.search = plan.path, plan.oriented, plan.search
         self.data = plan.data[0]
-        self._laying = PatchStepper(study, plan, rng)
-        self.patches = self._laying.patches
+        self._stepper = PatchStepper(study, plan, rng)
+        self.patches = self._stepper.patches
         self.grid_frame = Frame(self.path.orientation, self.path.shape)
-        turned_shape = self.oriented.pyramid.image.shape
-        self.image_frame = Frame(self.path.orientation, turned_shape)  # type: ignore[arg-type]
+        shape = self.oriented.pyramid.image.shape
+        self.image_frame = Frame(self.path.orientation, shape)  # type: ignore[arg-type]
         self._coefficients: dict[int, list[Any]] = {}
 
     @property
     def n_done(self) -> int:
         """Up to which patch it is known so far."""
-        return self._laying.n_done
+        return self._stepper.n_done
 
     def at(self, number: int) -> TracedPatch:
-        """Return how a patch was laid.
+        """Return how a patch was chosen, cut and pasted.
 
         Parameters
         ----------
@@ -86,23 +87,25 @@ class Trace:
         """
         if not 0 <= number < len(self.patches):
             raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
-        self._laying.go_to(number)
-        before = self._laying.grid.copy()
-        place = self._laying.lay_next()
+        self._stepper.go_to(number)
+        before = self._stepper.simulated.grid.copy()
+        place = self._stepper.step()
         return self._traced(self.patches[number], before, place)
 
     @cached_property
-    def _finished(self) -> tuple[Realization, NDArray[np.uint8], list[ResimulatedWindow]]:
-        """The realization, how it was before it was mended, and the windows that mended it."""
-        laying = self._laying
-        laying.go_to(len(self.patches))
+    def _finished(self) -> tuple[Realization, list[ResimulatedWindow]]:
+        """The realization, and the windows of its local re-simulation."""
+        stepper = self._stepper
+        stepper.go_to(len(self.patches))
         shape, hard_data = self.study.training_image.shape, self.study.hard_data
-        indices, sources = to_grid(laying.grid, laying.sources, self.path, shape)
-        raw, windows = indices.copy(), []
+        indices, sources = to_grid(
+            stepper.simulated.grid, stepper.simulated.sources, self.path, shape
+        )
+        windows: list[ResimulatedWindow] = []
         indices, sources = indices.copy(), sources.copy()  # not those that the trace goes on with
         if self.study.parameters.exact_data:
             rng = random_numbers(0, 0)
-            rng.bit_generator.state = laying.rng.bit_generator.state
+            rng.bit_generator.state = stepper.rng.bit_generator.state
             windows, data_status = resimulated_windows(
                 self.study, self.template, self._image, rng, indices, sources
             )
@@ -110,7 +113,7 @@ class Trace:
             rows, columns = hard_data.cells.T
             missed = indices[rows, columns] != self.study.facies_of_data
             data_status = np.where(missed, WRONG, 0).astype(np.int16)
-        return Realization(indices, sources, data_status), raw, windows
+        return Realization(indices, sources, data_status), windows
 
     @property
     def realization(self) -> Realization:
@@ -118,19 +121,14 @@ class Trace:
         return self._finished[0]
 
     @property
-    def before_mending(self) -> NDArray[np.uint8]:
-        """Facies indices as the last patch left them, in the world."""
+    def windows(self) -> list[ResimulatedWindow]:
+        """The windows of local re-simulation, in their order."""
         return self._finished[1]
 
-    @property
-    def windows(self) -> list[ResimulatedWindow]:
-        """The windows that mended data, in the order in which they were laid."""
-        return self._finished[2]
-
     def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
-        """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 9).
+        """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 13).
 
-        In the path frame, shape (n, n) where n are the whole blocks of its side.
+        In path coordinates, shape (n, n) where n are the whole blocks of its side.
         """
         if facies not in self._coefficients:
             image = self.oriented.pyramid.image == facies
@@ -140,7 +138,7 @@ class Trace:
         return reconstruct(self._coefficients[facies], (row, column), size)
 
     def patch_of_cell(self, row: int, column: int) -> int:
-        """Return the number of the patch that first covers a cell of the grid in the world."""
+        """Return the number of the patch that first covers a cell of the grid."""
         y, x = self.grid_frame.cell_to_path(row, column)
         return next(
             p.number
@@ -149,38 +147,46 @@ class Trace:
         )
 
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: tuple[int, int]) -> TracedPatch:
-        """Return what the latest call left in the room."""
-        room, search, pyramid = self._laying.room, self.search, self.oriented.pyramid
-        n_terms, n_candidates, drawn = room.choice.tolist()
+        """Return what the latest call left in the workspace."""
+        work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
+        n_terms, n_candidates, drawn = work.choice.tolist()
         blocks = np.zeros((len(pyramid.sums), *(p.size // search.block_size,) * 2), np.int64)
-        planes, rows, columns, sums = room.terms[:, :n_terms]
+        planes, rows, columns, sums = work.terms[:, :n_terms]
         blocks[planes, rows, columns] = sums
-        reach = search.co_template * p.size
-        has_data = bool(data_ahead(self.data, p.y0, p.x0, reach))
-        totals = room.totals.copy() if has_data or search.location_cost > 0 else None
-        data = None
-        if has_data and totals is not None:
+        reach, box = search.co_template * p.size, Box(p.y0, p.x0, p.size, p.shape, search.overlap)
+        totals, data = work.totals.copy(), None
+        if seen_data(self.data, before, box, reach):
             weights = SPARSE if p.size == search.template else DENSE
             slack = int(weights.slack * search.cell_cost)
-            data = data_terms(
-                pyramid.phases, before, self.data, (p.y0, p.x0), p.size, reach, weights, slack,
-                totals,
-            )  # fmt: skip
+            phases = pyramid.phases
+            data = data_terms(phases, before, self.data, box, reach, weights, slack, totals)
         ty, tx = place
         correlation = self.study.parameters.similarity == "correlation"
         return TracedPatch(
-            p, before, self._laying.grid.copy(), blocks, room.scores.copy(),
-            0 if correlation else int(np.square(blocks).sum()), search.block_size,
-            room.places.copy(), n_candidates, drawn, place,
-            pyramid.image[ty : ty + p.size, tx : tx + p.size],
-            room.kept[: p.size, : p.size].copy(), search.overlap, correlation, data, totals,
-        )  # fmt: skip
+            patch=p,
+            before=before,
+            after=self._stepper.simulated.grid.copy(),
+            blocks=blocks,
+            scores=work.scores.copy(),
+            energy=0 if correlation else int(np.square(blocks).sum()),
+            block_size=search.block_size,
+            places=work.places.copy(),
+            n_candidates=n_candidates,
+            drawn=drawn,
+            place=place,
+            cells=pyramid.image[ty : ty + p.size, tx : tx + p.size],
+            keep_mask=work.cut.keep_mask[: p.size, : p.size].copy(),
+            overlap=search.overlap,
+            correlation=correlation,
+            data=data,
+            totals=totals if data is not None or search.location_cost > 0 else None,
+        )
 
 
 def check_traceable(parameters: Parameters) -> None:
     """Raise where realizations of these parameters cannot be followed patch by patch."""
     if parameters.scale:
         raise CCWSIMError(
-            'the method "ms-ccsim" lays every patch once a scale and is not followed here: choose '
-            '"ccwsim", or "ccsim"'
+            'the method "ms-ccsim" places every patch once a scale and is not followed here: '
+            'choose "ccwsim", or "ccsim"'
         )

@@ -7,7 +7,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.engine.stages.similarity import L_SHAPE
+from ccwsim.engine.stages.box import L_SHAPE
 from ccwsim.engine.trace import Trace
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study

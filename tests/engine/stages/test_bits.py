@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ccwsim.engine.stages.bits import make_strips, n_different, take_strips, to_bits
+from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.conditioning import place_data
 from ccwsim.engine.stages.refinement import data_at_stake, refine_place
-from ccwsim.engine.stages.similarity import LEFT, TOP
 
 SEEDS = st.integers(0, 2**32)
 FACIES = st.sampled_from([1, 2, 3, 5, 200])
@@ -42,13 +42,15 @@ def test_cells_that_differ_are_counted_as_one_by_one(seed, n_facies, size, data)
     rng = np.random.default_rng(seed)
     image = rng.integers(0, n_facies, (size + 9, size + 70)).astype(np.uint8)
     grid = rng.integers(0, n_facies, (size + 3, size + 5)).astype(np.uint8)
-    widths = [data.draw(st.sampled_from([0, size // 4, size // 2])) for _ in range(4)]
+    overlap = data.draw(st.sampled_from([size // 4, size // 2]))
+    sides = data.draw(st.integers(0, 15))
+    widths = [overlap if sides & side else 0 for side in (LEFT, TOP, RIGHT, BOTTOM)]
     y0, x0 = data.draw(st.integers(0, 3)), data.draw(st.integers(0, 5))
     ty, tx = data.draw(st.integers(0, 9)), data.draw(st.integers(0, 70))
     words = to_bits(image)
     strips = make_strips(words, size + data.draw(st.sampled_from([0, 40])))
-    take_strips(grid + 0, 0, 0, size, size, 0, 0, 0, strips)  # what was there before is replaced
-    take_strips(grid, y0, x0, size, *widths, strips)
+    take_strips(grid, Box(0, 0, size, LEFT, size), strips)  # what was there before is replaced
+    take_strips(grid, Box(y0, x0, size, sides, overlap), strips)
     old, new = grid[y0 : y0 + size, x0 : x0 + size], image[ty : ty + size, tx : tx + size]
     expected = int(((old != new) & strip_mask(size, *widths)).sum())
     assert n_different(words, ty, tx, size, strips, 1 << 60) == expected
@@ -67,12 +69,11 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, shape, level)
     y0, x0, size, overlap, unit = 2, 3, 16, 4, 2**level
     ty, tx = int(rng.integers(25)), int(rng.integers(28))
     words = to_bits(image)
-    place = refine_place(
-        image, words, grid, data, y0, x0, size, overlap, shape, unit, ty, tx,
-        make_strips(words, size),
-    )  # fmt: skip
+    box, at_stake = Box(y0, x0, size, shape, overlap), np.zeros((30, 3), np.int64)
+    strips = make_strips(words, size)
+    place = refine_place(image, words, grid, data, box, unit, ty, tx, strips, at_stake)
     mask = strip_mask(size, overlap * bool(shape & LEFT), overlap * bool(shape & TOP), 0, 0)
-    old, known = (a[y0 : y0 + size, x0 : x0 + size] for a in (grid, data.kept))
+    old, known = (a[y0 : y0 + size, x0 : x0 + size] for a in (grid, data.required))
 
     def misfit(y, x):
         new = image[y : y + size, x : x + size]
@@ -90,7 +91,6 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, shape, level)
                     best, at = misfit(y, x), (y, x)
         stride //= 2
     assert place == at
-    left, top = overlap * bool(shape & LEFT), overlap * bool(shape & TOP)
-    at_stake = data_at_stake(grid, data, y0, x0, size, left, top)
+    n = data_at_stake(grid, data, box, at_stake)
     wanted = (known != 255) & ~(mask & (old == known))
-    np.testing.assert_array_equal(at_stake[:, :2], np.argwhere(wanted))
+    np.testing.assert_array_equal(at_stake[:n, :2], np.argwhere(wanted))

@@ -5,19 +5,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     MAX_DATA,
     RULED_OUT,
     SPARSE,
     add_missed,
-    choose_split,
     data_ahead,
     legal_splits,
     place_data,
+    split_tiles,
     start_totals,
 )
 from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import make_path
 from ccwsim.engine.stages.pyramid import build_pyramid
 from tests.small_images import noise
 
@@ -74,7 +76,8 @@ def test_missed_data_cost_what_a_plain_loop_counts(level, co_template, n, seed):
     )  # fmt: skip
     data = place_data(cells, facies, grid.shape)
     ahead = co_template * template
-    add_missed(phases, grid, data, y0, x0, template, ahead, proportions, weights, 7, totals)
+    box = Box(y0, x0, template, 0, 1)
+    add_missed(phases, grid, data, box, ahead, proportions, weights, 7, totals)
     np.testing.assert_array_equal(totals, expected)
 
 
@@ -142,8 +145,9 @@ def test_a_tile_is_split_until_its_parts_hold_few_data(n):
     template, overlap = 32, 4
     splits = np.array(legal_splits(template, overlap))
     cells, facies = random_data((template, template), n, np.random.default_rng(n))
-    data = place_data(np.add(cells, [3, 5]), facies, (40, 41))
+    path = make_path((60, 60), 0, template, overlap)  # two rows of two tiles; the data lie in one
+    data = place_data(np.add(cells, template - overlap), facies, path.full)
     size = (template - overlap) // splits + overlap
     few = np.flatnonzero(n * (size / template) ** 2 <= MAX_DATA)
     expected = few[0] if len(few) else len(splits) - 1
-    assert choose_split(splits, data, 3, 5, template, overlap) == expected
+    assert split_tiles(splits.tolist(), data, path, template, overlap)[3] == expected

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.cut import (
     BROKEN,
     KEEP_OLD,
@@ -15,6 +16,7 @@ from ccwsim.engine.stages.cut import (
     UNKNOWN,
     boundary,
     keep_old,
+    make_cut,
     paste,
     wanted,
 )
@@ -24,9 +26,9 @@ SIDES = list(range(16))
 
 def cut(error: np.ndarray, demand: np.ndarray) -> np.ndarray:
     n, m = error.shape
-    path = np.empty(n, np.int64)
-    boundary(error, demand, np.empty((n, m + 1), np.int32), path)
-    return path
+    workspace = make_cut(n, m)._replace(error=error, demand=demand)
+    boundary(workspace, n, m)
+    return workspace.path
 
 
 def cost_of(path, error: np.ndarray, demand: np.ndarray) -> tuple[int, int]:
@@ -108,7 +110,7 @@ def random_tile(seed: int, kind: int | None = None):
     """Return grid, data, patch, first cell; `kind` keeps the data that make such a demand."""
     rng = np.random.default_rng(seed)
     grid = rng.integers(0, 3, (24, 25)).astype(np.uint8)
-    height, width = rng.integers(8, 17, 2)
+    height = width = int(rng.integers(8, 17))
     patch = rng.integers(0, 3, (height, width)).astype(np.uint8)
     y0, x0 = int(rng.integers(24 - height + 1)), int(rng.integers(25 - width + 1))
     data = np.full(grid.shape, UNKNOWN, np.uint8)
@@ -122,9 +124,9 @@ def random_tile(seed: int, kind: int | None = None):
 
 
 def kept_cells(grid, data, patch, y0, x0, overlap, sides) -> np.ndarray:
-    kept = np.empty(patch.shape, np.bool_)
-    keep_old(grid, data, patch, y0, x0, overlap, sides, kept)
-    return kept
+    workspace = make_cut(len(patch), overlap)
+    keep_old(grid, data, patch, 0, 0, Box(y0, x0, len(patch), sides, overlap), workspace)
+    return workspace.keep_mask
 
 
 def strips_of(shape, overlap: int, sides: int) -> np.ndarray:
@@ -183,7 +185,8 @@ def test_where_old_and_new_agree_the_cut_costs_nothing():
     patch = 1 - grid[:16, :16]
     patch[:, 2] = grid[:16, 2]
     patch[:, 3] = grid[:16, 3]
-    kept = kept_cells(grid, np.full_like(grid, UNKNOWN), patch, 0, 0, 6, 1)
+    no_data = np.full(grid.shape, UNKNOWN, np.uint8)
+    kept = kept_cells(grid, no_data, patch, 0, 0, 6, 1)
     assert kept[:, :3].all()
     assert not kept[:, 3:].any()
 
@@ -197,12 +200,16 @@ def test_paste_changes_only_what_is_not_kept_and_keeps_the_counts(seed, overlap,
     simulated = strips_of(patch.shape, overlap, shape)
     kept &= simulated
     tile = np.s_[y0 : y0 + height, x0 : x0 + width]
+    grid[tile] = np.where(simulated, grid[tile], UNKNOWN)
     expected = grid.copy()
     expected[tile] = np.where(kept, grid[tile], patch)
     counts = np.bincount(grid[tile][simulated], minlength=3)
-    paste(patch, kept, shape, overlap, counts, y0, x0, grid)
+    box, sources = Box(y0, x0, height, shape, overlap), np.zeros(grid.shape, np.int32) - 1
+    paste(patch, 0, 0, box, kept, counts, grid, sources)
     np.testing.assert_array_equal(grid, expected)
     np.testing.assert_array_equal(counts, np.bincount(expected[tile].ravel(), minlength=3))
+    flat = np.arange(patch.size).reshape(patch.shape)
+    np.testing.assert_array_equal(sources[tile], np.where(kept, -1, flat))
 
 
 @pytest.mark.parametrize("sides", SIDES)
@@ -211,5 +218,6 @@ def test_a_patch_like_the_grid_changes_nothing(sides):
     patch = grid[y0 : y0 + len(patch), x0 : x0 + patch.shape[1]].copy()
     kept = kept_cells(grid, data, patch, y0, x0, 3, sides)
     before = grid.copy()
-    paste(patch, kept, 0, 3, np.zeros(3, np.int64), y0, x0, grid)
+    box, none = Box(y0, x0, len(patch), 0, 3), np.zeros(0, np.int64)
+    paste(patch, 0, 0, box, kept, none, grid, np.zeros((0, 0), np.int32))
     np.testing.assert_array_equal(grid, before)

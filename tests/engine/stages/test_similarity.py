@@ -9,11 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from ccwsim.engine.stages.box import L_SHAPE, LEFT, TOP, Box
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
-    L_SHAPE,
-    LEFT,
-    TOP,
+    n_run,
     overlap_energies,
     overlap_terms,
     score_places,
@@ -28,7 +27,7 @@ def compiled_scores(
     image: NDArray, grid: NDArray, place: tuple[int, int], sizes: tuple[int, int, int],
     shape: int, n_planes: int, similarity: str = "ssd",
 ) -> tuple[NDArray, int]:  # fmt: skip
-    """Return the scores of every place, and ΣB², as the conductor gets them."""
+    """Return the scores of every place, and ΣB², as the simulation loop gets them."""
     template, overlap, level = sizes
     unit = 2**level
     sums = build_pyramid(image, level, n_planes).sums
@@ -37,9 +36,10 @@ def compiled_scores(
     if similarity == "correlation":
         energy = np.zeros_like(energy)
     terms = np.empty((4, 2 * n_planes * template * overlap // unit**2), np.int64)
-    n = overlap_terms(grid, *place, template, overlap, unit, shape, n_planes, terms)
+    n = overlap_terms(grid, Box(*place, template, shape, overlap), unit, n_planes, terms)
     scores = np.empty_like(energy)
-    score_places(sums, terms, n, energy, scores)
+    run = np.empty(n_run(sums, scores.shape[1]), scores.dtype)
+    score_places(sums, terms, n, energy, run, scores)
     return scores, int((terms[3, :n] ** 2).sum())
 
 

@@ -86,7 +86,11 @@ def test_the_patches_are_laid_one_on_the_other(trace):
         step = trace.at(number)
         assert np.array_equal(step.before, last)
         last = step.after
-    assert np.array_equal(trace.grid_frame.map_to_grid(last), trace.before_mending)
+    grid = trace.grid_frame.map_to_grid(last)
+    for window in trace.windows:
+        rows = slice(window.row, window.row + window.size)
+        grid[rows, window.column : window.column + window.size] = window.after
+    assert np.array_equal(grid, trace.realization.indices)
 
 
 def test_any_patch_is_the_same_again_in_any_order(trace):
@@ -94,7 +98,7 @@ def test_any_patch_is_the_same_again_in_any_order(trace):
     forward = {k: Trace(trace.study, trace.number).at(int(k)) for k in order}
     for k in order:
         step = trace.at(int(k))
-        for name in ("before", "after", "scores", "places", "cells", "kept"):
+        for name in ("before", "after", "scores", "places", "cells", "keep_mask"):
             assert np.array_equal(getattr(step, name), getattr(forward[k], name)), name
         assert (step.place, step.drawn) == (forward[k].place, forward[k].drawn)
 
@@ -217,9 +221,9 @@ def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trac
         assert np.array_equal(step.cells, turned[ty : ty + size, tx : tx + size])
 
 
-def test_the_windows_replayed_mend_the_realization():
+def test_the_windows_replayed_give_the_realization():
     trace = traced(Parameters(16, 4, 2), sampled(40))
-    grid = trace.before_mending.copy()
+    grid = trace.grid_frame.map_to_grid(trace.at(len(trace.patches) - 1).after)
     flat = trace.study.training_image.indices.ravel()
     assert any(w.fits for w in trace.windows)
     for w in trace.windows:
