@@ -106,10 +106,10 @@ class part_of_kernel:  # noqa: N801 - a decorator
     def _numba_type_(self) -> Any:
         return self._part._numba_type_
 
-    def __call__(self, *values: Any) -> Any:
+    def __call__(self, *values: Any, **named: Any) -> Any:
         if self._alone is None:  # in a folder of its own: the cache does not know the difference
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
-        return self._alone(*values)
+        return self._alone(*values, **named)
 
 
 COMPILE_TIME = "about 15 seconds"
