@@ -11,10 +11,12 @@ from ccwsim.model.errors import CCWSIMError
 @click.command()
 @click.argument("name", required=False)
 @click.option(
-    "-o", "--output", metavar="FILE",
+    "-o",
+    "--output",
+    metavar="FILE",
     help="Write NAME to this file: npy, sgems, gslib, dat or png for a training image; csv, gslib "
     "or dat for hard data.",
-)  # fmt: skip
+)
 def command(name: str | None, output: str | None) -> None:
     """List the bundled training images and hard data, or write one of them to a file."""
     from ccwsim import datasets

@@ -63,8 +63,8 @@ TI_AND_DATA = (
     data_option("--on-unknown", type=click.Choice(["error", "drop"]),
                 help="data of a facies not in the TI (default: error)"),
 )  # fmt: skip
-READING_IMAGE = ("variable", "threshold", "classes", "shape", "slice_index", "first_row",
-                 "transpose")  # fmt: skip
+READING_CELLS = ("shape", "slice_index", "first_row", "transpose")
+READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
 READING_DATA = {
     "hard_variable": "variable",
     "hard_coordinates": "coordinates",
@@ -75,8 +75,8 @@ READING_DATA = {
     "on_unknown": "on_unknown",
 }
 """Options for reading hard data, and what `import_hard_data` calls them."""
-OF_PROJECT = ("training_image", *READING_IMAGE, "grid", "cell_size", "origin", "hard_data",
-              *READING_DATA)  # fmt: skip
+OF_FILES = (*READING_IMAGE, "hard_data", *READING_DATA)
+OF_PROJECT = ("training_image", "grid", "cell_size", "origin", *OF_FILES)
 """What a project says itself, so that it cannot be given beside it."""
 
 
@@ -93,10 +93,11 @@ def image_and_data_options(command: Any) -> Any:
     """Add all options that say what is simulated, those of settings by the table of them."""
     grid = [_option(row, "Simulation grid") for row in settings_of("grid")]
     file = in_group("Parameters of the simulation")(
-        "--parameters", metavar="FILE.json",
+        "--parameters",
+        metavar="FILE.json",
         help="take parameters from a JSON file, as the dashboard saves them; options given here "
         "come first",
-    )  # fmt: skip
+    )
     own = [_option(row, "Parameters of the simulation") for row in settings_of("parameters")]
     run = [_option(row, "Run") for row in settings_of("study")]
     for option in reversed([*TI_AND_DATA, *grid, file, *own, *run]):

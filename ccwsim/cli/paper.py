@@ -20,13 +20,24 @@ examples:
 
 
 @click.command(epilog=EPILOG)
-@click.option("--data", metavar="DIR", help="Folder with the authors' files, in folders paper and "
-              "reference (default: the bundled training images and data).")  # fmt: skip
+@click.option(
+    "--data",
+    metavar="DIR",
+    help="Folder with the authors' files, in folders paper and "
+    "reference (default: the bundled training images and data).",
+)
 @click.option("-o", "--output", required=True, metavar="FILE", help="The report, .html.")
-@click.option("--quick", is_flag=True, help="Fewer realizations and smaller grids: seconds instead "
-              "of minutes.")  # fmt: skip
-@click.option("--largest-grid", type=int, metavar="N", help="Time grids up to N × N cells "
-              "(default: 2500; the paper's largest is 5000).")  # fmt: skip
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Fewer realizations and smaller grids: seconds instead of minutes.",
+)
+@click.option(
+    "--largest-grid",
+    type=int,
+    metavar="N",
+    help="Time grids up to N × N cells (default: 2500; the paper's largest is 5000).",
+)
 @click.option("--seed", type=int, default=0, metavar="N", help="Default: 0.")
 @quiet
 def command(

@@ -64,9 +64,17 @@ class ProgressLine:
             self.clear()
             columns = min(100, get_terminal_size().columns)  # also where the width is unknown
             self._bar = tqdm(
-                desc=done, total=1.0, initial=fraction, file=self._stream, bar_format=BAR,
-                smoothing=0, miniters=0, ncols=columns, nrows=20, leave=False,
-            )  # fmt: skip
+                desc=done,
+                total=1.0,
+                initial=fraction,
+                file=self._stream,
+                bar_format=BAR,
+                smoothing=0,
+                miniters=0,
+                ncols=columns,
+                nrows=20,
+                leave=False,
+            )
         self._bar.set_description_str(done, refresh=False)
         self._bar.update(fraction - self._bar.n)
 

@@ -38,16 +38,21 @@ run_option = in_group("Run")
 @image_and_data_options
 @run_option("--workers", type=int, metavar="N", help="threads (default: as many as cores)")
 @run_option(
-    "--scheduler", metavar="ADDRESS",
+    "--scheduler",
+    metavar="ADDRESS",
     help="simulate on the workers of a Dask cluster, such as tcp://host:8786, instead of threads "
     "of this machine (needs the extra dask)",
-)  # fmt: skip
+)
 @run_option(
-    "-o", "--output", multiple=True, required=True, metavar="FILE",
+    "-o",
+    "--output",
+    multiple=True,
+    required=True,
+    metavar="FILE",
     help="where to write the realizations, in the format of the ending: npz (everything), sgems, "
     "gslib or dat (one column a realization), png (all maps side by side), npy (facies codes, "
     "straight to disk: for more than memory holds); may be given several times",
-)  # fmt: skip
+)
 @quiet
 def command(**given: Any) -> int:
     """Simulate realizations that look like a training image and honour hard data.
@@ -69,9 +74,15 @@ def command(**given: Any) -> int:
         ensemble, message = None, ""
         try:
             ensemble = simulate(
-                *inputs.study, inputs.n_realizations, inputs.seed, options.workers, progress,
-                stopped, executor=executor, out=streamed,
-            )  # fmt: skip
+                *inputs.study,
+                inputs.n_realizations,
+                inputs.seed,
+                options.workers,
+                progress,
+                stopped,
+                executor=executor,
+                out=streamed,
+            )
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
         finally:

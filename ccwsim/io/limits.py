@@ -67,15 +67,29 @@ class Limits:
 
 
 OF_SCRIPTS = Limits(
-    bytes=16 * 1024 * MIB, unpacked=64 * 1024 * MIB, ratio=inf, cells=4_000_000_000,
-    points=10_000_000, lines=200_000_000, line_bytes=1024 * MIB, fields=100_000_000, seconds=inf,
-)  # fmt: skip
+    bytes=16 * 1024 * MIB,
+    unpacked=64 * 1024 * MIB,
+    ratio=inf,
+    cells=4_000_000_000,
+    points=10_000_000,
+    lines=200_000_000,
+    line_bytes=1024 * MIB,
+    fields=100_000_000,
+    seconds=inf,
+)
 """For one's own files: what no real file has. A header is not believed beyond what follows it."""
 
 OF_UPLOADS = Limits(
-    bytes=64 * MIB, unpacked=128 * MIB, ratio=1000, cells=4_000_000, points=100_000,
-    lines=500_000, line_bytes=MIB, fields=500_000, seconds=20.0,
-)  # fmt: skip
+    bytes=64 * MIB,
+    unpacked=128 * MIB,
+    ratio=1000,
+    cells=4_000_000,
+    points=100_000,
+    lines=500_000,
+    line_bytes=MIB,
+    fields=500_000,
+    seconds=20.0,
+)
 """For strangers' files: the largest image of the paper has 2000 × 2000 cells."""
 
 _HELD: ContextVar[tuple[Limits, float]] = ContextVar("limits", default=(OF_SCRIPTS, inf))

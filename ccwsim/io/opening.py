@@ -141,12 +141,7 @@ def _shown(name: object) -> str:
     return printable(base) or "file"
 
 
-_READERS = {
-    "npy": read_npy,
-    "npz": read_npz,
-    "picture": read_picture,
-    "matlab": read_matlab,
-}
+_READERS = {"npy": read_npy, "npz": read_npz, "picture": read_picture, "matlab": read_matlab}
 
 
 def open_file(path_or_file: PathOrFile) -> DataFile | Picture:
@@ -292,9 +287,15 @@ def inspect(path_or_file: PathOrFile) -> FileSummary:
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)
     return FileSummary(
-        file.kind, file.name, variables, file.is_table, False, file.asks_up, file.cell_size,
+        file.kind,
+        file.name,
+        variables,
+        file.is_table,
+        False,
+        file.asks_up,
+        file.cell_size,
         file.origin,
-    )  # fmt: skip
+    )
 
 
 def _of_picture(picture: Picture) -> FileSummary:
@@ -319,9 +320,14 @@ def _variable(file: DataFile, key: str) -> VariableSummary:
     known = values[file.known(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
     return VariableSummary(
-        key, values.shape, known.size, _n_distinct(known), low, high,
+        key,
+        values.shape,
+        known.size,
+        _n_distinct(known),
+        low,
+        high,
         known.size > 0 and not are_codes(known),
-    )  # fmt: skip
+    )
 
 
 def _n_distinct(values: NDArray) -> int:

@@ -176,8 +176,18 @@ def _parameter(row: dict[str, str], default: Any) -> Setting:
     usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
     text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
     low, high = bounds.PARAMETERS.get(name, (0, 0))
-    return Setting(key, "parameters", (name,), kind, low, high, words=words, option=f"--{key}",
-                   metavar=metavar, help=text)  # fmt: skip
+    return Setting(
+        key,
+        "parameters",
+        (name,),
+        kind,
+        low,
+        high,
+        words=words,
+        option=f"--{key}",
+        metavar=metavar,
+        help=text,
+    )
 
 
 _DEFAULTS = {f.name: f.default for f in fields(Parameters)}

@@ -455,9 +455,16 @@ def _tiff(content: bytes, name: str) -> bytes:
     (start,) = struct.unpack_from(f"{order}I", content, 4)
     (n,) = struct.unpack_from(f"{order}H", content, start)
     entries = np.frombuffer(
-        content, [("tag", f"{order}u2"), ("kind", f"{order}u2"), ("count", f"{order}u4"),
-                  ("at", f"{order}u4")], count=n, offset=start + 2,
-    )  # fmt: skip
+        content,
+        [
+            ("tag", f"{order}u2"),
+            ("kind", f"{order}u2"),
+            ("count", f"{order}u4"),
+            ("at", f"{order}u4"),
+        ],
+        count=n,
+        offset=start + 2,
+    )
     sizes = [_TIFF_SIZES.get(int(e["kind"]), 0) * int(e["count"]) for e in entries]
     if sum(sizes) > len(content) + 4 * n:
         raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,10 +73,9 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     extra = [float(word) for word in lines[0].split()[3:]] if _grid_sizes(lines[0]) else []
     cell = (extra[0], extra[1]) if len(extra) >= 3 and min(extra[:2]) > 0 else None
     origin = (extra[3], extra[4]) if cell and len(extra) == 6 else None
-    return DataFile(
-        "SGeMS/GSLIB grid", name, dict(zip(names, values, strict=True)),
-        missing=MISSING_CODES, cell_size=cell, origin=origin,
-    )  # fmt: skip
+    grids = dict(zip(names, values, strict=True))
+    file = DataFile("SGeMS/GSLIB grid", name, grids, missing=MISSING_CODES)
+    return replace(file, cell_size=cell, origin=origin)
 
 
 def grid_as_bytes(columns: Sequence[NDArray[np.integer]], names: Sequence[str]) -> bytes:
@@ -170,10 +170,8 @@ MAX_HEADER = 4096
 """Bytes of a line of the header."""
 
 MAX_HEADER_LINES = 100
-_KEYS = (
-    "ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy",
-    "nodata_value",
-)  # fmt: skip
+_ORIGINS = ("xllcorner", "yllcorner", "xllcenter", "yllcenter")
+_KEYS = ("ncols", "nrows", *_ORIGINS, "cellsize", "dx", "dy", "nodata_value")
 
 
 def is_esri(content: bytes) -> bool:
@@ -218,10 +216,9 @@ def read_esri(content: bytes, name: str) -> DataFile:
     if "xllcenter" in header and "yllcenter" in header:
         origin = (header["xllcenter"] - cell[0] / 2, header["yllcenter"] - cell[1] / 2)
     missing = (header["nodata_value"],) if "nodata_value" in header else (-9999.0,)
-    return DataFile(
-        "ESRI ASCII grid", name, {"grid": values.reshape(1, *shape)},
-        south_first=False, missing=missing, cell_size=cell, origin=origin,
-    )  # fmt: skip
+    grid = {"grid": values.reshape(1, *shape)}
+    file = DataFile("ESRI ASCII grid", name, grid, south_first=False, missing=missing)
+    return replace(file, cell_size=cell, origin=origin)
 
 
 def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:

@@ -55,9 +55,13 @@ def import_hard_data(
     """
     shape = grid.shape if grid is not None else None
     points = read_points(
-        path_or_file, grid_shape=shape, variable=variable, coordinates=coordinates, up=up,
+        path_or_file,
+        grid_shape=shape,
+        variable=variable,
+        coordinates=coordinates,
+        up=up,
         slice_index=slice_index,
-    )  # fmt: skip
+    )
     placed = place_points(points, grid, training_image, threshold=threshold, classes=classes)
     return resolve_points(
         placed, on_collision=on_collision, on_outside=on_outside, on_unknown=on_unknown

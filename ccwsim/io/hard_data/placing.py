@@ -98,10 +98,9 @@ def place_points(
     known = np.ones(points.n, bool)
     if training_image is not None:
         known = np.isin(facies, training_image.codes)
-    return PlacedPoints(
-        points, cells, facies, offsets, np.flatnonzero(~inside), np.flatnonzero(inside & ~known),
-        colliding(cells, facies, np.flatnonzero(inside & known)),
-    )  # fmt: skip
+    outside, unknown = np.flatnonzero(~inside), np.flatnonzero(inside & ~known)
+    collisions = colliding(cells, facies, np.flatnonzero(inside & known))
+    return PlacedPoints(points, cells, facies, offsets, outside, unknown, collisions)
 
 
 def _cells(
@@ -364,7 +363,14 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
     )
     notes = points.notes + tuple(text for count, text in sentences if count)
     return HardDataImport(
-        hard_data, points.n, points.n_missing, placed.n_off_centre,
-        len(placed.outside), len(placed.unknown), len(placed.collisions),
-        n_repeated, int(np.count_nonzero(~keep)), notes,
-    )  # fmt: skip
+        hard_data,
+        points.n,
+        points.n_missing,
+        placed.n_off_centre,
+        len(placed.outside),
+        len(placed.unknown),
+        len(placed.collisions),
+        n_repeated,
+        int(np.count_nonzero(~keep)),
+        notes,
+    )

@@ -179,17 +179,30 @@ def _of_grid(
 
 
 def _known(
-    file: DataFile, key: str, places: NDArray, values: NDArray, lines: NDArray,
-    world: bool, counted: str, notes: list[str],
-) -> ImportedPoints:  # fmt: skip
+    file: DataFile,
+    key: str,
+    places: NDArray,
+    values: NDArray,
+    lines: NDArray,
+    world: bool,
+    counted: str,
+    notes: list[str],
+) -> ImportedPoints:
     """Rows with a value; one that has a value but no place is an error."""
     _check_few(file.name, len(values), "rows")
     values, places = values.astype(np.float64), places.astype(np.float64)
     known = file.known(values) & ~np.isin(values, MISSING_CODES)
     points = ImportedPoints(
-        frozen(places[known]), frozen(values[known]), frozen(lines[known]), world, counted,
-        file.name, key, int(np.count_nonzero(~known)), tuple(notes),
-    )  # fmt: skip
+        frozen(places[known]),
+        frozen(values[known]),
+        frozen(lines[known]),
+        world,
+        counted,
+        file.name,
+        key,
+        int(np.count_nonzero(~known)),
+        tuple(notes),
+    )
     lost = np.flatnonzero(~np.isfinite(points.places).all(axis=1))
     if len(lost):
         raise CCWSIMError(f"{file.name}, {points.named(lost)}: a coordinate is missing; add it")
@@ -218,8 +231,8 @@ _Y = ("y", "ycoord", "ycoordinate", "northing", "north", "lat", "latitude")
 _Z = ("z", "zcoord", "zcoordinate", "elevation", "depth")
 _ROW = ("row", "rows", "i", "iy", "rowindex")
 _COLUMN = ("col", "cols", "column", "columns", "j", "ix", "colindex", "columnindex")
-_VALUE = ("facies", "code", "codes", "value", "var", "variable", "class", "category", "lithology",
-          "faciescode", "v")  # fmt: skip
+_CODE = ("facies", "faciescode", "code", "codes", "class", "category", "lithology")
+_VALUE = (*_CODE, "value", "var", "variable", "v")
 
 
 def place_columns(
