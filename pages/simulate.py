@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.examples.note import draw_opened
+from ccwsim.ui.examples.opened import draw_opened
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.history import draw_history

@@ -11,8 +11,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import CCWSIMError, Grid, datasets
 from ccwsim.experiments.timing import TimingCase
 from ccwsim.model.choices import DataChoice
-from ccwsim.ui.benchmark.run import TimingRun
-from ccwsim.ui.benchmark.state import Benchmark
+from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs.admission import RESERVE

@@ -1,87 +1,286 @@
-"""The page of times, put together."""
+"""The page Benchmark: two measurements, each with its controls above its results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
+import numpy as np
 import streamlit as st
 
+from ccwsim.experiments.timing import Timing
+from ccwsim.figures import TimeSeries, timings_chart
+from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.paper import published_times as published
 from ccwsim.system.machine import this_machine
-from ccwsim.ui.benchmark.controls import Kind, draw_data_controls, draw_grid_controls
-from ccwsim.ui.benchmark.csv import timings_csv
-from ccwsim.ui.benchmark.results import draw_data, draw_grids
-from ccwsim.ui.benchmark.run import TimingRun
-from ccwsim.ui.benchmark.state import Benchmark
-from ccwsim.ui.benchmark.words import DISTURBED, WHAT_CAN_BE_COMPARED, why_ended
+from ccwsim.ui.benchmark.run import (
+    BYTES_PER_CELL,
+    DATA_SIDES,
+    NUMBERS,
+    SIDES,
+    Benchmark,
+    Kind,
+    cases_of,
+    expected,
+    level_options,
+    method_options,
+    number_options,
+    settings,
+    side_options,
+    start_timing,
+)
+from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table, timings_csv
+from ccwsim.ui.benchmark.words import (
+    DISTURBED,
+    NAMES,
+    TABLE_2_NOTE,
+    TEACHING,
+    WHAT_CAN_BE_COMPARED,
+    Setting,
+    by_setting,
+    describe_growth,
+    describe_levels,
+    describe_plan,
+    describe_run,
+    name_of,
+    progress_label,
+    setting_of,
+    why_ended,
+)
+from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("benchmark.css")
-DRAW: dict[Kind, Callable[[State], None]] = {"grids": draw_grids, "data": draw_data}
+LEVELS_HELP = (
+    "Wavelet level, or scale of MS-CCSIM. Lower searches more finely and takes longer; 0 compares "
+    "single cells."
+)
+LARGE = 50e6
+"""Bytes that are worth a word."""
+MICRO = 1e6
 
 
 def draw_benchmark(state: State) -> None:
-    """Draw both measurements, each with its controls above its results."""
+    """Draw both measurements."""
     page_state = state.page(Benchmark)
     st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
-        _download(state)
+        _draw_download(page_state)
     step_note(WHAT_CAN_BE_COMPARED)
     if page_state.message:
         st.error(plain(page_state.message))
     st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
-    draw_grid_controls(state)
-    draw_part(state, "grids")
+    with _row("grids"):
+        _draw_largest(page_state)
+        _draw_choices(state, "grid")
+        _draw_start(state, "grids")
+    _draw_part(state, "grids")
     st.html('<h2 class="part">CPU time and the number of data <span>as in Table 2</span></h2>')
-    draw_data_controls(state)
-    draw_part(state, "data")
+    with _row("data"):
+        _draw_numbers(page_state)
+        _draw_choices(state, "data")
+        _draw_start(state, "data")
+    _draw_part(state, "data")
 
 
-def draw_part(state: State, kind: Kind) -> None:
-    """Draw one measurement, followed while it runs."""
-    run = getattr(state.page(Benchmark), kind)
-    with st.container(key=f"part_{kind}"):
-        if run and run.going:
-            _follow(state, run, kind)
-            return
-        if run and why_ended(run):
-            st.warning(plain(why_ended(run)))
-        if run and run.disturbed:
-            step_note(DISTURBED)
-        DRAW[kind](state)
+def _row(kind: Kind):
+    key = f"controls_{kind}"
+    return st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key=key)
 
 
-def _follow(state: State, run: TimingRun, kind: Kind) -> None:
-    def draw() -> None:
-        if run.disturbed:
-            step_note(DISTURBED)
-        DRAW[kind](state)
+def _draw_download(page_state: Benchmark) -> None:
+    runs = [run for run in page_state.runs if run.timings]
+    if not runs or page_state.running:
+        return
 
-    assert run.job is not None
-    keys = (f"progress_{kind}", f"cancel_{kind}")
-    follow(run.job, label=lambda: progress_label(run), draw=draw, keys=keys)
+    def content() -> bytes:
+        return timings_csv(runs, str(this_machine()))
+
+    name, key = "times.csv", "download_times"
+    st.download_button("Download CSV", content, name, "text/csv", key, on_click="ignore")
 
 
-def progress_label(run: TimingRun) -> str:
-    """Say how many settings are timed, and which one is now."""
-    n = len(run.timings)
-    text = f"{n} of {len(run.cases)} settings"
-    if n < len(run.cases):
-        case = run.cases[n]
-        data = f", {case.n_data} data" if case.n_data else ""
-        text += f" · now {case.grid_shape[0]}², level {case.parameters.level}{data}"
+def _draw_largest(page_state: Benchmark) -> None:
+    sides = side_options(this_machine().free_bytes)
+    page_state.largest = min(page_state.largest, sides[-1])
+    options = {"options": sides, "format_func": _square, "width": 150}
+    options["help"] = (
+        "Square grids from 256 × 256 up to this one. Time grows with the cells: 5000 × 5000 takes "
+        "six times as long as 2000 × 2000."
+    )
+    field(st.selectbox, "Largest grid", key="largest", **bound_to(page_state, "largest"), **options)
+
+
+def _draw_numbers(page_state: Benchmark) -> None:
+    options = {"options": list(DATA_SIDES), "format_func": _square, "width": 130}
+    options["help"] = "The paper's Table 2 is of 512 × 512 cells."
+    field(st.selectbox, "Grid", key="data_side", **bound_to(page_state, "side"), **options)
+    options = {
+        "options": number_options(page_state.side),
+        "format_func": lambda n: str(n or "none"),
+    }
+    options["help"] = "They are sampled from an unconditional realization at random cells."
+    _draw_pills(page_state, "numbers", "Hard data", "numbers", options)
+
+
+def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
+    page_state, methods = state.page(Benchmark), method_options()
+    if len(methods) > 1:
+        name = f"{which}_methods"
+        options = {"options": methods, "format_func": lambda m: NAMES.get(m, m)}
+        _draw_pills(page_state, name, "Methods", name, options)
+    name = f"{which}_levels"
+    options = {"options": level_options(state), "help": LEVELS_HELP}
+    _draw_pills(page_state, name, "Levels", name, options)
+
+
+def _draw_pills(page_state: Benchmark, name: str, label: str, key: str, options: dict) -> None:
+    """Draw pills for a list of the choices; those chosen but not on offer now are not shown."""
+    options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
+    options["value"] = [one for one in options["value"] if one in options["options"]]
+    field(st.pills, label, key=key, **options)
+
+
+def _draw_start(state: State, kind: Kind) -> None:
+    page_state, key = state.page(Benchmark), f"{kind}_realizations"
+    note = "The median of them is shown. More make it steadier and take proportionally longer."
+    number = {"min_value": 1, "max_value": MAX_REALIZATIONS_TIMED, "width": 140, "help": note}
+    number |= bound_to(page_state, "n_realizations")
+    field(st.number_input, "Realizations each", key=key, **number)
+    starts = {"on_click": start_timing, "args": (state, kind), "type": "primary"}
+    busy = page_state.running is not None
+    button("Measure", key=f"measure_{kind}", disabled=busy, **starts)
+
+
+def _square(side: int) -> str:
+    return f"{side} × {side}"
+
+
+def _describe_plan(state: State, kind: Kind) -> str:
+    """Return what a run would do, or what is to be chosen first."""
+    page_state = state.page(Benchmark)
+    try:
+        cases = cases_of(state, kind)
+    except CCWSIMError as error:
+        return str(error)
+    text = describe_plan(len(cases), page_state.n_realizations, expected(state, cases))
+    n_bytes = max(case.n_cells for case in cases) * BYTES_PER_CELL
+    if n_bytes > LARGE:
+        text += f" Up to {n_bytes / 1e6:.0f} MB of memory."
+    if page_state.running not in (None, getattr(page_state, kind)):
+        text += " Another measurement is running; two at once would slow each other down."
     return text
 
 
-def _download(state: State) -> None:
-    page_state = state.page(Benchmark)
-    runs = [run for run in (page_state.grids, page_state.data) if run and run.timings]
-    if runs and not page_state.running:
-        st.download_button(
-            "Download CSV", lambda: timings_csv(runs, str(this_machine())),
-            file_name="times.csv", mime="text/csv", on_click="ignore", key="download_times",
-        )  # fmt: skip
+def _draw_part(state: State, kind: Kind) -> None:
+    """Draw what a run would do, and one measurement, followed while it runs."""
+    step_note(_describe_plan(state, kind))
+    run = getattr(state.page(Benchmark), kind)
+
+    def draw() -> None:
+        if run and run.disturbed:
+            step_note(DISTURBED)
+        draw_results = _draw_grids if kind == "grids" else _draw_data
+        draw_results(state)
+
+    with st.container(key=f"part_{kind}"):
+        if run and run.going:
+            keys = (f"progress_{kind}", f"cancel_{kind}")
+            follow(run.job, label=lambda: progress_label(run), draw=draw, keys=keys)
+            return
+        if run and why_ended(run):
+            st.warning(plain(why_ended(run)))
+        draw()
+
+
+def _draw_grids(state: State) -> None:
+    """Draw times against the size of the grid, or where they will be."""
+    run = state.page(Benchmark).grids
+    timings = list(run.timings) if run else []
+    sides = sorted({t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]})
+    left, right = st.columns(2, gap="medium")
+    with left:
+        note = "red: the paper, another machine"
+        _draw_chart(timings, sides, "CPU time of a realization", note, per_cell=False)
+    with right:
+        _draw_chart(timings, sides, "CPU time a cell", "flat is linear", per_cell=True)
+    if not timings:
+        step_note(TEACHING)
+        return
+    left, right = st.columns(2, gap="medium")
+    with left:
+        st.html(grid_table(timings, sides))
+    with right:
+        found = by_setting(timings)
+        lines = [describe_growth(name_of(s, list(found)), own) for s, own in found.items()]
+        lines = [line for line in (*lines, describe_levels(timings)) if line]
+        step_note("\n".join(lines) or "One size says nothing on growth.")
+        step_note(describe_run(run))
+
+
+def _draw_chart(
+    timings: Sequence[Timing], sides: list[int], title: str, note: str, per_cell: bool
+) -> None:
+    series = measured_series(timings, per_cell), paper_series(per_cell)
+    unit, key = ("µs", "times_cell") if per_cell else ("s", "times_grid")
+    y_title = f"CPU time {'a cell ' if per_cell else ''}({unit})"
+    chart = timings_chart(*series, sides, chart_theme(), y_title=y_title, unit=unit)
+    titled_chart(title, note, chart, key, f"{title} against the cells of the grid")
+
+
+def _draw_data(state: State) -> None:
+    """Draw times against the number of data in the layout of Table 2."""
+    page_state, run = state.page(Benchmark), state.page(Benchmark).data
+    if run:
+        chosen = list(dict.fromkeys(setting_of(case.parameters) for case in run.cases))
+        numbers, side = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape[0]
+    else:
+        chosen, side = chosen_settings(state), page_state.side
+        numbers = [n for n in NUMBERS if n in page_state.numbers]
+    timings = list(run.timings) if run else []
+    panel_title("CPU time of a realization", f"{side} × {side} cells")
+    st.html(data_table(timings, chosen, numbers, side))
+    step_note(TABLE_2_NOTE)
+    if timings:
+        step_note(describe_run(run))
+    with st.expander("The published codes in GNU Octave: times, and data they leave wrong"):
+        step_note(f"{published.OCTAVE.reference}.\n{published.OCTAVE.machine}.")
+        st.html(octave_table())
+
+
+def chosen_settings(state: State) -> list[Setting]:
+    """Return the methods and levels that are chosen now, none where they do not fit."""
+    own = state.page(Benchmark)
+    if not own.data_levels or not own.data_methods:
+        return []
+    return [setting_of(p) for p in settings(state, own.data_methods, own.data_levels)]
+
+
+def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSeries]:
+    """Return a line for each setting: seconds, or microseconds per cell."""
+    found = by_setting(timings)
+    lines = []
+    for setting, own in found.items():
+        cells = np.array([t.n_cells for t in own], float)
+        values = np.maximum([t.seconds for t in own], 1e-6) / (cells / MICRO if per_cell else 1.0)
+        name = name_of(setting, list(found))
+        lines.append(TimeSeries(name, setting[1], cells, values, setting[0] != "ccwsim"))
+    return lines
+
+
+def paper_series(per_cell: bool) -> list[TimeSeries]:
+    """Return the paper's times of its largest grid, by level."""
+    series = []
+    for t in published.FIGURE_13:
+        cells = np.array([t.n_cells], float)
+        values = np.array([t.cpu_seconds]) / (cells / MICRO if per_cell else 1.0)
+        series.append(TimeSeries(f"paper, level {t.level}", t.level or 0, cells, values))
+    return series

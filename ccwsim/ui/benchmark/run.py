@@ -1,32 +1,50 @@
-"""Settings that are timed one after another in the background."""
+"""What is timed: the page's choices, the cases they give, and the run on a thread."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import Literal
 
-from ccwsim.experiments.timing import CELLS_AT_ONCE, Timing, TimingCase, time_cases
+from ccwsim.experiments.timing import (
+    CELLS_AT_ONCE,
+    Timing,
+    TimingCase,
+    data_cases,
+    expected_seconds,
+    grid_cases,
+    time_cases,
+)
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import server_queue
+from ccwsim.ui.session.fitting import fitted, levels
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import State
+
+Kind = Literal["grids", "data"]
+SIDES = (256, 512, 1000, 2000, 3000, 5000)
+"""Of the square grids of Fig. 13's kind; the last has the paper's 25 million cells."""
+DATA_SIDES = (256, 512, 1000)
+NUMBERS = (0, 100, 400, 1000, 2000, 4000)
+BYTES_PER_CELL = 10
+"""Memory that a run needs, with a margin."""
+MAX_SHARE_OF_MEMORY = 0.5
+FINEST, COARSEST = 0, 3
 
 
 @dataclass
 class TimingRun:
     """A run that is going on, or has come to an end.
 
-    Attributes
-    ----------
-    training_image, cases, n_realizations, seed
-        What is timed.
-    timings : list of Timing
-        What is finished, in the order of the cases.
-    disturbed : bool
-        Whether others were computing on this server at the same time.
+    `timings` are those finished, in the order of the cases; `disturbed` is whether others were
+    computing on this server at the same time.
     """
 
     training_image: TrainingImage
@@ -70,3 +88,121 @@ class TimingRun:
             self.training_image, cases, n, self.seed, report, job.is_cancelled
         ):
             self.timings.append(timing)
+
+
+@dataclass
+class Benchmark:
+    """What the page remembers: its choices, the latest run of each kind, why one did not start.
+
+    `largest` is the side of the largest grid, `side` that of the grid on which the number of data
+    changes; methods that do not exist are left out.
+    """
+
+    largest: int = 2000
+    grid_levels: list[int] = field(default_factory=lambda: [1, 2, 3])
+    grid_methods: list[str] = field(default_factory=lambda: ["ccwsim"])
+    side: int = 512
+    numbers: list[int] = field(default_factory=lambda: [0, 1000, 2000])
+    data_levels: list[int] = field(default_factory=lambda: [1, 3])
+    data_methods: list[str] = field(default_factory=lambda: ["ccwsim", "ms-ccsim"])
+    n_realizations: int = 3
+    grids: TimingRun | None = None
+    data: TimingRun | None = None
+    message: str = ""
+
+    @property
+    def runs(self) -> list[TimingRun]:
+        """The latest run of each kind that has begun."""
+        return [run for run in (self.grids, self.data) if run]
+
+    @property
+    def running(self) -> TimingRun | None:
+        """The run that goes on now; two at once would slow each other down."""
+        return next((run for run in self.runs if run.going), None)
+
+
+def start_timing(state: State, kind: Kind) -> None:
+    """Start timing; what was measured before stays where nothing can be timed."""
+    page_state = state.page(Benchmark)
+    page_state.message = ""
+    image, n = image_of(state.choices.image), page_state.n_realizations
+    try:
+        run = TimingRun(image, cases_of(state, kind), n, state.choices.seed).start()
+    except CCWSIMError as error:
+        page_state.message = str(error)
+        return
+    setattr(page_state, kind, run)
+
+
+def method_options() -> list[str]:
+    """Return the methods with levels that this program has; CCSIM is level 0 of CCWSIM.
+
+    Examples
+    --------
+    >>> method_options()[0]
+    'ccwsim'
+    """
+    return [method for method in METHODS if method != "ccsim"]
+
+
+def level_options(state: State) -> list[int]:
+    """Return the levels that the study's training image allows."""
+    allowed = levels(image_of(state.choices.image).shape)
+    return [level for level in allowed if FINEST <= level <= COARSEST]
+
+
+def side_options(free_bytes: int | None) -> list[int]:
+    """Return the largest grids on offer: two sizes at least, and what memory allows.
+
+    Examples
+    --------
+    >>> side_options(100_000_000), side_options(None)[-1]
+    ([512, 1000, 2000], 5000)
+    """
+    available = float("inf") if free_bytes is None else MAX_SHARE_OF_MEMORY * free_bytes
+    return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
+
+
+def number_options(side: int) -> list[int]:
+    """Return the numbers of data on offer: at most a quarter of the cells."""
+    return [n for n in NUMBERS if 4 * n <= side * side]
+
+
+def cases_of(state: State, kind: Kind) -> list[TimingCase]:
+    """Return what is timed against the size of the grid, or the number of data.
+
+    Raises CCWSIMError where nothing is chosen, or a level does not go with the study.
+    """
+    own = state.page(Benchmark)
+    if kind == "grids":
+        sides = [side for side in SIDES if side <= own.largest]
+        return grid_cases(sides, settings(state, own.grid_methods, own.grid_levels))
+    numbers = [n for n in number_options(own.side) if n in own.numbers]
+    if not numbers:
+        raise CCWSIMError("Choose at least one number of data.")
+    chosen = settings(state, own.data_methods, own.data_levels)
+    return data_cases(numbers, chosen, (own.side, own.side))
+
+
+def settings(
+    state: State, methods: Sequence[str], chosen_levels: Sequence[int]
+) -> list[Parameters]:
+    """Return the study's parameters at each method and level; sizes go to the nearest legal."""
+    p, shape = state.choices.parameters, image_of(state.choices.image).shape
+    found = [
+        fitted(p, shape, method=method, wavelet_level=level)
+        for method in method_options()
+        for level in level_options(state)
+        if method in methods and level in chosen_levels
+    ]
+    if not found:
+        raise CCWSIMError("Choose at least one method and one level.")
+    return found
+
+
+def expected(state: State, cases: Sequence[TimingCase]) -> float:
+    """Return about how many seconds a run will take, from what this session has measured."""
+    page_state, image = state.page(Benchmark), image_of(state.choices.image)
+    runs = [run for run in page_state.runs if run.training_image.digest == image.digest]
+    known = [timing for run in runs for timing in run.timings]
+    return expected_seconds(image, cases, page_state.n_realizations, known)

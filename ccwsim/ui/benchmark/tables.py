@@ -1,4 +1,4 @@
-"""Tables of times: by size of the grid, and in the layout of the paper's Table 2."""
+"""Tables of times: by size of the grid, in the layout of the paper's Table 2, and as CSV."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 from ccwsim.experiments.timing import Timing
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
-from ccwsim.ui.benchmark.settings import NAMES
-from ccwsim.ui.benchmark.words import Setting, by_setting, name_of
+from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.benchmark.words import NAMES, Setting, by_setting, name_of
+from ccwsim.ui.results.tables import as_csv
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.scrolled import scrolled
 
@@ -44,10 +45,12 @@ def data_table(
     found = {(t.parameters.method, t.parameters.level, t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
     first = ["method", "level", *(["no data"] if 0 in numbers else [])]
-    ratio = len(shown) > 1
-    head = [*first, *(f"{n} data" for n in shown for _ in range(3)),
-            *([f"{shown[-1]} / {shown[-2]}"] * 2 if ratio else [])]  # fmt: skip
+    head = [*first, *(f"{n} data" for n in shown for _ in range(3))]
     second = [""] * len(first) + ["here", "paper", "wrong"] * len(shown)
+    has_ratio = len(shown) > 1
+    if has_ratio:
+        head += [f"{shown[-1]} / {shown[-2]}"] * 2
+        second += ["here", "paper"]
     rows = []
     for method, level in settings:
         row = [NAMES.get(method, method), str(level)]
@@ -56,28 +59,32 @@ def data_table(
         for n in shown:
             own = found.get((method, level, n))
             row += [_time(own), _paper(method, level, n, side), _wrong(own)]
-        if ratio:
+        if has_ratio:
             row += _ratios(found, (method, level), shown[-2:], side)
         rows.append(row)
-    return table_of([head, second + ["here", "paper"] * ratio], rows)
+    return table_of([head, second], rows)
 
 
 def octave_table() -> str:
     """Return the times and wrong data measured on the published codes."""
-    rows = [
-        [t.image, f"{round((t.n_cells or 0) ** 0.5)}²", str(t.n_data), NAMES[t.method],
-         str(t.level), NONE if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s",
-         NONE if t.wrong_share is None else f"{100 * t.wrong_share:.1f} %", t.note]
-        for t in published.OCTAVE_TIMES
-    ]  # fmt: skip
+    rows = []
+    for t in published.OCTAVE_TIMES:
+        took = NONE if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s"
+        wrong = NONE if t.wrong_share is None else f"{100 * t.wrong_share:.1f} %"
+        grid = f"{round((t.n_cells or 0) ** 0.5)}²"
+        case = [t.image, grid, str(t.n_data), NAMES[t.method], str(t.level)]
+        rows.append([*case, took, wrong, t.note])
     head = ["image", "grid", "data", "method", "level", "CPU time", "data wrong", ""]
     return table_of([head], rows, words=(0, 3, 7))
 
 
 def table_of(
-    heads: Sequence[Sequence[str]], rows: Sequence[Sequence[str]], *, marked: int = -1,
+    heads: Sequence[Sequence[str]],
+    rows: Sequence[Sequence[str]],
+    *,
+    marked: int = -1,
     words: Sequence[int] = (0,),
-) -> str:  # fmt: skip
+) -> str:
     """Return a table in HTML; equal neighbours in a head become one cell, `marked` is a row."""
     top = "".join(f"<tr>{_head(row)}</tr>" for row in heads)
     body = "".join(
@@ -124,3 +131,26 @@ def _ratios(found: dict, setting: Setting, numbers: Sequence[int], side: int) ->
     said = [published_time(PAPER, *setting, side**2, n) for n in numbers]
     a, b = (t.cpu_seconds if t else None for t in said)
     return [here, f"{b / a:.2f}" if a and b else NONE]
+
+
+IMAGE_HEAD = ["image", "image_nx", "image_ny"]
+SETTING_HEAD = ["method", "level", "template", "overlap", "candidates", "exact_data"]
+CASE_HEAD = ["nx", "ny", "n_data", "seed"]
+RESULT_HEAD = ["realization", "cpu_seconds", "data_not_honoured", "machine"]
+
+
+def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
+    """Return one line a realization that was timed, with its setting and the machine."""
+    lines = []
+    for run in runs:
+        ny, nx = run.training_image.shape
+        image = [run.training_image.name, nx, ny]
+        for timing in list(run.timings):
+            p, (ny, nx) = timing.parameters, timing.grid_shape
+            setting = [p.method, p.level, p.template_size, p.overlap_size, p.n_candidates]
+            case = [*image, *setting, p.exact_data, nx, ny, timing.n_data, run.seed]
+            lines += [
+                [*case, r + 1, f"{cpu:.6g}", int(timing.n_mismatched[r]), machine]
+                for r, cpu in enumerate(timing.cpu_seconds)
+            ]
+    return as_csv([*IMAGE_HEAD, *SETTING_HEAD, *CASE_HEAD, *RESULT_HEAD], lines)

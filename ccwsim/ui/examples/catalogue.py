@@ -16,19 +16,9 @@ Shows = Literal["realization", "second", "data", "probability", "variogram"]
 class Example:
     """A study that shows one thing.
 
-    Attributes
-    ----------
-    name : str
-        A word for keys and addresses.
-    title, text : str
-        What it is, and what to look at.
-    choices : Choices
-    others : tuple of Parameters
-        Settings that the study's own is compared with.
-    source : str
-        Section, figure or table of the paper that it belongs to, where it belongs to one.
-    shows : tuple of str
-        Its pictures beside the training image; where there are others, one realization of each.
+    `name` is a word for keys and addresses, `text` what to look at, `others` the settings that the
+    study's own is compared with, `source` where the paper has it, where it has. `shows` are the
+    pictures beside the training image; where there are others, one realization of each.
     """
 
     name: str
@@ -58,31 +48,31 @@ def _study(
 
 DEFAULT = Parameters()
 
-PAPER = Part("The paper’s figures, on our images", (
+PARTS = (Part("The paper’s figures, on our images", (
     Example(
         "unconditional", "Realizations without data",
-        "Every realization is cut from the training image and laid anew. Look for sand that stays "
-        "connected from patch to patch, and for pieces that you have seen in the image.",
+        "Every realization is put together from patches of the training image. Look for sand that "
+        "stays connected from patch to patch, and for pieces that you have seen in the image.",
         _study("channels"), source="Section 5.1, Fig. 6",
     ),
     Example(
         "conditional", "400 hard data, all honoured",
-        "The dots are cells whose facies is known. No channel stops to meet one: patches are "
-        "chosen so that they fit, and what is left is mended by patches that do.",
-        _study("channels", "channels_400_data"), source="Fig. 7",
+        "The dots are cells whose facies is known. No channel stops at one: patches are chosen so "
+        "that they honour the data, and what they miss is corrected by local re-simulation.",
+        _study("channels", "channels_400_data"), source="Section 5.2, Fig. 7",
     ),
     Example(
-        "e-type", "The E-type: what the data know",
+        "e-type", "The E-type: probability of sand",
         "The share of 50 realizations that have sand in a cell. It is near 0 or 1 around data and "
-        "in between where they say nothing; single channels are in the realizations alone.",
-        _study("channels", "channels_400_data", n=50), source="Fig. 7",
+        "in between far from them; single channels are seen in the realizations only.",
+        _study("channels", "channels_400_data", n=50), source="Section 5.2, Fig. 7",
         shows=("realization", "probability"),
     ),
     Example(
-        "variograms", "Variograms and connection",
-        "The curves of the realizations (grey) should lie around that of the training image "
-        "(red). Below the maps: does the connection of the sand last as far?",
-        _study("channels", "channels_400_data", n=50), source="Section 5",
+        "variograms", "Variograms and connectivity",
+        "The curves of the realizations (grey) should be around that of the training image "
+        "(red). Below the maps: does the connectivity of the sand reach as far?",
+        _study("channels", "channels_400_data", n=50), source="Section 5.3, Fig. 9",
         shows=("realization", "variogram"),
     ),
     Example(
@@ -90,32 +80,30 @@ PAPER = Part("The paper’s figures, on our images", (
         "Each level compares a quarter of the numbers of the one before. Compare the CPU times, "
         "then the channels: at which level do they begin to break?",
         _study("channels", "channels_400_data", wavelet_level=1),
-        (DEFAULT, Parameters(wavelet_level=3)), "Section 5.2, Fig. 13",
+        (DEFAULT, Parameters(wavelet_level=3)), "Section 5.6, Fig. 13",
     ),
     Example(
         "methods", "MS-CCSIM against CCWSIM",
-        "Both search a coarse image. MS-CCSIM then refines the place scale by scale, CCWSIM needs "
-        "one step. Compare variety and distance to the training image.",
+        "Both search a coarse image. MS-CCSIM then refines the location scale by scale, CCWSIM "
+        "needs one step. Compare variety and distance to the training image.",
         _study("channels", "channels_400_data"), (Parameters(method="ms-ccsim"),),
-        "Section 5.2, Table 1",
+        "Section 5.5, Table 1",
     ),
     Example(
         "stone-wall", "The stone wall",
         "Closed shapes: a stone must not break and a joint must not end. Larger templates keep "
         "more stones whole.",
         _study("stone_wall", "stone_wall_300_data", template_size=48, overlap_size=12),
-        source="Section 5",
+        source="Section 5.4, Fig. 11",
     ),
     Example(
         "three-facies", "Three facies",
-        "The slip face (green) lies on the north-eastern side of a sand body, never alone. "
+        "The slip face (green) is on the north-eastern side of a sand body, never alone. "
         "Uncertainty is now one probability map a facies, or their entropy.",
         _study("barchans", "barchans_200_data", template_size=48, overlap_size=12),
-        source="Section 5",
+        source="Section 5.8, Fig. 16",
     ),
-))  # fmt: skip
-
-DATA = Part("From few data to dense data", (
+)), Part("From few data to dense data", (
     Example(
         "wells", "60 wells",
         "Between the wells realizations differ freely: the E-type is nearly the share of sand "
@@ -124,18 +112,17 @@ DATA = Part("From few data to dense data", (
     ),
     Example(
         "dense", "4000 data on 256 × 256 cells",
-        "One cell in sixteen is known, 60 in each template: no place of the training image fits "
-        "them all, yet all are honoured and the channels hold. Realizations differ little.",
+        "One cell in sixteen is known, 60 in each template: no location of the training image "
+        "fits them all, yet all are honoured and the channels hold. Realizations differ little.",
         replace(_study("channels", side=256), data=DataChoice("sampled", n_sampled=4000)),
-        source="Section 5", shows=("data", "realization"),
+        source="Section 5.7, Fig. 14", shows=("data", "realization"),
     ),
-))  # fmt: skip
-
-NONSTATIONARY = Part("Training images that change from place to place", (
+)), Part("Nonstationary training images", (
     Example(
-        "delta", "A delta with and without its place",
-        "A patch may come from anywhere, so the trunk ends up in the sea (A). A location weight "
-        "of 2 keeps patches near their place: one trunk in the west, mouth bars in the east (B).",
+        "delta", "A delta with and without location weight",
+        "A patch may come from anywhere, so the trunk ends up in the sea (A). A location weight of "
+        "2 keeps patches near their position in the image: one trunk in the west, mouth bars in "
+        "the east (B).",
         _study("delta", side=300), (Parameters(location_weight=2.0),), "Section 5.9",
     ),
     Example(
@@ -144,9 +131,7 @@ NONSTATIONARY = Part("Training images that change from place to place", (
         "outside. Without a location weight all is mixed (A); with 2 the bend is back (B).",
         _study("bend", side=300), (Parameters(location_weight=2.0),), "Section 5.9",
     ),
-))  # fmt: skip
-
-BAD = Part("Bad parameters, and why they are bad", (
+)), Part("Bad parameters, and why they are bad", (
     Example(
         "small-template", "A template that is too small",
         "A patch of 8 cells never sees a whole channel (A): it cannot know how wide one is, or "
@@ -169,26 +154,24 @@ BAD = Part("Bad parameters, and why they are bad", (
     ),
     Example(
         "candidates", "One candidate, or 500",
-        "K = 1 always takes the best place: long pieces of the image are copied (A). K = 500 draws "
-        "among places that hardly fit, and channels break (C). 20 is between (B).",
+        "K = 1 always takes the best location: long pieces of the image are copied (A). K = 500 "
+        "draws among locations that hardly fit, and channels break (C). 20 is between (B).",
         _study("channels", side=256, n_candidates=1), (DEFAULT, Parameters(n_candidates=500)),
     ),
     Example(
         "no-refine", "Level 3 without refinement",
-        "Places are known to 8 cells only, so banks meet with steps (A). `refine` shifts each "
+        "Locations are known to 8 cells only, so banks meet with steps (A). `refine` shifts each "
         "patch by up to 7 cells to where it fits best (B); what level 3 did not see stays broken.",
         _study("channels", side=256, wavelet_level=3, refine=False),
         (Parameters(wavelet_level=3),),
     ),
     Example(
-        "wrong-data", "Data left wrong",
-        "With `exact_data` off, data only steer the coarse search, as in the published code: those "
-        "ringed red are wrong (A). On, none is (B), and the channels are no worse.",
+        "wrong-data", "Data that are not honoured",
+        "With `exact_data` off, data condition the search only, as in the published code: those "
+        "ringed red are not honoured (A). On, all are (B), and the channels are no worse.",
         _study("channels", "channels_400_data", exact_data=False), (DEFAULT,),
     ),
-))  # fmt: skip
-
-PARTS = (PAPER, DATA, NONSTATIONARY, BAD)
+)))  # fmt: skip
 EXAMPLES = tuple(example for part in PARTS for example in part.examples)
 
 
@@ -197,7 +180,7 @@ def settings_of(example: Example) -> tuple[Parameters, ...]:
 
     Examples
     --------
-    >>> [p.wavelet_level for p in settings_of(PAPER.examples[4])]
+    >>> [p.wavelet_level for p in settings_of(EXAMPLES[4])]
     [1, 2, 3]
     """
     return example.choices.parameters, *example.others

@@ -1,32 +1,38 @@
-"""The page of examples, put together: the lecture plan, and the quiz."""
+"""The page Examples: the studies of the lecture plan, the quiz, and the link for a class."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from html import escape
 from pathlib import Path
+from urllib.parse import urlencode
 
 import streamlit as st
 
+from ccwsim.model.choices import Choices
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing import left_out, link_of
 from ccwsim.ui.examples.catalogue import PARTS, Example
-from ccwsim.ui.examples.class_link import draw_class_link
-from ccwsim.ui.examples.open import (
+from ccwsim.ui.examples.opened import (
+    BACK_HELP,
     COMPARE,
     SIMULATE,
+    Examples,
     back_to_own,
     compare_example,
     go_to,
     open_example,
 )
 from ccwsim.ui.examples.pictures import Picture, expected, picture_worker, pictures_of
-from ccwsim.ui.examples.quiz_page import draw_quiz
-from ccwsim.ui.examples.state import Examples
+from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.jobs.statistics import Failure
+from ccwsim.ui.session.address import CLASS
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
-from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -37,24 +43,49 @@ VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training ima
 def draw_examples(state: State) -> None:
     """Draw the studies of the lecture plan, or the quiz."""
     st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
-    here = state.page(Examples)
+    page_state = state.page(Examples)
+    views = {"options": list(VIEWS), "format_func": lambda view: VIEWS[view]}
+    views |= {"key": "examples_view", "label_visibility": "collapsed"}
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
-        field(
-            st.segmented_control, "Examples", key="examples_view", options=list(VIEWS),
-            value=here.view, format_func=lambda view: VIEWS[view], label_visibility="collapsed",
-            write=lambda view: setattr(here, "view", view or here.view),
-        )  # fmt: skip
-        draw_class_link(state)
-        if here.kept is not None:
-            button(
-                "Back to my study", key="back_to_own", on_click=back_to_own, args=(state,),
-                help="Brings back what you had before the first example, with its results.",
-            )  # fmt: skip
+        field(st.segmented_control, "Examples", **bound_to(page_state, "view"), **views)
+        _draw_class_link(state.choices)
+        if page_state.kept is not None:
+            back = {"on_click": back_to_own, "args": (state,), "help": BACK_HELP}
+            button("Back to my study", key="back_to_own", **back)
     with st.container(key="results"):
-        if here.view == "quiz":
+        if page_state.view == "quiz":
             draw_quiz(state)
         else:
             _draw_plan(state)
+
+
+def _draw_class_link(choices: Choices) -> None:
+    """Draw the menu that gives the link of the study for a class."""
+    with st.popover("Link for a class", key="class_menu"):
+        step_note(
+            "Whoever opens this link gets your present study with a seed of their own, drawn once "
+            "and shown. Put the pictures side by side: what all have in common is the image's and "
+            "the data's, what differs is uncertainty."
+        )
+        st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
+        missing = left_out(choices)
+        if missing:
+            step_note(f"The link cannot carry {' and '.join(missing)}.")
+
+
+def class_link(choices: Choices, page: str) -> str:
+    """Return the address that opens a study on Simulate, with another seed for everyone.
+
+    `page` is the address of a page of the dashboard.
+
+    Examples
+    --------
+    >>> class_link(Choices(n_realizations=4, seed=7), "http://lab:8501/examples")
+    'http://lab:8501/simulate?realizations=4&class=1'
+    """
+    found = link_of(replace(choices, seed=0)) | {CLASS: ["1"]}
+    start = page.split("?")[0].rpartition("/")[0]
+    return f"{start}/simulate?{urlencode(found, doseq=True)}"
 
 
 def _draw_plan(state: State) -> None:
@@ -67,44 +98,57 @@ def _draw_plan(state: State) -> None:
     for part in PARTS:
         st.html(f'<h2 class="part">{escape(part.title)}</h2>')
         with st.container(key=f"cards_{part.examples[0].name}"):
-            for row in range(0, len(part.examples), 2):
-                for place, example in zip(st.columns(2, gap="large"), part.examples[row : row + 2],
-                                          strict=False):  # fmt: skip
+            for first in range(0, len(part.examples), 2):
+                row = part.examples[first : first + 2]
+                for place, example in zip(st.columns(2, gap="large"), row, strict=False):
                     number += 1
                     with place, st.container(key=f"card_{example.name}"):
-                        if not _card(state, number, example, deadline):
+                        if not _draw_card(state, number, example, deadline):
                             waiting.append(example)
     if waiting:
         tasks = [pictures_of(example, chart_theme()) for example in waiting]
         follow_tasks(picture_worker(), tasks, time.monotonic())
 
 
-def _card(state: State, number: int, example: Example, deadline: float) -> bool:
+def _draw_card(state: State, number: int, example: Example, deadline: float) -> bool:
     """Draw an example and return whether its pictures are there, or never will be."""
-    bench, statistic = picture_worker(), pictures_of(example, chart_theme())
-    bench.ask(statistic)
-    found = bench.wait_for(statistic, max(0.0, deadline - time.monotonic()))
+    worker, task = picture_worker(), pictures_of(example, chart_theme())
+    worker.ask(task)
+    found = worker.wait_for(task, max(0.0, deadline - time.monotonic()))
     source = f"<span>{escape(example.source)}</span>" if example.source else ""
     st.html(
         f"{pictures_html(example, found)}"
         f'<h3 class="example"><b>{number}</b>{escape(example.title)}{source}</h3>'
-        f'<p class="example">{_text(example.text)}</p>'
+        f'<p class="example">{_html(example.text)}</p>'
     )
     if isinstance(found, Failure):
         step_note(f"No pictures: {found.reason}.")
+
+    def action(label: str, key: str, act: Callable, note: str) -> bool:
+        return button(label, key=key, on_click=_try, args=(act, state, example), help=note)
+
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
-        opened = button(
-            "Open", key=f"open_{example.name}", help="Makes it the study and runs it.",
-            on_click=_guarded, args=(open_example, state, example),
-        )  # fmt: skip
-        compared = bool(example.others) and button(
-            "Compare", key=f"compare_{example.name}",
-            on_click=_guarded, args=(compare_example, state, example),
-            help="Its settings side by side, with their figures.",
-        )  # fmt: skip
-    if opened or compared:
-        go_to(COMPARE if compared else SIMULATE)
+        note = "Makes it the study and runs it."
+        is_opened = action("Open", f"open_{example.name}", open_example, note)
+        note = "Its settings side by side, with their figures."
+        compare = "Compare", f"compare_{example.name}", compare_example
+        is_compared = bool(example.others) and action(*compare, note)
+    if is_opened or is_compared:
+        go_to(COMPARE if is_compared else SIMULATE)
     return found is not None
+
+
+def _try(act: Callable, state: State, example: Example) -> None:
+    try:
+        act(state, example)
+    except CCWSIMError as error:
+        state.message = str(error)
+
+
+def _html(text: str) -> str:
+    """Return a text in HTML, with what stands between backticks as code."""
+    parts = escape(text).split("`")
+    return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(parts))
 
 
 def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None) -> str:
@@ -122,16 +166,3 @@ def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None)
         f'<div class="pictures n{len(pictures)}" style="grid-template-columns: {columns}"{busy}>'
         f"{figures}</div>"
     )
-
-
-def _guarded(act, state: State, example: Example) -> None:
-    try:
-        act(state, example)
-    except CCWSIMError as error:
-        state.message = str(error)
-
-
-def _text(text: str) -> str:
-    """Return a text in HTML, with what stands between backticks as code."""
-    parts = escape(text).split("`")
-    return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(parts))

@@ -19,28 +19,21 @@ from ccwsim.ui.examples.catalogue import Example, settings_of
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.session.resolve import data_of, image_of
 
-LARGEST = 300
+MAX_SIDE = 300
 """Cells along a side: of a larger study the pictures show its south-west corner."""
 N_TOGETHER = 20
 """Realizations of a probability or of curves."""
 MAX_DOTS = 1000
-LONGEST = 600
+MAX_PIXELS = 600
 """Pixels of a picture: twice what it has on the page, for fine screens."""
 N_LAGS = 80
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture of an example.
+    """One picture of an example: its HTML, and the label below it.
 
-    Attributes
-    ----------
-    content : str
-        The HTML of the picture itself.
-    label : str
-        What is said below it.
-    nx, ny : int
-        Its cells: pictures beside each other have the same scale.
+    It has nx × ny cells: pictures beside each other have the same scale.
     """
 
     content: str
@@ -56,14 +49,14 @@ def picture_worker() -> StatisticsWorker:
 
 
 def small(choices: Choices) -> Choices:
-    """Return a study on a grid that is small enough for a picture, with the data that lie in it.
+    """Return a study on a grid that is small enough for a picture, with the data that are in it.
 
     Examples
     --------
     >>> small(Choices()).grid.shape
     (300, 300)
     """
-    ny, nx = (min(side, LARGEST) for side in choices.grid.shape)
+    ny, nx = (min(side, MAX_SIDE) for side in choices.grid.shape)
     data = choices.data
     if data.source == "bundled":
         data = replace(data, answers=(("on_outside", "drop"),))
@@ -73,9 +66,8 @@ def small(choices: Choices) -> Choices:
 def pictures_of(example: Example, theme: Theme) -> Task[tuple[Picture, ...]]:
     """Return the pictures of an example: the training image first."""
     choices = small(example.choices)
-    key = ("example", choices.image.digest, repr(choices), repr(example.others), example.shows,
-           theme.each)  # fmt: skip
-    return Task(key, lambda progress: _drawn(example, choices, theme))
+    shown = choices.image.digest, repr(choices), repr(example.others), example.shows
+    return Task(("example", *shown, theme.each), lambda progress: _drawn(example, choices, theme))
 
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
@@ -91,8 +83,8 @@ def labels(example: Example) -> list[str]:
     Examples
     --------
     >>> from ccwsim.ui.examples.catalogue import EXAMPLES
-    >>> labels(EXAMPLES[5])
-    ['A: ccwsim', 'B: ms-ccsim']
+    >>> labels(EXAMPLES[0])
+    ['realization 1', 'realization 2']
     """
     settings = settings_of(example)
     if len(settings) == 1:
@@ -120,7 +112,7 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[Picture, .
         simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
         for p in settings
     ]
-    own = _img(data_map_png(image.indices, colours, longest=LONGEST), f"The image {image.name}")
+    own = _img(data_map_png(image.indices, colours, longest=MAX_PIXELS), f"The image {image.name}")
     if len(settings) > 1:
         shown = [_realization(e, 0, colours) for e in ensembles]
     else:
@@ -132,30 +124,32 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[Picture, .
 def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     facies = 1
     if name == "probability":
-        said = e.training_image.facies_names[facies]
-        return _img(share_png(e.probability(int(e.training_image.codes[facies])), longest=LONGEST),
-                    f"Probability of {said}")  # fmt: skip
+        probability = e.probability(int(e.training_image.codes[facies]))
+        alt = f"Probability of {e.training_image.facies_names[facies]}"
+        return _img(share_png(probability, longest=MAX_PIXELS), alt)
     if name == "variogram":
-        gamma = [variogram(stack, facies, lags=N_LAGS).gamma
-                 for stack in (e.indices, e.training_image.indices[None])]  # fmt: skip
-        return _img(sparkline(gamma[0], gamma[1][0], theme), "Variograms along E–W", "svg+xml")
+        own = variogram(e.indices, facies, lags=N_LAGS).gamma
+        reference = variogram(e.training_image.indices[None], facies, lags=N_LAGS).gamma[0]
+        return _img(sparkline(own, reference, theme), "Variograms along E–W", "svg+xml")
     if name == "data":
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
         known[rows, columns] = _facies_of_data(e)
         ground = [*colours, LIGHT.paper]  # facies are seen on it in either theme
-        return _img(data_map_png(known, ground, longest=LONGEST), f"{e.hard_data.n} hard data")
+        return _img(data_map_png(known, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data")
     return _realization(e, 1 if name == "second" else 0, colours)
 
 
 def _realization(e: Ensemble, r: int, colours: list[str]) -> str:
     dots = None
     if 0 < e.hard_data.n <= MAX_DOTS:
-        places = _facies_of_data(e)
+        facies = _facies_of_data(e)
         rows, columns = e.hard_data.cells.T
-        wrong = e.indices[r][rows, columns] != places
-        dots = Dots(e.hard_data.cells, [colours[k] for k in places], wrong)
-    return _img(data_map_png(e.indices[r], colours, dots, longest=LONGEST), f"Realization {r + 1}")
+        wrong = e.indices[r][rows, columns] != facies
+        dots = Dots(e.hard_data.cells, [colours[k] for k in facies], wrong)
+    return _img(
+        data_map_png(e.indices[r], colours, dots, longest=MAX_PIXELS), f"Realization {r + 1}"
+    )
 
 
 def _facies_of_data(e: Ensemble) -> NDArray[np.integer]:

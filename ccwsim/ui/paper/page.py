@@ -1,32 +1,34 @@
-"""The page of the paper, put together."""
+"""The page Paper: what will be done, the controls, and the experiments with their verdicts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import date
+from html import escape
 from pathlib import Path
+from typing import Any
 
 import streamlit as st
 
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.paper import EXPERIMENTS
+from ccwsim.paper import EXPERIMENTS, Finished, Inputs, summary, verdict_of
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
-from ccwsim.ui.paper.words import (
-    DURATIONS,
-    INTRODUCTION,
-    ended_text,
-    progress_label,
-    said_inputs,
-    verdict_list,
-)
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.errors import reason
+from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 
 STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
+INTRODUCTION = (
+    "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
+    "and writes one report: each figure and table next to what the paper says, with agreement or "
+    "difference in words. The report is one HTML file that works offline and prints."
+)
+DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 
 
 def draw_paper(state: State) -> None:
@@ -36,7 +38,7 @@ def draw_paper(state: State) -> None:
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
     step_note(INTRODUCTION)
     inputs, problem = server_inputs()
-    step_note(said_inputs(inputs))
+    step_note(describe_inputs(inputs))
     if problem:
         st.warning(plain(problem))
     run = page_state.run
@@ -65,37 +67,32 @@ def start(state: State) -> None:
 
 
 def _controls(state: State) -> None:
-    paper = state.page(PaperState)
+    page_state = state.page(PaperState)
+    quick = {"options": [False, True], "format_func": lambda quick: EXTENTS[quick]}
+    quick["help"] = (
+        "Quick shows that everything works, with few realizations on small grids; its verdicts are "
+        "not results."
+    )
+    seed: dict[str, Any] = {"min_value": 0, "max_value": MAX_SEED, "step": 1, "width": 120}
+    seed |= bound_to(page_state, "seed") | {"help": "The same seed gives the same realizations."}
+    label = "Run the experiments" if page_state.run is None else "Run again"
+    starts = {"on_click": start, "args": (state,), "type": "primary"}
+    extent, number = st.segmented_control, st.number_input
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="paper_row"):
-        field(
-            st.segmented_control, "Extent", key="paper_extent", options=[False, True],
-            value=paper.quick, format_func=lambda quick: EXTENTS[quick],
-            write=lambda quick: setattr(paper, "quick", bool(quick)),
-            help="Quick shows that everything works, with few realizations on small grids; its "
-            "verdicts are not results.",
-        )  # fmt: skip
-        field(
-            st.number_input, "Seed", key="paper_seed", value=paper.seed, min_value=0,
-            max_value=MAX_SEED, step=1, width=120,
-            help="The same seed gives the same realizations.",
-            write=lambda seed: setattr(paper, "seed", int(seed)),
-        )  # fmt: skip
-        button(
-            "Run the experiments" if paper.run is None else "Run again", key="paper_start",
-            type="primary", on_click=start, args=(state,),
-        )  # fmt: skip
-        duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[paper.quick]}."
+        field(extent, "Extent", key="paper_extent", **bound_to(page_state, "quick"), **quick)
+        field(number, "Seed", key="paper_seed", **seed)
+        button(label, key="paper_start", **starts)
+        duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[page_state.quick]}."
         st.html(f'<span class="takes">{duration}</span>')
 
 
 def _follow(run: PaperRun) -> None:
+    def draw() -> None:
+        st.html(verdict_list(run.finished))
+
     assert run.job is not None
-    follow(
-        run.job,
-        label=lambda: progress_label(run),
-        draw=lambda: st.html(verdict_list(run.finished)),
-        keys=("progress", "paper_cancel"),
-    )
+    keys = ("progress", "paper_cancel")
+    follow(run.job, label=lambda: progress_label(run), draw=draw, keys=keys)
 
 
 def _ended(run: PaperRun | None) -> None:
@@ -107,9 +104,88 @@ def _ended(run: PaperRun | None) -> None:
             else:
                 st.html(f'<p class="facts ran">{words}</p>')
             if run.report:
-                st.download_button(
-                    f"Download the report ({len(run.report) / 1e6:.0f} MB)", run.report,
-                    file_name=f"ccwsim-paper-{date.today()}.html", mime="text/html",
-                    key="download_paper", on_click="ignore", type="primary",
-                )  # fmt: skip
+                _draw_download(run.report)
     st.html(verdict_list(run.finished if run is not None else []))
+
+
+def _draw_download(report: bytes) -> None:
+    label = f"Download the report ({len(report) / 1e6:.0f} MB)"
+    name = f"ccwsim-paper-{date.today()}.html"
+    st.download_button(
+        label, report, name, "text/html", "download_paper", on_click="ignore", type="primary"
+    )
+
+
+def describe_inputs(inputs: Inputs) -> str:
+    """Return what the experiments are run on.
+
+    Examples
+    --------
+    >>> describe_inputs(Inputs())
+    'On the bundled training images and data, in place of the authors’.'
+    """
+    if inputs.folder is None:
+        return "On the bundled training images and data, in place of the authors’."
+    return "On the authors’ training images and data, which this server has."
+
+
+def progress_label(run: PaperRun) -> str:
+    """Say how many experiments are finished, and the name of the one that runs."""
+    n = len(run.finished)
+    if n >= len(EXPERIMENTS):
+        return "Writing the report …"
+    return f"{n} of {len(EXPERIMENTS)} experiments · now {EXPERIMENTS[n].title}"
+
+
+def ended_text(run: PaperRun) -> str:
+    """Return how a run ended; empty while it goes on."""
+    if run.going or run.job is None:
+        return ""
+    if run.job.error is not None:
+        return f"The run ended early: {reason(run.job.error)}"
+    if run.result is None:
+        return ""
+    stopped = "Stopped. " if run.result.stopped else ""
+    return f"{stopped}{summary(run.result)}"
+
+
+def verdict_list(finished: Sequence[Finished]) -> str:
+    """Return all experiments as a list in HTML: those to come are quiet, the others unfold.
+
+    Examples
+    --------
+    >>> verdict_list([]).count('class="coming"') == len(EXPERIMENTS)
+    True
+    """
+    items = []
+    for k, experiment in enumerate(EXPERIMENTS):
+        line = f"<b>{k + 1}</b><i>{escape(experiment.title)}</i><em>{escape(experiment.place)}</em>"
+        if k >= len(finished):
+            items.append(f'<div class="coming">{line}</div>')
+            continue
+        inside = _judged(finished[k])
+        items.append(
+            f"<details><summary>{line}<u>{_verdict(finished[k])}</u></summary>{inside}</details>"
+        )
+    return f'<div class="verdicts">{"".join(items)}</div>'
+
+
+def _judged(finished: Finished) -> str:
+    if finished.outcome is None:
+        return ""
+    rows = "".join(
+        f"<tr><td>{escape(j.claim)}</td><td>{escape(j.found)}</td>"
+        f'<td class="{j.tone}">{escape(j.word)}</td></tr>'
+        for j in finished.outcome.judgements
+    )
+    return f"<table><tr><th>The paper says</th><th>Found here</th><th></th></tr>{rows}</table>"
+
+
+def _verdict(finished: Finished) -> str:
+    if finished.outcome is None:
+        return f'<span class="bad">{escape(verdict_of(finished))}</span>'
+    tones = {j.word: j.tone for j in finished.outcome.judgements}
+    return ", ".join(
+        f'<span class="{tones[part.split(" × ")[-1]]}">{escape(part)}</span>'
+        for part in verdict_of(finished).split(", ")
+    )

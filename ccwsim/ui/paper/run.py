@@ -1,4 +1,4 @@
-"""The paper's experiments in the background, and the report of those that are finished."""
+"""The paper's experiments on a thread, and the report of those that are finished."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from ccwsim.paper import (
     EXPERIMENTS,
     FULL,
     QUICK,
-    Extent,
     Finished,
     Inputs,
     Reproduction,
@@ -22,7 +21,7 @@ from ccwsim.report import report_html
 from ccwsim.ui.jobs.admission import Demand
 from ccwsim.ui.jobs.job import Job
 
-BYTES_A_CELL = 8
+BYTES_PER_CELL = 8
 """Memory of an experiment for each cell of its realizations, with statistics and pictures."""
 VARIABLE = "CCWSIM_DATA"
 """Environment variable of the server that names the folder of the authors' files."""
@@ -32,17 +31,8 @@ VARIABLE = "CCWSIM_DATA"
 class PaperRun:
     """A run that is going on, or has come to an end.
 
-    Attributes
-    ----------
-    inputs : Inputs
-    quick : bool
-    seed : int
-    finished : list of Finished
-        The experiments so far.
-    result : Reproduction or None
-        None until the end.
-    report : bytes
-        The HTML of the result; empty where no experiment was finished.
+    `finished` are the experiments so far; `result` is None and `report`, its HTML, empty until
+    the end, the report also where no experiment was finished.
     """
 
     inputs: Inputs
@@ -64,29 +54,17 @@ class PaperRun:
         """Whether it has begun and not come to an end."""
         return self.job is not None and not self.job.finished
 
-    @property
-    def _extent(self) -> Extent:
-        return QUICK if self.quick else FULL
-
     def demand(self) -> Demand:
         """Return what it asks of the server: its largest experiment, as they run one by one."""
-        x = self._extent
-        n_cells = max(
-            x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few,
-            max(x.timed_sides) ** 2 * x.n_timed,
-        )  # fmt: skip
-        return Demand(n_cells, 0, BYTES_A_CELL * n_cells)
+        x = QUICK if self.quick else FULL
+        many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
+        n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
+        return Demand(n_cells, 0, BYTES_PER_CELL * n_cells)
 
     def _work(self, job: Job) -> None:
-        found = reproduce(
-            self.inputs,
-            self._extent,
-            self.seed,
-            job.report,
-            job.is_cancelled,
-            EXPERIMENTS,
-            self.finished.append,
-        )
+        extent, on_finished = QUICK if self.quick else FULL, self.finished.append
+        report, cancel = job.report, job.is_cancelled
+        found = reproduce(self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished)
         if found.finished:
             self.report = report_html(document_of(found)).encode()
         self.result = found
@@ -94,23 +72,13 @@ class PaperRun:
 
 @dataclass
 class PaperState:
-    """What the page remembers.
-
-    Attributes
-    ----------
-    quick : bool
-        Whether the next run is the small one.
-    seed : int
-    run : PaperRun, optional
-        The latest.
-    message : str
-        Why one was not started.
-    """
+    """What the page remembers: whether the next run is the small one, its seed, the latest run."""
 
     quick: bool = False
     seed: int = 0
     run: PaperRun | None = None
     message: str = ""
+    """Why a run was not started."""
 
 
 def server_inputs() -> tuple[Inputs, str]:

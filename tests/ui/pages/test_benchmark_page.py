@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import time
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -17,18 +18,18 @@ from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS
-from ccwsim.ui.benchmark import settings as benchmark_settings
-from ccwsim.ui.benchmark.csv import timings_csv
-from ccwsim.ui.benchmark.page import progress_label
-from ccwsim.ui.benchmark.run import TimingRun
-from ccwsim.ui.benchmark.settings import cases_of_data, cases_of_grids, side_options
-from ccwsim.ui.benchmark.state import Benchmark
-from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table
-from ccwsim.ui.benchmark.words import said_growth, said_levels, why_ended
+from ccwsim.ui.benchmark import run as benchmark_run
+from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
+from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table, timings_csv
+from ccwsim.ui.benchmark.words import (
+    describe_growth,
+    describe_levels,
+    progress_label,
+    why_ended,
+)
 from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
-from tests.waiting import wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "benchmark.py")
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
@@ -41,14 +42,18 @@ def took(side: int, seconds: float, level: int = 1, n_data: int = 0, wrong: int 
 
 def launched(**changes) -> AppTest:
     app = AppTest.from_file(PAGE, default_timeout=120)
-    own = Benchmark(n_realizations=1, **changes)
-    app.session_state[KEY] = State(choices=SMALL, benchmark=own)
+    page_state = Benchmark(n_realizations=1, **changes)
+    app.session_state[KEY] = State(choices=SMALL, pages={Benchmark: page_state})
     return app.run()
 
 
 def settled(app: AppTest) -> AppTest:
-    """The page after its measurements."""
-    wait_until(lambda: app.session_state[KEY].page(Benchmark).running is None, "the measurements")
+    end = time.monotonic() + 120
+    while time.monotonic() < end:
+        run = app.session_state[KEY].page(Benchmark).running
+        if run is None:
+            break
+        run.job.wait(60)
     app.run()
     assert not app.exception
     return app
@@ -77,7 +82,7 @@ def test_it_opens_cold_and_teaches():
 
 
 def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
-    monkeypatch.setattr(benchmark_settings, "SIDES", (48, 64, 96, 128, 160, 192))
+    monkeypatch.setattr(benchmark_run, "SIDES", (48, 64, 96, 128, 160, 192))
     app = launched(largest=512, grid_levels=[1, 3])
     settled(app.button(key="measure_grids").click().run())
     run = app.session_state[KEY].page(Benchmark).grids
@@ -136,7 +141,9 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     case = TimingCase(Parameters(), (48, 48))
     run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
     state.page(Benchmark).grids = run
-    wait_until(lambda: run.timings, "the first measurement")
+    end = time.monotonic() + 60
+    while not run.timings and time.monotonic() < end:
+        time.sleep(0.01)
     app.run()
     assert not app.exception
     assert app.button(key="measure_data").disabled
@@ -178,7 +185,7 @@ def test_only_grids_that_fit_into_memory_are_on_offer():
 
 def test_the_cases_are_those_of_the_paper():
     state = State(choices=SMALL)
-    grids, data = cases_of_grids(state), cases_of_data(state)
+    grids, data = cases_of(state, "grids"), cases_of(state, "data")
     assert {c.grid_shape[0] for c in grids} == {256, 512, 1000, 2000}
     assert {c.parameters.level for c in grids} == {1, 2, 3}
     assert {c.n_data for c in data} == {0, 1000, 2000}
@@ -189,7 +196,7 @@ def test_the_cases_are_those_of_the_paper():
 def test_settings_fit_the_study():
     p = Parameters(template_size=24, overlap_size=12)
     state = State(choices=replace(SMALL, parameters=p))
-    found = {c.parameters.level: c.parameters for c in cases_of_data(state)}
+    found = {c.parameters.level: c.parameters for c in cases_of(state, "data")}
     assert (found[1].template_size, found[1].overlap_size) == (24, 12)
     assert found[3].overlap_size % 8 == 0
 
@@ -198,13 +205,13 @@ def test_words_say_linear_or_not():
     linear = [took(n, 1e-7 * n**2) for n in (100, 1000)]
     square = [took(n, 1e-9 * n**4) for n in (100, 1000)]
     constant = [took(n, 1.0) for n in (100, 1000)]
-    assert "0.1 µs a cell from 100² to 1000²: linear" in said_growth("level 1", linear)
-    assert "more than linear" in said_growth("level 1", square)
-    assert "less than linear" in said_growth("level 1", constant)
-    assert said_growth("level 1", linear[:1]) == ""
+    assert "0.1 µs a cell from 100² to 1000²: linear" in describe_growth("level 1", linear)
+    assert "more than linear" in describe_growth("level 1", square)
+    assert "less than linear" in describe_growth("level 1", constant)
+    assert describe_growth("level 1", linear[:1]) == ""
     both = [took(1000, 3.0, 1), took(1000, 1.5, 3)]
-    assert "Level 1 takes 2.0 times as long as level 3 at 1000² here, 1.8" in said_levels(both)
-    assert said_levels(both[:1]) == said_levels([took(500, 3.0, 1), both[1]]) == ""
+    assert "Level 1 takes 2.0 times as long as level 3 at 1000² here, 1.8" in describe_levels(both)
+    assert describe_levels(both[:1]) == describe_levels([took(500, 3.0, 1), both[1]]) == ""
 
 
 def cells_of(table: str) -> list[list[str]]:

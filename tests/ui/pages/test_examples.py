@@ -20,21 +20,25 @@ from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, settings_of
-from ccwsim.ui.examples.class_link import class_link
-from ccwsim.ui.examples.open import (
+from ccwsim.ui.examples.opened import (
+    Examples,
     back_to_own,
     compare_example,
     example_named,
     next_example,
     open_example,
 )
-from ccwsim.ui.examples.page import pictures_html
+from ccwsim.ui.examples.page import class_link, pictures_html
 from ccwsim.ui.examples.pictures import expected, pictures_of, small
-from ccwsim.ui.examples.quiz_page import pick
-from ccwsim.ui.examples.quiz_reveal import piece_map, said_seams, said_verdict
-from ccwsim.ui.examples.quiz_rounds import N_PICTURES, Round, draw_round
-from ccwsim.ui.examples.quiz_shapes import SIDE, new_shapes, window_names
-from ccwsim.ui.examples.state import Examples, Quiz
+from ccwsim.ui.examples.quiz import Quiz, describe_seams, describe_verdict, pick, piece_map
+from ccwsim.ui.examples.quiz_rounds import (
+    N_PICTURES,
+    SIDE,
+    Round,
+    draw_round,
+    new_shapes,
+    window_hashes,
+)
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of
@@ -69,8 +73,8 @@ def followed(query: dict[str, str]) -> AppTest:
 
 def round_of(app: AppTest) -> Round:
     """The round that is shown, once it is there."""
-    run_until(app, lambda a: state_of(a).page(Examples).quiz.round is not None)
-    drawn = state_of(app).page(Examples).quiz.round
+    run_until(app, lambda a: state_of(a).page(Quiz).round is not None)
+    drawn = state_of(app).page(Quiz).round
     assert drawn is not None
     return drawn
 
@@ -170,13 +174,12 @@ def test_the_mouth_bars_stay_in_the_east_where_patches_keep_their_place(by_setti
 
 
 @pytest.mark.parametrize(
-    ("name", "bad", "good"),
-    [("small-template", 0, 1), ("thin-overlap", 0, 1), ("high-level", 0, 1), ("candidates", 2, 1),
-     ("no-refine", 0, 1)],
-)  # fmt: skip
-def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, name, bad, good):
+    "name", ["small-template", "thin-overlap", "high-level", "candidates", "no-refine"]
+)
+def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, name):
+    bad, good = (2 if name == "candidates" else 0), 1
     ensembles = by_setting(name)
-    known = np.unique(window_names(ensembles[0].training_image.indices))
+    known = np.unique(window_hashes(ensembles[0].training_image.indices))
     new = [np.mean([new_shapes(r, known)[1] for r in e.indices]) for e in ensembles]
     assert new[bad] > 1.2 * new[good]
 
@@ -263,7 +266,7 @@ def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
         np.testing.assert_array_equal(image.indices.ravel()[drawn.sources[k]], picture)
         whole = len(places_of(picture, image.indices)) > 0
         assert whole == (k == drawn.answer) == (drawn.shapes_at(k)[1] == 0)
-        assert (drawn.reuse_of(k).largest_square == len(picture)) == (k == drawn.answer)
+        assert (drawn.copying_of(k).largest_square == len(picture)) == (k == drawn.answer)
     assert drawn.easiest != drawn.answer
 
 
@@ -277,7 +280,7 @@ def test_the_answer_has_no_favourite_place():
 def test_new_shapes_are_those_that_brute_force_finds():
     image, other = blobs((40, 44), 3, seed=1), blobs((20, 23), 3, seed=2)
     other[4:14, 5:15] = image[10:20, 20:30]
-    where, share = new_shapes(other, np.unique(window_names(image)))
+    where, share = new_shapes(other, np.unique(window_hashes(image)))
     expected_new = np.zeros(where.shape, bool)
     count = 0
     for row in range(other.shape[0] - SIDE + 1):
@@ -302,19 +305,19 @@ def test_only_the_first_pick_of_a_round_counts():
     pick(quiz, quiz.round.answer)
     assert quiz.picked == wrong
     assert quiz.tallies == {"channels, level 2, K 20": (0, 1)}
-    assert f"picture {quiz.round.answer + 1}" in said_verdict(wrong, quiz.round)
-    assert said_verdict(quiz.round.answer, quiz.round).startswith("Yes")
+    assert f"picture {quiz.round.answer + 1}" in describe_verdict(wrong, quiz.round)
+    assert describe_verdict(quiz.round.answer, quiz.round).startswith("Yes")
     share = 100 * quiz.round.shapes_at(wrong)[1]
-    assert f"{share:.1f} % of the windows" in " ".join(said_seams(quiz.round, wrong))
+    assert f"{share:.1f} % of the windows" in " ".join(describe_seams(quiz.round, wrong))
     used = piece_map(quiz.round, wrong, ["#000000", "#ffffff"]).indices < 2
-    np.testing.assert_array_equal(used, quiz.round.reuse_of(wrong).uses > 0)
+    np.testing.assert_array_equal(used, quiz.round.copying_of(wrong).uses > 0)
 
 
 def test_the_quiz_counts_by_setting_and_goes_on():
     app = launched()
     named(app.button_group, "examples_view").set_value("quiz").run()
     first = round_of(app)
-    quiz = state_of(app).page(Examples).quiz
+    quiz = state_of(app).page(Quiz)
     pick(quiz, first.answer)
     quiet(app.run())
     assert "1 of 1 found" in html(app)

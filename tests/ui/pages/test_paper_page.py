@@ -10,14 +10,14 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 import ccwsim.paper.reproduction as reproduction
+import ccwsim.ui.paper.page as paper_page
 import ccwsim.ui.paper.run as paper_run
-import ccwsim.ui.paper.words as paper_words
 from ccwsim import CCWSIMError
 from ccwsim.paper import Experiment, Finished, Inputs, Outcome
 from ccwsim.report import Judgement, Text
 from ccwsim.ui.jobs.job import Job, progress_text
+from ccwsim.ui.paper.page import describe_inputs, ended_text, progress_label, verdict_list
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
-from ccwsim.ui.paper.words import ended_text, progress_label, said_inputs, verdict_list
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
 
@@ -48,14 +48,13 @@ def few(monkeypatch):
 
 
 def use(monkeypatch, chosen) -> None:
-    for module in (paper_run, paper_words, reproduction):
+    for module in (paper_run, paper_page, reproduction):
         monkeypatch.setattr(module, "EXPERIMENTS", chosen)
-    monkeypatch.setattr("ccwsim.ui.paper.page.EXPERIMENTS", chosen)
 
 
 def launched(**changes) -> AppTest:
     app = AppTest.from_file(PAGE, default_timeout=60)
-    app.session_state[KEY] = State(paper=PaperState(**changes))
+    app.session_state[KEY] = State(pages={PaperState: PaperState(**changes)})
     app.run()
     assert not app.exception
     return app
@@ -138,7 +137,7 @@ def test_the_folder_of_the_server_is_used_where_it_is_right(monkeypatch, data_di
     inputs, problem = server_inputs()
     assert problem == ""
     assert inputs.is_own("channel")
-    assert "authors’" in said_inputs(inputs)
+    assert "authors’" in describe_inputs(inputs)
     assert str(data_dir) not in html(launched())
 
 

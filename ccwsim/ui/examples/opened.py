@@ -1,0 +1,160 @@
+"""An example as the study: taken in, told above the results, and the reader's own brought back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+from typing import Literal
+
+import streamlit as st
+from streamlit.errors import StreamlitAPIException
+
+from ccwsim.model.choices import Choices
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.compare.run import start_comparison
+from ccwsim.ui.compare.settings import Comparing
+from ccwsim.ui.examples.catalogue import EXAMPLES, Example
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import start_run
+from ccwsim.ui.widgets.fields import button
+
+SIMULATE, COMPARE, PAGE = "pages/simulate.py", "pages/compare.py", "pages/examples.py"
+N_COMPARED = 8
+BACK_HELP = "Brings back what you had before the first example, with its results."
+View = Literal["studies", "quiz"]
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """The reader's own study, put aside while examples are looked at."""
+
+    choices: Choices
+    ensemble: Ensemble | None
+    ran: Choices | None
+    reference: TrainingImage | None
+    others: tuple[Parameters | None, ...]
+    n_compared: int
+
+
+@dataclass
+class Examples:
+    """What the page remembers.
+
+    `opened` is the name of the example that was opened last, empty where none is; `kept` is what
+    was there before the first one.
+    """
+
+    view: View = "studies"
+    opened: str = ""
+    kept: Kept | None = None
+
+
+def example_named(name: str) -> Example | None:
+    """Return the example of a name, None where there is none."""
+    return next((example for example in EXAMPLES if example.name == name), None)
+
+
+def next_example(name: str) -> Example | None:
+    """Return the one that comes after an example in the lecture, None after the last."""
+    names = [example.name for example in EXAMPLES]
+    following = names.index(name) + 1 if name in names else len(names)
+    return EXAMPLES[following] if following < len(names) else None
+
+
+def open_example(state: State, example: Example) -> None:
+    """Make an example the study and run it; the reader's own study is put aside."""
+    _take(state, example)
+    start_run(state)
+
+
+def compare_example(state: State, example: Example) -> None:
+    """Make an example the study, and compare its settings."""
+    comparing = state.page(Comparing)
+    _take(state, example)
+    comparing.others = list(example.others)
+    comparing.n = N_COMPARED
+    start_comparison(state)
+
+
+def _take(state: State, example: Example) -> None:
+    page_state, comparing = state.page(Examples), state.page(Comparing)
+    if page_state.kept is None:
+        results = state.ensemble, state.ran, state.reference
+        page_state.kept = Kept(state.choices, *results, tuple(comparing.others), comparing.n)
+    page_state.opened = example.name
+    state.choices = example.choices
+    if state.own_seed is not None:
+        state.change(seed=state.own_seed)
+    state.image_draft = state.data_draft = state.reference = None
+    state.shown, state.facies, state.message = 0, 1, ""
+
+
+def back_to_own(state: State) -> None:
+    """Bring the reader's own study back as it was, with its results."""
+    page_state, comparing = state.page(Examples), state.page(Comparing)
+    kept = page_state.kept
+    keep_example(state)
+    if kept is None:
+        return
+    if state.job is not None:
+        state.job.cancel()
+        state.job = None
+    state.choices, state.ensemble, state.ran = kept.choices, kept.ensemble, kept.ran
+    state.reference, state.message = kept.reference, ""
+    state.image_draft = state.data_draft = None
+    comparing.others, comparing.n = list(kept.others), kept.n_compared
+
+
+def keep_example(state: State) -> None:
+    """Go on with the example as the reader's own study."""
+    page_state = state.page(Examples)
+    page_state.kept, page_state.opened = None, ""
+
+
+def go_to(path: str) -> None:
+    """Go to a page; a page that is run alone knows no others and says what was done."""
+    try:
+        st.switch_page(path)
+    except (StreamlitAPIException, KeyError):
+        st.info("The study is this example now.")
+
+
+def draw_opened(state: State, *, compared: bool = False) -> None:
+    """Draw a line on the example that is open, or on the seed of a class; else nothing.
+
+    `compared` is whether this is the page that compares settings.
+    """
+    example = example_named(state.page(Examples).opened)
+    with st.container(key="opened"):  # always there, so that what is below is never made anew
+        if example is not None:
+            _draw_example(state, example, compared)
+        elif state.own_seed is not None and not compared:
+            own, seed = state.own_seed, state.choices.seed
+            changed = "" if own == seed else f" The study has {seed} now."
+            text = f"<b>Your own seed in this class is {own}.</b>{changed}"
+            st.html(f'<p class="opened">{text}</p>')
+
+
+def _draw_example(state: State, example: Example, compared: bool) -> None:
+    seed = "" if state.own_seed is None else f" Your own seed is {state.own_seed}."
+    title = f"Example {EXAMPLES.index(example) + 1}: {escape(example.title)}."
+    text = f"{escape(example.text.replace('`', ''))}{seed}"
+    st.html(f'<p class="opened"><b>{title}</b> {text}</p>')
+
+    def action(label: str, key: str, act, *args, note: str) -> bool:
+        return button(label, key=key, on_click=act, args=(state, *args), help=note)
+
+    following = next_example(example.name)
+    with st.container(horizontal=True, gap="small", key="opened_actions"):
+        if following is not None and (not compared or following.others):
+            act = compare_example if compared else open_example
+            action("Next example", "next_example", act, following, note=following.title)
+        if example.others and not compared:
+            act, note = compare_example, "This is A; the others beside it."
+            if action("Compare its settings", "compare_opened", act, example, note=note):
+                go_to(COMPARE)
+        action("Back to my study", "back_from_example", back_to_own, note=BACK_HELP)
+        note = "Goes on with this study as your own; the earlier one is let go."
+        action("Keep this one", "keep_example", keep_example, note=note)

@@ -1,0 +1,304 @@
+"""The quiz: which one is the training image? And, afterwards, what gives the others away."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import field as dataclass_field
+from html import escape
+from secrets import randbelow
+from typing import Any
+
+import numpy as np
+import streamlit as st
+
+from ccwsim import datasets
+from ccwsim.figures import facies_colours, map_png
+from ccwsim.model.choices import ImageChoice
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.parameters import Parameters
+from ccwsim.ui.examples.quiz_rounds import N_PICTURES, SIDE, Round, draw_round
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.results.facies import pretty
+from ccwsim.ui.session.fitting import fitted, levels
+from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import PATIENCE, failed
+from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
+from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.maps import CellMap, canvas_component, draw_map
+from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
+
+KEY = "quiz_pictures"
+MAX_QUIZ_LEVEL = 4
+"""A round is quick to look at, and higher levels leave nothing to find."""
+MAX_QUIZ_CANDIDATES = 2000
+MAP_HEIGHT = 340
+MAX_FACIES = 120
+"""Of an image whose seams can be drawn: each facies needs a second colour."""
+
+
+@dataclass
+class Quiz:
+    """What the quiz remembers.
+
+    `image` is a bundled training image, or empty for the study's own; `level`, `n_candidates` and
+    `refine` are what the realizations are simulated with. `seed` is drawn once a session and moved
+    on by `n_rounds`. `round` answers what was `asked`, and `picked` is what the reader took for
+    the training image. `tallies` are, by setting, how often it was found and of how many tries.
+    """
+
+    image: str = "channels"
+    level: int = 2
+    n_candidates: int = 20
+    refine: bool = True
+    seed: int = dataclass_field(default_factory=lambda: randbelow(2**31))
+    n_rounds: int = 0
+    job: Job[Round] | None = None
+    round: Round | None = None
+    asked: tuple | None = None
+    picked: int | None = None
+    tallies: dict[str, tuple[int, int]] = dataclass_field(default_factory=dict)
+    message: str = ""
+
+
+def draw_quiz(state: State) -> None:
+    """Draw the settings, the pictures of the round, and what a pick said."""
+    quiz = state.page(Quiz)
+    _controls(state)
+    if quiz.asked != _asked(state):
+        begin_round(state)
+    if quiz.job is not None and quiz.job.wait(PATIENCE):
+        collect_round(quiz)
+    if quiz.message:
+        st.error(plain(quiz.message))
+    if quiz.job is not None:
+        follow(quiz.job, on_finished=lambda: collect_round(quiz), label=lambda: "Drawing a round …")
+    if quiz.round is not None:
+        _draw_round(state, quiz.round)
+
+
+def begin_round(state: State) -> None:
+    """Draw new pictures; what was picked before counts already."""
+    quiz = state.page(Quiz)
+    quiz.asked, quiz.picked, quiz.message = _asked(state), None, ""
+    quiz.n_rounds += 1
+    image, parameters = _image(state), _parameters(quiz)
+    seed = quiz.seed + quiz.n_rounds
+    quiz.round = None
+    quiz.job = Job(lambda job: draw_round(image, parameters, seed))
+
+
+def collect_round(quiz: Quiz) -> None:
+    """Take the pictures when they are there."""
+    job = quiz.job
+    if job is None or not job.finished:
+        return
+    quiz.job, quiz.round = None, job.result
+    if job.error is not None:
+        quiz.message = failed(job.error)
+
+
+def pick(quiz: Quiz, k: int) -> None:
+    """Take a pick and count it; only the first one of a round counts."""
+    if quiz.round is None or quiz.picked is not None or not 0 <= k < len(quiz.round.pictures):
+        return
+    quiz.picked = k
+    setting = describe_setting(quiz)
+    found, tries = quiz.tallies.get(setting, (0, 0))
+    quiz.tallies[setting] = found + (k == quiz.round.answer), tries + 1
+
+
+def describe_setting(quiz: Quiz) -> str:
+    """Return what a round is drawn with.
+
+    Examples
+    --------
+    >>> describe_setting(Quiz(level=3, refine=False))
+    'channels, level 3, K 20, no refine'
+    """
+    name = pretty(quiz.image) if quiz.image else "your image"
+    refine = [] if quiz.refine else ["no refine"]
+    return ", ".join([name, f"level {quiz.level}", f"K {quiz.n_candidates}", *refine])
+
+
+def _controls(state: State) -> None:
+    quiz, upload = state.page(Quiz), state.choices.image.upload
+    names = ["", *datasets.names()] if upload else list(datasets.names())
+    if quiz.image not in names:
+        quiz.image = names[0]
+
+    def name_of(name: str) -> str:
+        return pretty(name) if name else upload.name if upload else ""
+
+    image = {"options": names, "format_func": name_of, "width": 180}
+    possible = [level for level in levels(_image(state).shape) if level <= MAX_QUIZ_LEVEL]
+    level = {"options": possible, "width": 90, "help": help_of("wavelet_level")}
+    number: dict[str, Any] = {"min_value": 1, "max_value": MAX_QUIZ_CANDIDATES, "width": 130}
+    number |= bound_to(quiz, "n_candidates") | {"help": help_of("n_candidates")}
+    refine: dict[str, Any] = {"key": "quiz_refine", "help": help_of("refine")}
+    select, starts = st.selectbox, {"on_click": begin_round, "args": (state,), "type": "primary"}
+    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="quiz_row"):
+        field(select, "Training image", key="quiz_image", **bound_to(quiz, "image"), **image)
+        field(select, "Level", key="quiz_level", **bound_to(quiz, "level"), **level)
+        field(st.number_input, "Candidates K", key="quiz_k", **number)
+        field(st.checkbox, "Refine", **bound_to(quiz, "refine"), **refine)
+        button("Next round", key="quiz_next", **starts)
+
+
+def _draw_round(state: State, shown: Round) -> None:
+    quiz = state.page(Quiz)
+    n = len(shown.pictures)
+    if quiz.picked is None:
+        step_note(
+            f"One of these {n} is a piece of the training image; the others are pieces of "
+            "realizations made from it. Pick it."
+        )
+    colours = _colours(state, shown)
+    pictures = [b64encode(map_png(p, colours)).decode() for p in shown.pictures]
+    number = quiz.n_rounds
+
+    def chosen() -> None:
+        answer = st.session_state[KEY].chosen
+        if answer and int(answer["round"]) == number:
+            pick(quiz, int(answer["k"]))
+
+    picked = quiz.picked is not None
+    answer = shown.answer if picked else None  # the browser knows it only afterwards
+    data = {"pictures": pictures, "round": number, "picked": quiz.picked, "answer": answer}
+    canvas_component("quiz")(key=KEY, data=data, on_chosen_change=chosen)
+    if picked:
+        draw_reveal(quiz, shown, colours)
+    _draw_score(quiz)
+
+
+def _draw_score(quiz: Quiz) -> None:
+    if not quiz.tallies:
+        return
+    lines = "".join(
+        f"<li>{setting}: <b>{found} of {tries}</b> found</li>"
+        for setting, (found, tries) in quiz.tallies.items()
+    )
+    found, tries = (sum(t[k] for t in quiz.tallies.values()) for k in (0, 1))
+    st.html(
+        f'<div class="score"><p class="facts">{found} of {tries} found; guessing finds one in '
+        f"{N_PICTURES}</p><ul>{lines}</ul></div>"
+    )
+
+
+def _asked(state: State) -> tuple:
+    quiz = state.page(Quiz)
+    digest = state.choices.image.digest if not quiz.image else ""
+    return quiz.image, digest, quiz.level, quiz.n_candidates, quiz.refine
+
+
+def _image(state: State):
+    quiz = state.page(Quiz)
+    choice = ImageChoice(quiz.image) if quiz.image else state.choices.image
+    try:
+        return image_of(choice)
+    except CCWSIMError:
+        return datasets.load("channels")
+
+
+def _parameters(quiz: Quiz) -> Parameters:
+    wanted = {"wavelet_level": quiz.level, "n_candidates": quiz.n_candidates}
+    return fitted(Parameters(), (1024, 1024), refine=quiz.refine, **wanted)
+
+
+def _colours(state: State, shown: Round) -> list[str]:
+    own = dict(state.choices.image.colours) if not state.page(Quiz).image else {}
+    return facies_colours(shown.training_image, own)
+
+
+def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
+    """Say whether the pick was right, and draw the seams of a realization."""
+    picked = quiz.picked
+    assert picked is not None
+    k = shown.easiest if picked == shown.answer else picked
+    tone = "good" if picked == shown.answer else "bad"
+    verdict = escape(describe_verdict(picked, shown))
+    st.html(f'<p class="verdict {tone}" role="status">{verdict}</p>')
+    left, middle, words = st.columns([1.0, 1.0, 1.6], gap="medium")
+    with left:
+        panel_title(f"Seams of picture {k + 1}")
+        seams = seam_map(shown, k, colours)
+        draw_map(seams, "map_quiz_seams", name="seams", max_height=MAP_HEIGHT)
+    with middle:
+        panel_title("Where its pieces are from")
+        pieces = piece_map(shown, k, colours)
+        draw_map(pieces, "map_quiz_pieces", name="pieces", max_height=MAP_HEIGHT)
+    with words:
+        panel_title("What gives it away")
+        lines = describe_seams(shown, k)
+        st.html("".join(f'<p class="telling">{escape(line)}</p>' for line in lines))
+
+
+def describe_verdict(picked: int, shown: Round) -> str:
+    """Return whether a pick was right, in words."""
+    if picked == shown.answer:
+        return f"Yes: picture {picked + 1} is the training image."
+    return (
+        f"No: picture {picked + 1} is a realization. The training image is picture "
+        f"{shown.answer + 1}."
+    )
+
+
+def describe_seams(shown: Round, k: int) -> list[str]:
+    """Return what the seams of picture k are like, beside those of the others."""
+    found, own = shown.copying_of(k), shown.shapes_at(k)[1]
+    others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
+    low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
+    return [
+        f"Picture {k + 1} is put together from pieces of the training image: "
+        f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square of "
+        f"one piece has {found.largest_square} × {found.largest_square} cells.",
+        "Most seams cannot be seen. One shows where it makes a shape that the training image has "
+        f"nowhere (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, {low} to "
+        f"{high} % in the realizations of this round. Look there for banks with a step, and for "
+        "geobodies that end or change their width at once.",
+        "The training image has no such windows, by definition. A higher level, more candidates "
+        "or refine off make more of them.",
+    ]
+
+
+def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
+    """Return picture k with its seams, and in front of them the shapes that are new."""
+    theme, names = chart_theme(), shown.training_image.facies_names
+    indices = shown.pictures[k]
+    n = len(names)
+    if n > MAX_FACIES:
+        return CellMap(indices, colours, names, f"Picture {k + 1}")
+    marked = np.where(shown.copying_of(k).seams, n + indices, indices)
+    marked = np.where(shown.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
+    return CellMap(
+        indices=marked,
+        colours=[*colours, *(_greyed(colour) for colour in colours), theme.reference],
+        labels=[*names, *(f"{name}, at a seam" for name in names), "a shape that is new"],
+        alt=f"Seams of picture {k + 1}, and shapes that the training image does not have",
+        keys=[("a seam", _greyed(colours[0])), ("a new shape", theme.reference)],
+    )
+
+
+def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
+    """Return the training image with the cells that picture k has, the others greyed."""
+    image = shown.training_image
+    n = image.n_facies
+    if n > MAX_FACIES:
+        return CellMap(image.indices, colours, image.facies_names, "The training image")
+    used = shown.copying_of(k).uses > 0
+    return CellMap(
+        indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
+        colours=[*colours, *(_greyed(colour, 0.25) for colour in colours)],
+        labels=[*image.facies_names, *(f"{name}, not used" for name in image.facies_names)],
+        alt=f"The training image; what picture {k + 1} has of it is in full colour",
+    )
+
+
+def _greyed(colour: str, kept: float = 0.6) -> str:
+    """Return a colour part of the way to grey."""
+    channels = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(kept * c + (1 - kept) * 150):02X}" for c in channels)
