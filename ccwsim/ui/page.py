@@ -18,7 +18,6 @@ from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 
-ROOT = Path(__file__).parents[2]
 ASSETS = Path(__file__).parents[1] / "assets"
 STYLE = Path(__file__).with_name("style.css")
 MENU_SCRIPT = Path(__file__).with_name("menu.js")

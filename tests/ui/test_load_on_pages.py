@@ -13,9 +13,9 @@ from ccwsim.experiments.timing import TimingCase
 from ccwsim.model.choices import DataChoice
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import Comparing
-from ccwsim.ui.jobs import admission
-from ccwsim.ui.jobs.admission import RESERVE
+from ccwsim.ui.jobs import limits
 from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.limits import RESERVE
 from ccwsim.ui.jobs.queue import Queue, QueueEntry, server_queue
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.paper.run import PaperState
@@ -148,7 +148,7 @@ def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_
     bench = StatisticsWorker(LruCache())
     statistic = Task(("seven",), lambda progress: 7)
     bench.ask(statistic)
-    (place,) = (p for p in queue.places_of("") if p is not other)
+    (place,) = (p for p in queue.entries_of("") if p is not other)
     place.drop()
     queue.leave(other)
     bench.ask(Task(("eight",), lambda progress: 8))
@@ -161,7 +161,7 @@ def progress(app) -> str:
 
 def test_a_run_that_does_not_fit_into_memory_is_refused_with_a_reason(monkeypatch):
     app = launched(path="pages/simulate.py")
-    monkeypatch.setattr(admission, "free_memory", lambda: RESERVE + 1000)
+    monkeypatch.setattr(limits, "free_memory", lambda: RESERVE + 1000)
     before = app.session_state[KEY].ensemble
     app.button(key="run").click().run()
     assert not app.exception
@@ -185,7 +185,7 @@ def test_a_run_that_takes_the_place_of_one_of_the_session_gets_its_memory(monkey
         asked.append(before.finished)
         return RESERVE + (10**9 if before.finished else 0)
 
-    monkeypatch.setattr(admission, "free_memory", free)
+    monkeypatch.setattr(limits, "free_memory", free)
     start_run(state)
     assert asked[-1]
     assert state.job is not None
@@ -193,7 +193,7 @@ def test_a_run_that_takes_the_place_of_one_of_the_session_gets_its_memory(monkey
 
 
 def test_data_are_not_sampled_from_a_grid_beyond_the_limit(monkeypatch):
-    monkeypatch.setattr(admission, "free_memory", lambda: RESERVE)
+    monkeypatch.setattr(limits, "free_memory", lambda: RESERVE)
     choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=987))
     with pytest.raises(CCWSIMError, match="memory"):
         data_of(choices)

@@ -21,8 +21,8 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.limits import Demand, demand_of
 from ccwsim.ui.jobs.queue import server_queue
 from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import image_of

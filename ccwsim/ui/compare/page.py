@@ -43,7 +43,7 @@ from ccwsim.ui.compare.settings import (
     settings_of,
     use_setting,
 )
-from ccwsim.ui.jobs.admission import Demand, check_limits
+from ccwsim.ui.jobs.limits import Demand, check_limits
 from ccwsim.ui.results.facies import pretty
 from ccwsim.ui.results.ghost import ghost_panel
 from ccwsim.ui.results.tables import csv_button

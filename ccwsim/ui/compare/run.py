@@ -6,8 +6,8 @@ from ccwsim.experiments.comparison import Comparison, add_curves, compare
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.compare.settings import LETTERS, MIN_SETTINGS, Asked, Comparing, Run, settings_of
-from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.limits import Demand, demand_of
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 from ccwsim.engine.kernels import COMPILE_TIME, compilation
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.workers import stoppable
-from ccwsim.ui.jobs.admission import Demand, admit
+from ccwsim.ui.jobs.limits import Demand, admit
 from ccwsim.ui.jobs.queue import QueueEntry, server_queue
 from ccwsim.ui.jobs.sessions import current_session, session_monitor
 

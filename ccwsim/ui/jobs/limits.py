@@ -1,4 +1,4 @@
-"""What one session may ask of a server: the environment says so, and pages state it."""
+"""What a run may ask of a server: its limits, which the environment sets, and the memory left."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import os
 from dataclasses import dataclass
 
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.study import Study
+from ccwsim.run.footprint import footprint
+from ccwsim.system.memory import free_memory, used_memory
 from ccwsim.system.workers import n_cores
 
 MAX_CELLS = "CCWSIM_MAX_CELLS"
@@ -13,7 +16,12 @@ MAX_DATA = "CCWSIM_MAX_DATA"
 JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
-USUAL_HISTORY = 256
+DEFAULT_HISTORY = 256
+RESERVE = 128 * 10**6
+"""Bytes that are left for the pages themselves."""
+MAPS_BYTES = 16
+"""Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
+FACIES_BYTES = 12
 
 
 @dataclass(frozen=True)
@@ -23,10 +31,10 @@ class Limits:
     Attributes
     ----------
     cells : int or None
-        Most cells × realizations of one run, None for any number.
+        Maximum of cells × realizations of one run, None for any number.
     data : int or None
-        Most hard data of one run, None for any number.
-    n_places : int
+        Maximum of hard data of one run, None for any number.
+    n_slots : int
         How many short jobs of all sessions are active at once.
     memory : int or None
         Bytes that the program may use, None for what the machine or its container has.
@@ -36,28 +44,17 @@ class Limits:
 
     cells: int | None
     data: int | None
-    n_places: int
+    n_slots: int
     memory: int | None
     history: int
 
     def check(self, n_cells: int, n_data: int = 0) -> None:
-        """Refuse a run that is larger than this server allows.
-
-        Parameters
-        ----------
-        n_cells : int
-            Cells of all its realizations together.
-        n_data : int
-
-        Raises
-        ------
-        CCWSIMError
-            With the number, the limit, and what to do.
-        """
+        """Refuse a run that is larger than this server allows, and say what to do."""
         if self.cells is not None and n_cells > self.cells:
             raise CCWSIMError(
-                f"{said(n_cells)} cells × realizations are more than the {said(self.cells)} that "
-                "this server allows for one run: ask for fewer realizations or a smaller grid"
+                f"{format_number(n_cells)} cells × realizations are more than the "
+                f"{format_number(self.cells)} that this server allows for one run: "
+                "ask for fewer realizations or a smaller grid"
             )
         if self.data is not None and n_data > self.data:
             raise CCWSIMError(
@@ -69,7 +66,7 @@ class Limits:
         """Say what a session may ask for; empty where it is anything."""
         parts = []
         if self.cells is not None:
-            parts.append(f"{said(self.cells)} cells × realizations")
+            parts.append(f"{format_number(self.cells)} cells × realizations")
         if self.data is not None:
             parts.append(f"{self.data:,} hard data")
         return f"This server takes up to {' and '.join(parts)} a run." if parts else ""
@@ -85,7 +82,7 @@ def limits_of_environment() -> Limits:
 
     Examples
     --------
-    >>> limits_of_environment().n_places >= 1
+    >>> limits_of_environment().n_slots >= 1
     True
     """
     memory, history = _number(MEMORY), _number(HISTORY)
@@ -94,7 +91,7 @@ def limits_of_environment() -> Limits:
         _number(MAX_DATA),
         _number(JOBS) or 2 * n_cores(),
         None if memory is None else memory * 10**6,
-        (USUAL_HISTORY if history is None else history) * 10**6,
+        (DEFAULT_HISTORY if history is None else history) * 10**6,
     )
 
 
@@ -112,15 +109,99 @@ def _number(name: str) -> int | None:
     raise CCWSIMError(f"{name} = {text!r} of the server must be a whole number, or left out")
 
 
-def said(number: int) -> str:
+def format_number(number: int) -> str:
     """Say a number, in millions where it is that large.
 
     Examples
     --------
-    >>> said(786_432), said(1_200_000_000), said(2_500_000)
+    >>> format_number(786_432), format_number(1_200_000_000), format_number(2_500_000)
     ('786,432', '1,200 million', '2.5 million')
     """
     if number < 10**6:
         return f"{number:,}"
     millions = number / 1e6
     return f"{millions:,.1f}".removesuffix(".0") + " million"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a run asks of the server: cells of all its realizations, hard data, and memory."""
+
+    n_cells: int
+    n_data: int = 0
+    n_bytes: int = 0
+
+
+def demand_of(
+    study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
+) -> Demand:
+    """Return what a run of `n` realizations asks for.
+
+    At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment there
+    are so many `copies` of them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ccwsim import Grid, TrainingImage
+    >>> demand_of(Study(TrainingImage(np.eye(40)), Grid(50, 60)), 10).n_cells
+    30000
+    """
+    cells, image = study.grid.ny * study.grid.nx, study.training_image
+    kept = n if n_kept is None else min(n, n_kept)
+    in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
+    return Demand(
+        cells * n,
+        study.hard_data.n,
+        footprint(study, kept, n_workers)
+        + cells * kept * (copies - 1 + in_codes)
+        + cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies),
+    )
+
+
+def check_limits(demand: Demand) -> None:
+    """Refuse what is larger than the server allows."""
+    limits_of_environment().check(demand.n_cells, demand.n_data)
+
+
+def admit(demand: Demand, promised: float = 0.0) -> None:
+    """Refuse a run that is larger than the server allows, or than its memory.
+
+    Other runs have still to take `promised` bytes.
+
+    Examples
+    --------
+    >>> admit(Demand(n_cells=1000, n_bytes=1000))
+    """
+    limits = limits_of_environment()
+    limits.check(demand.n_cells, demand.n_data)
+    free = free_bytes(limits)
+    if free is None or demand.n_bytes <= free - promised:
+        return
+    others = "" if demand.n_bytes > free else " now, beside other runs; wait for them or"
+    raise CCWSIMError(
+        f"this run needs about {format_bytes(demand.n_bytes)} of memory, and "
+        f"{format_bytes(max(free - promised, 0))} are free{others or ':'} ask for fewer "
+        "realizations or a smaller grid, or use the command line with --out, which keeps "
+        "realizations on disk"
+    )
+
+
+def free_bytes(limits: Limits) -> int | None:
+    """Return the memory that runs may still take, None where the system does not tell."""
+    free = free_memory()
+    if limits.memory is not None:
+        own = limits.memory - (used_memory() or 0)
+        free = own if free is None else min(own, free)
+    return None if free is None else max(free - RESERVE, 0)
+
+
+def format_bytes(number: float) -> str:
+    """Say an amount of memory.
+
+    Examples
+    --------
+    >>> format_bytes(12.3e9), format_bytes(45e6)
+    ('12.3 GB', '45 MB')
+    """
+    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.0f} MB"

@@ -11,12 +11,12 @@ from threading import Lock, Timer
 from ccwsim.system.workers import share_cores
 from ccwsim.ui.jobs.limits import limits_of_environment
 
-LONG = 10.0
-"""Seconds after which an active job does not count against the places where others wait."""
+MAX_COUNTED_SECONDS = 10.0
+"""Seconds after which an active job does not count against the slots where others wait."""
 
 
 class QueueEntry:
-    """A place in the queue.
+    """An entry in the queue.
 
     Parameters
     ----------
@@ -48,52 +48,52 @@ class Queue:
 
     Parameters
     ----------
-    n_places : int
-        How many short jobs are active at once. One that has been active for `LONG` seconds goes on
-        and its place is for others; the cores are shared all the same.
+    n_slots : int
+        How many short jobs are active at once. One that has been active for `MAX_COUNTED_SECONDS`
+        goes on and its slot is for others; the cores are shared all the same.
     clock : callable
         Returns the time in seconds.
 
     Examples
     --------
     >>> queue = Queue(1)
-    >>> first, second = (Place("a session", lambda: None) for _ in range(2))
+    >>> first, second = (QueueEntry("a session", lambda: None) for _ in range(2))
     >>> queue.enter(first), queue.enter(second)
     (None, None)
     >>> queue.position(first), queue.position(second)
     (0, 1)
     """
 
-    def __init__(self, n_places: int, clock: Callable[[], float] = time.monotonic) -> None:
-        self._n_places, self._clock = n_places, clock
+    def __init__(self, n_slots: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self._n_slots, self._clock = n_slots, clock
         self._waiting: list[QueueEntry] = []
         self._active: list[QueueEntry] = []
-        self._turns: dict[str, int] = {}  # when each session had its latest, while it has places
+        self._turns: dict[str, int] = {}  # when each session had its latest, while it has entries
         self._n_begun = 0
         self._timer: Timer | None = None
         self._lock = Lock()
 
-    def enter(self, place: QueueEntry) -> None:
-        """Take a place at the end; where there is room it begins at once."""
+    def enter(self, entry: QueueEntry) -> None:
+        """Take a position at the end; where there is room it begins at once."""
         with self._lock:
-            self._waiting.append(place)
+            self._waiting.append(entry)
         self.look()
 
-    def leave(self, place: QueueEntry) -> None:
-        """Give a place back at the end of a job."""
+    def leave(self, entry: QueueEntry) -> None:
+        """Leave the queue at the end of a job."""
         with self._lock:
-            if place in self._active:
-                self._active.remove(place)
-            self._forget(place.session)
+            if entry in self._active:
+                self._active.remove(entry)
+            self._forget(entry.session)
         self.look()
 
-    def withdraw(self, place: QueueEntry) -> bool:
-        """Give up waiting; return whether the place did wait, and so will never begin."""
+    def withdraw(self, entry: QueueEntry) -> bool:
+        """Give up waiting; return whether the entry waited, and so will never begin."""
         with self._lock:
-            if place not in self._waiting:
+            if entry not in self._waiting:
                 return False
-            self._waiting.remove(place)
-            self._forget(place.session)
+            self._waiting.remove(entry)
+            self._forget(entry.session)
         self.look()
         return True
 
@@ -101,34 +101,34 @@ class Queue:
         """Let those begin who may by now."""
         with self._lock:
             now, begun = self._clock(), []
-            while self._waiting and self._n_counted(now) < self._n_places:
-                place = self._next(self._waiting, self._busy(), self._turns)
-                self._waiting.remove(place)
-                self._active.append(place)
+            while self._waiting and self._n_counted(now) < self._n_slots:
+                entry = self._next(self._waiting, self._busy(), self._turns)
+                self._waiting.remove(entry)
+                self._active.append(entry)
                 self._n_begun += 1
-                self._turns[place.session] = self._n_begun
-                place.since = now
-                begun.append(place)
+                self._turns[entry.session] = self._n_begun
+                entry.since = now
+                begun.append(entry)
             self._look_again(now)
-        for place in begun:
-            place.begin()
+        for entry in begun:
+            entry.begin()
 
-    def position(self, place: QueueEntry) -> int:
+    def position(self, entry: QueueEntry) -> int:
         """Return how many jobs must begin before and with this one, 0 where it does not wait."""
         with self._lock:
-            if place not in self._waiting:
+            if entry not in self._waiting:
                 return 0
             ahead, waiting = 1, list(self._waiting)
             busy, turns = self._busy(), dict(self._turns)
-            while (following := self._next(waiting, busy, turns)) is not place:
+            while (following := self._next(waiting, busy, turns)) is not entry:
                 waiting.remove(following)
                 busy[following.session] += 1
                 turns[following.session] = self._n_begun + ahead
                 ahead += 1
             return ahead
 
-    def places_of(self, session: str) -> list[QueueEntry]:
-        """Return the places of a session, active and waiting."""
+    def entries_of(self, session: str) -> list[QueueEntry]:
+        """Return the entries of a session, active and waiting."""
         with self._lock:
             return [p for p in (*self._active, *self._waiting) if p.session == session]
 
@@ -146,25 +146,25 @@ class Queue:
     def still_to_take(self) -> float:
         """Bytes of memory that all jobs have asked for and not taken yet."""
         with self._lock:
-            places = [*self._active, *self._waiting]
-        return sum(place.still_to_take() for place in places)
+            entries = [*self._active, *self._waiting]
+        return sum(entry.still_to_take() for entry in entries)
 
     def _busy(self) -> Counter[str]:
-        return Counter(place.session for place in self._active)
+        return Counter(entry.session for entry in self._active)
 
     def _forget(self, session: str) -> None:
-        if all(place.session != session for place in (*self._active, *self._waiting)):
+        if all(entry.session != session for entry in (*self._active, *self._waiting)):
             self._turns.pop(session, None)
 
     @staticmethod
     def _next(waiting: list[QueueEntry], busy: Counter[str], turns: dict[str, int]) -> QueueEntry:
-        def rank(place: QueueEntry) -> tuple[int, int]:
-            return busy[place.session], turns.get(place.session, 0)
+        def rank(entry: QueueEntry) -> tuple[int, int]:
+            return busy[entry.session], turns.get(entry.session, 0)
 
         return min(waiting, key=rank)  # the first of those alike
 
     def _n_counted(self, now: float) -> int:
-        return sum(now - place.since < LONG for place in self._active)
+        return sum(now - entry.since < MAX_COUNTED_SECONDS for entry in self._active)
 
     def _look_again(self, now: float) -> None:
         """Look when the next active job has become a long one, if anybody waits for that."""
@@ -172,8 +172,8 @@ class Queue:
             self._timer.cancel()
             self._timer = None
         if self._waiting:
-            first = min(p.since for p in self._active if now - p.since < LONG)
-            self._timer = Timer(max(first + LONG - now, 0.01), self.look)
+            first = min(p.since for p in self._active if now - p.since < MAX_COUNTED_SECONDS)
+            self._timer = Timer(max(first + MAX_COUNTED_SECONDS - now, 0.01), self.look)
             self._timer.daemon = True
             self._timer.start()
 
@@ -182,4 +182,4 @@ class Queue:
 def server_queue() -> Queue:
     """Return the one queue of this process, whose runs take turns on its cores from now on."""
     share_cores()
-    return Queue(limits_of_environment().n_places)
+    return Queue(limits_of_environment().n_slots)

@@ -56,6 +56,7 @@ def forget(session: str) -> None:
         if not runtime.is_active_session(session):
             runtime.close_session(session)
 
+    # close_session is not thread-safe, and no public way leads to the event loop of the server
     with suppress(Exception):  # it may be ending at this moment, which serves as well
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
@@ -64,7 +65,7 @@ def forget(session: str) -> None:
 def settle_memory() -> None:
     """Leave what a server has imported out of later searches for garbage; call before a session.
 
-    These are nearly all of its objects, and a search holds up every session.
+    These are nearly all of its objects, and a search for garbage stops every session meanwhile.
     """
     if Runtime.exists():
         gc.collect()
@@ -72,7 +73,7 @@ def settle_memory() -> None:
 
 
 class SessionMonitor:
-    """Looks who is still there: jobs of a session that was left end, and later it is forgotten.
+    """Watches who is still there: jobs of a session that was left end; later it is forgotten.
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ class SessionMonitor:
                 continue
             away = now - self._left.setdefault(session, now)
             if away >= GRACE:
-                for place in self._queue.places_of(session):
-                    place.drop()
+                for entry in self._queue.entries_of(session):
+                    entry.drop()
             if away >= max(config.get_option("server.disconnectedSessionTTL") - EARLY, GRACE):
                 self._forget(session)
                 self._freed = True
@@ -155,5 +156,5 @@ class SessionMonitor:
 
 @cache
 def session_monitor() -> SessionMonitor:
-    """Return the attendance of this process."""
+    """Return the one monitor of this process."""
     return SessionMonitor(server_queue())

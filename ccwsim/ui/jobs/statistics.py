@@ -41,13 +41,13 @@ class Task(Generic[Value]):
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a statistic could not be worked out."""
+    """Why a task could not be worked out."""
 
     reason: str
 
 
 class LruCache:
-    """The latest values, by the key of their statistic; the one least lately used goes first.
+    """The latest values, by the key of their task; the one least lately used goes first.
 
     Examples
     --------
@@ -121,13 +121,13 @@ class StatisticsWorker:
         self._job: Job | None = None
         self._changed = Condition()
 
-    def ask(self, statistic: Task) -> None:
-        """Put a statistic at the end of the queue, unless it is there, known, or all is stopped."""
+    def ask(self, task: Task) -> None:
+        """Put a task at the end of the queue, unless it is there, known, or all is stopped."""
         with self._changed:
-            if self.stopped or self.cache.get(statistic.key) is not None:
+            if self.stopped or self.cache.get(task.key) is not None:
                 return
-            if statistic not in self._pending and statistic != self._current:
-                self._pending.append(statistic)
+            if task not in self._pending and task != self._current:
+                self._pending.append(task)
             if self._job is None or self._job.finished:  # one that waited may be dropped
                 self._since = time.monotonic()
                 self._job = Job(self._run)
@@ -149,15 +149,15 @@ class StatisticsWorker:
         """Take questions again."""
         self.stopped = False
 
-    def wait_for(self, statistic: Task[Value], seconds: float) -> Value | Failure | None:
+    def wait_for(self, task: Task[Value], seconds: float) -> Value | Failure | None:
         """Return a value as soon as it is there, None where it is not within `seconds`."""
         with self._changed:
-            self._changed.wait_for(lambda: self.cache.get(statistic.key) is not None, seconds)
-        return self.cache.get(statistic.key)
+            self._changed.wait_for(lambda: self.cache.get(task.key) is not None, seconds)
+        return self.cache.get(task.key)
 
-    def share_of(self, statistic: Task) -> float | None:
+    def share_of(self, task: Task) -> float | None:
         """Return how much of it is done, None where it was not begun."""
-        return self._share if statistic == self._current else None
+        return self._share if task == self._current else None
 
     @property
     def seconds(self) -> float:
@@ -184,14 +184,14 @@ class StatisticsWorker:
                     self.cache.put(self._current.key, value)
                 self._changed.notify_all()
 
-    def _worked_out(self, statistic: Task, job: Job) -> Any:
+    def _worked_out(self, task: Task, job: Job) -> Any:
         def progress(share: float) -> None:
             self._share = share
             if job.is_cancelled():
                 raise Cancelled("stopped")
 
         try:
-            return statistic.work(progress)
+            return task.work(progress)
         except Cancelled:
             return None
         except CCWSIMError as error:

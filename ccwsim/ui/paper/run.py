@@ -18,8 +18,8 @@ from ccwsim.paper import (
     reproduce,
 )
 from ccwsim.report import report_html
-from ccwsim.ui.jobs.admission import Demand
 from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.limits import Demand
 
 BYTES_PER_CELL = 8
 """Memory of an experiment for each cell of its realizations, with statistics and pictures."""

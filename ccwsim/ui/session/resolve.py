@@ -28,8 +28,8 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.admission import demand_of
 from ccwsim.ui.jobs.job import result_in_turn
+from ccwsim.ui.jobs.limits import demand_of
 
 SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""

@@ -16,9 +16,8 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
-from ccwsim.ui.jobs.admission import Demand, check_limits, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job, Progress
-from ccwsim.ui.jobs.limits import limits_of_environment
+from ccwsim.ui.jobs.limits import Demand, check_limits, demand_of, limits_of_environment
 from ccwsim.ui.jobs.scheduler import executor_of_environment
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.past_runs import PastRun

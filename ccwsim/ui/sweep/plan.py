@@ -11,7 +11,7 @@ from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import METHODS, Parameters
-from ccwsim.ui.jobs.admission import Demand, check_limits
+from ccwsim.ui.jobs.limits import Demand, check_limits
 from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import data_of, image_of

@@ -12,8 +12,8 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.limits import Demand, demand_of
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""

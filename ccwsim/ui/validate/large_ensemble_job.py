@@ -17,8 +17,8 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
-from ccwsim.ui.jobs.admission import Demand, demand_of
 from ccwsim.ui.jobs.job import Cancel, Job
+from ccwsim.ui.jobs.limits import Demand, demand_of
 
 CELLS_A_BATCH = 4_000_000
 """Cells that are kept at once, one byte each."""

@@ -13,11 +13,10 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import footprint
 from ccwsim.system.memory import free_memory
-from ccwsim.ui.jobs import admission
 from ccwsim.ui.jobs import job as jobs
-from ccwsim.ui.jobs.admission import RESERVE, Demand, admit, demand_of
+from ccwsim.ui.jobs import limits
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.jobs.limits import limits_of_environment
+from ccwsim.ui.jobs.limits import RESERVE, Demand, admit, demand_of, limits_of_environment
 from ccwsim.ui.jobs.queue import Queue
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -26,7 +25,7 @@ MEGABYTE = 10**6
 
 
 def with_free(monkeypatch, n_bytes: int) -> None:
-    monkeypatch.setattr(admission, "free_memory", lambda: n_bytes + RESERVE)
+    monkeypatch.setattr(limits, "free_memory", lambda: n_bytes + RESERVE)
 
 
 def test_without_variables_there_is_no_limit(monkeypatch):
@@ -73,13 +72,13 @@ def test_what_other_runs_have_still_to_take_counts(monkeypatch):
 
 
 def test_where_the_system_does_not_tell_nothing_is_refused(monkeypatch):
-    monkeypatch.setattr(admission, "free_memory", lambda: None)
+    monkeypatch.setattr(limits, "free_memory", lambda: None)
     admit(Demand(1, 0, 10**15))
 
 
 def test_a_server_can_be_given_less_than_the_machine_has(monkeypatch):
     with_free(monkeypatch, 10_000 * MEGABYTE)
-    monkeypatch.setattr(admission, "used_memory", lambda: 300 * MEGABYTE)
+    monkeypatch.setattr(limits, "used_memory", lambda: 300 * MEGABYTE)
     monkeypatch.setenv("CCWSIM_MEMORY_MB", "1000")
     admit(Demand(1, 0, 500 * MEGABYTE))
     with pytest.raises(CCWSIMError, match="572 MB are free"):
