@@ -1,4 +1,4 @@
-"""One realization of a study: the raster of Algorithm 1, then mending."""
+"""One realization of a study: the raster pass of Algorithm 1, then local re-simulation."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Realization:
 def simulate_realization(
     study: Study, number: int, image: PreparedImage, keep_sources: bool, watch: Watch
 ) -> Realization:
-    """Return realization `number` of a study: the raster first, then its data mended.
+    """Return realization `number` of a study: raster pass, then local re-simulation.
 
     Its random numbers depend on the seed and its own number alone.
     """

@@ -1,4 +1,4 @@
-"""Answer an edit of the hard data at once: mend only what the data touch."""
+"""Answer an edit of the hard data at once: re-simulate locally what the data touch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ccwsim.system.workers import Watch, n_cores, run_all
 def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None) -> Ensemble:
     """Return an ensemble that honours edited data, simulated anew only around what they miss.
 
-    With `Parameters.exact_data` off nothing is mended: what is wrong is marked and stays so.
+    With `Parameters.exact_data` off nothing is re-simulated: wrong data are marked and stay wrong.
 
     Realizations change in windows of at most the template size around each datum that is not
     honoured yet; a datum that was taken away leaves the cells as they are. `simulate` gives the
@@ -38,7 +38,7 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     Returns
     -------
     Ensemble
-        With the same seed and parameters; `cpu_seconds` are those of the mending.
+        With the same seed and parameters; `cpu_seconds` are those of the local re-simulation.
 
     Raises
     ------

@@ -19,9 +19,9 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 FORCED = -1
-"""In `Ensemble.data_status`: no window could mend the datum, so its cell was set."""
+"""The value of `Ensemble.data_status` where no window fitted and the datum's cell was set."""
 WRONG = -2
-"""In `Ensemble.data_status`: the datum is not honoured, as `exact_data` is off."""
+"""The value of `Ensemble.data_status` where the datum is not honoured: `exact_data` is off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,15 +40,16 @@ class Ensemble:
     wall_seconds : float
         Time from the call to the answer in seconds.
     data_status : ndarray of int16, shape (n, n_data)
-        How each realization came to honour each datum: 0 by the raster, a window's side in cells
-        by mending, FORCED by setting the cell; WRONG where it does not, with `exact_data` off.
+        How each realization honours each datum: 0 in the raster pass, the window's side in cells
+        by local re-simulation, FORCED (−1) by setting the cell; WRONG (−2) where it does not, with
+        `exact_data` off.
     numbers : ndarray of int64, shape (n,)
         Which realization of the study each one is.
     sources : ndarray of int32, shape (n, ny, nx), optional
         Flat index of the TI cell that each cell came from, −1 where it was set by force; None
         where `simulate` was not asked to keep it.
     revised : bool
-        Whether `revise` mended it for edited data: the seed alone does not give it again.
+        Whether `revise` changed it for edited data: the seed alone does not give it again.
     """
 
     training_image: TrainingImage
@@ -198,10 +199,8 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
 
 def _study(ensemble: Ensemble) -> tuple[object, ...]:
     image, data = ensemble.training_image, ensemble.hard_data
-    return (
-        image.digest, ensemble.grid, ensemble.parameters, data.digest, ensemble.seed,
-        ensemble.revised,
-    )  # fmt: skip
+    settings = ensemble.grid, ensemble.parameters, ensemble.seed, ensemble.revised
+    return image.digest, data.digest, *settings
 
 
 def _end_to_end(arrays: Sequence[NDArray]) -> NDArray:

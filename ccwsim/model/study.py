@@ -72,7 +72,7 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
     if p.template_size <= min(ny, nx):
         return
     legal = legal_sizes(p.level, max(4, 2 * p.overlap_size), min(ny, nx))
-    mend = f"use at most {legal[-1]}" if legal else "use a larger image or a smaller overlap"
+    advice = f"use at most {legal[-1]}" if legal else "use a larger image or a smaller overlap"
     raise CCWSIMError(
-        f"Template {p.template_size} is larger than the training image of {nx} × {ny}: {mend}"
+        f"Template {p.template_size} is larger than the training image of {nx} × {ny}: {advice}"
     )

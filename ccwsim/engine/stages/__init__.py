@@ -1,1 +1,1 @@
-"""The steps of Algorithm 1, one file each; `ccwsim.run.simulation` knows their order."""
+"""The steps of Algorithm 1, one file each; `ccwsim.engine.tiles` has their order."""

@@ -121,8 +121,8 @@ def split_tiles(
     step = template - overlap
     rows, columns = np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), data.columns
     n_data = np.zeros(n_tiles, np.int64)
-    for down, along in np.ndindex(2, 2):  # as the overlap is at most half of it, a tile's cells
-        row, column = rows // step - down, columns // step - along  # lie in two of them a way
+    for down, along in np.ndindex(2, 2):  # a cell is in at most two tiles along each axis
+        row, column = rows // step - down, columns // step - along
         inside = (row >= 0) & (row < path.n_rows) & (column >= 0) & (column < path.n_columns)
         inside &= (rows - row * step < template) & (columns - column * step < template)
         tiles = (row * path.n_columns + column)[inside]

@@ -2,7 +2,7 @@
 
 Each of the 8 symmetries of a square is one origin and direction. Every stage works in the *path
 frame*: there the path always starts at row 0, column 0 and goes along rows, so that the overlap is
-always on the left and at the top. The images are turned instead of the algorithm.
+always on the left and at the top. The images are oriented instead of the algorithm.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def to_path(image: NDArray, orientation: int) -> NDArray:
 
 
 def from_path(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image` as it lies in the world: undoes `to_path`."""
+    """Return a view of `image` in grid coordinates: undoes `to_path`."""
     oriented = image[:, ::-1] if orientation & 2 else image
     oriented = oriented[::-1] if orientation & 1 else oriented
     return oriented.T if orientation & 4 else oriented
@@ -39,7 +39,7 @@ def from_path(image: NDArray, orientation: int) -> NDArray:
 def cells_to_path(
     cells: NDArray[np.int64], shape: tuple[int, int], orientation: int
 ) -> NDArray[np.int64]:
-    """Return where cells (row, col), shape (n, 2), of a grid of `shape` lie in the path frame."""
+    """Return the path coordinates of cells (row, col), shape (n, 2), of a grid of `shape`."""
     rows, columns = cells.T
     n_rows, n_columns = shape
     if orientation & 4:
@@ -69,7 +69,7 @@ class RasterPath(NamedTuple):
     orientation : int
         0 … 7.
     shape : pair of int
-        Rows and columns of the grid in the path frame.
+        Rows and columns of the grid in path coordinates.
     n_rows, n_columns : int
         How many tiles cover it.
     full : pair of int

@@ -1,4 +1,4 @@
-"""The wavelet pyramid of the training image (section 3; Algorithm 1, line 1).
+"""The wavelet pyramid of the training image (sections 3.1 and 4.2; Algorithm 1, line 2).
 
 The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells. The search
 uses it as block *sums*, small integers, so that scores are exact.
@@ -17,7 +17,7 @@ from ccwsim.model.errors import CCWSIMError
 
 
 class Pyramid(NamedTuple):
-    """The training image in the path frame, as the kernels need it.
+    """The training image in path coordinates, as the kernels need it.
 
     Attributes
     ----------
@@ -64,9 +64,9 @@ def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
 
 
 def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> NDArray[np.float64]:
-    """Return the patch at a place by the inverse DWT of its coefficients (Algorithm 1, line 9).
+    """Return the patch at a location by the inverse DWT of its coefficients (section 4.4; line 13).
 
-    For Haar this is the slice of the image itself, which is what the compiled conductor uses; this
+    For Haar this is the slice of the image itself, which is what the simulation loop uses; this
     function shows, and the tests prove, that it may.
 
     Parameters
@@ -103,7 +103,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
 
 
 def build_pyramid(indices: NDArray[np.uint8], level: int, n_planes: int) -> Pyramid:
-    """Return the pyramid of a training image that is already in the path frame.
+    """Return the pyramid of a training image that is already in path coordinates.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class Target(NamedTuple):
     bits : ndarray of uint64, shape (n_planes, my, n_words)
         The same as `to_bits` gives it.
     data : ndarray of uint8, shape (ny, nx)
-        All data, from `data_grid`: every window honours all that lie in it.
+        All data, from `data_grid`: every window honours all that are in it.
     grid : ndarray of uint8, shape (ny, nx)
         The realization.
     sources : ndarray of int32, shape (ny, nx) or (0, 0)

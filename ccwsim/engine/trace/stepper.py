@@ -81,10 +81,8 @@ class PatchStepper:
         if k % self._every == 0 and k not in self._checkpoints:
             state = self.rng.bit_generator.state
             self._checkpoints[k] = Checkpoint(simulated.grid.copy(), simulated.counts.copy(), state)
-        simulate_patches(
-            k, k + 1, plan.patches, plan.oriented, plan.data[0], plan.search, self.rng, self.work,
-            simulated,
-        )  # fmt: skip
+        fixed = plan.patches, plan.oriented, plan.data[0], plan.search
+        simulate_patches(k, k + 1, *fixed, self.rng, self.work, simulated)
         self._next += 1
         return int(simulated.locations[k, 0]), int(simulated.locations[k, 1])
 
