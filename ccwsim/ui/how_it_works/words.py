@@ -144,7 +144,7 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
         "drawn": "drawn",
         "candidate": "a candidate that was not drawn",
         "fraction": f"rejected: its overlap is not among the best {best} %",
-        "slack": "rejected: too much worse than the best",
+        "slack": "rejected: much worse than the best",
         "data": f"rejected: {_misses(location)}",
         "location": "rejected: too far from its own position in the image",
         "tie": "rejected: others of equal score were chosen at random",
@@ -179,7 +179,7 @@ def draw_locations(view: PatchView) -> None:
     rejected = [location for location in view.locations if is_rejected(location)]
     shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
     shown += [location for location in rejected if location not in shown][: MAX_ROWS - len(shown)]
-    names = ["location (x, y)", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
+    names = ["location x, y", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
     head = "".join(f"<th>{escape(name)}</th>" for name in names)
     body = "".join(_row(view, location) for location in shown)
     table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
@@ -256,7 +256,7 @@ def describe_window(w: ResimulatedWindow) -> str:
     if not w.fits:
         outcome = "no patch of the image honours all its data and fits"
     elif w.isolated:
-        outcome = "joins an isolated datum, honoured already, to its surroundings"
+        outcome = "joins an isolated datum to its surroundings"
     else:
         outcome = "a patch fits and honours all its data"
     return f"Window of {w.size} cells: {outcome}."
