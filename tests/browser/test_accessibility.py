@@ -19,6 +19,8 @@ LOOKS = 3
 SMALL = "grid=96x64&data=sampled&data-n=30&template=16&overlap=4&realizations=3"
 LONG = ("benchmark", "paper", "sweep")
 """Pages that start empty and are filled by a run of their own."""
+TO_COME = ".coming"
+"""Experiments that were not run yet are quiet on purpose; a slow test looks at their results."""
 CONTRAST = "color-contrast"
 SIGHTS = (
     (1440, "light", {}),
@@ -30,7 +32,9 @@ SIGHTS = (
 
 def findings(page, **options) -> list[str]:
     """What axe-core calls serious or critical, with the elements."""
-    found = axe.Axe().run(page, options={"resultTypes": ["violations"], **options})
+    found = axe.Axe().run(
+        page, {"exclude": [[TO_COME]]}, {"resultTypes": ["violations"], **options}
+    )
     violations = found.response["violations"]
     return [
         f"{v['id']} ({v['impact']}): {node['target']} {node['html'][:160]}"
@@ -66,7 +70,6 @@ def page(chromium, address):
 
 def looked_through(page) -> list[str]:
     """The findings of a page at all widths and in all themes."""
-    page.wait_for_function(SETTLED, timeout=SLOW)
     found = [each for sight in SIGHTS for each in lasting_findings(page, *sight)]
     page.set_viewport_size({"width": 1440, "height": SIZES[1440]})
     page.emulate_media(color_scheme="light")
@@ -81,6 +84,7 @@ def test_a_page_has_no_serious_finding(page, title):
     at_rest(page)
     if name not in LONG:
         FILLED.get(name, fill_with_maps)(page)
+        page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)
 
 
@@ -92,5 +96,6 @@ def test_a_page_that_was_filled_has_no_serious_finding(chromium, address, name):
     page.goto(f"{address}/{name}")
     page.wait_for_selector(".st-key-menu", timeout=SLOW)
     FILLED[name](page)
+    page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)
     context.close()
