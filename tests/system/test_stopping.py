@@ -16,7 +16,7 @@ from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch, check_stop, run_all, stoppable
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
+from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 
 CHANNELS = datasets.load("channels")
 RNG = np.random.default_rng(0)
@@ -124,11 +124,10 @@ def test_a_job_stops_in_the_midst_of_a_statistic(small_pieces):
     assert isinstance(job.error, Cancelled)
 
 
-def test_a_long_run_that_is_stopped_shows_what_it_has():
+def test_a_large_ensemble_that_is_stopped_shows_what_it_has():
     stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    run = LargeEnsembleRun(
-        stripes, Grid(40, 50), Parameters(16, 4, 1), HardData(), 0, 10**6, 1
-    ).start()
+    study = Study(stripes, Grid(40, 50), Parameters(16, 4, 1))
+    run = LargeEnsembleRun(study, 10**6, 1).start()
     assert run.job is not None
     while run.summary is None:
         assert not run.job.wait(0.01)

@@ -34,11 +34,9 @@ def start_comparison(state: State) -> None:
     asked, facies = run.asked, min(state.facies, image.n_facies - 1)
 
     def work(job: Job[Comparison]) -> Comparison:
-        settings = dict(zip(LETTERS, asked.settings, strict=False))
-        return compare(
-            image, asked.grid, settings, data, asked.n, asked.seed, job.report, job.is_cancelled,
-            facies=facies, on_partial=run.take,
-        )  # fmt: skip
+        study = (image, asked.grid, dict(zip(LETTERS, asked.settings, strict=False)), data)
+        options = (asked.n, asked.seed, job.report, job.is_cancelled)
+        return compare(*study, *options, facies=facies, on_partial=run.take)
 
     page_state.message = ""
     try:

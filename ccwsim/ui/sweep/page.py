@@ -23,7 +23,6 @@ from ccwsim.ui.results.titled_chart import chart_menu
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.sweep.follow import follow_sweep, said_end
 from ccwsim.ui.sweep.plan import (
     LABELS,
     describe_plan,
@@ -34,7 +33,7 @@ from ccwsim.ui.sweep.plan import (
     start,
     values_on_offer,
 )
-from ccwsim.ui.sweep.run import SweepRun
+from ccwsim.ui.sweep.run import SweepRun, SweepState, describe_end, follow_sweep
 from ccwsim.ui.sweep.setting import (
     draw_numbers,
     draw_planned_tiles,
@@ -44,7 +43,6 @@ from ccwsim.ui.sweep.setting import (
     sweep_csv,
     use_button,
 )
-from ccwsim.ui.sweep.state import SweepState
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title, step_note, step_title
@@ -148,7 +146,7 @@ def _draw_found(state: State) -> None:
         assert run is not None
         found = run.found
         run.n_drawn = len(found.rows)
-        if end := said_end(run):
+        if end := describe_end(run):
             st.warning(plain(end))
         if run.n_drawn:
             _draw_rows(state, run, found)

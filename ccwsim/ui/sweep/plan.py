@@ -16,8 +16,7 @@ from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.sweep.run import SweepRun
-from ccwsim.ui.sweep.state import SweepState
+from ccwsim.ui.sweep.run import SweepRun, SweepState
 from ccwsim.ui.widgets.facts import seconds
 
 MAX_SETTINGS = 64

@@ -19,8 +19,7 @@ from ccwsim.ui.results.tables import as_csv, numbers_table
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.state import State
 from ccwsim.ui.sweep.plan import use_setting
-from ccwsim.ui.sweep.run import SweepRun
-from ccwsim.ui.sweep.state import SweepState
+from ccwsim.ui.sweep.run import SweepRun, SweepState
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of

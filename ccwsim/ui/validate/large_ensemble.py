@@ -1,30 +1,124 @@
-"""A long run on the page: asked for, followed as it goes, and shown as it settles."""
+"""A large ensemble: thousands of realizations of which only the statistics are kept."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
-from ccwsim.metrics import RunningSummary, connectivity, variogram
-from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
+from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
+from ccwsim.model.bounds import MAX_LAG, MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.study import Study
+from ccwsim.run.simulation import simulate
+from ccwsim.system.workers import n_cores
+from ccwsim.ui.jobs.job import Cancel, Job
+from ccwsim.ui.jobs.limits import demand_of
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
-from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
 from ccwsim.ui.validate.panel import Validation
+from ccwsim.ui.widgets import fields
 from ccwsim.ui.widgets.facts import three_digits
-from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.fields import bound_to, button
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
 from ccwsim.ui.widgets.theme import chart_theme
+
+CELLS_OF_BATCH = 4_000_000
+"""Cells that are kept at once, one byte each."""
+SUMMARY_SECONDS = 1.0
+"""Between two summaries."""
+LOW, HIGH = 0.05, 0.95
+
+
+@dataclass
+class LargeEnsembleRun:
+    """A run that is going on, or has come to an end.
+
+    Attributes
+    ----------
+    study : Study
+        What is simulated.
+    n : int
+        How many realizations.
+    facies : int
+        Index of the facies whose curves are followed.
+    summary : RunningSummary or None
+        The latest one.
+    numbers, errors : list
+        Standard error of the E-type, averaged over cells, after so many realizations.
+    n_wrong : int
+        Hard data not honoured, over all realizations so far.
+    nbytes : int
+        Memory of the statistics, the same for any number of realizations.
+    """
+
+    study: Study
+    n: int
+    facies: int
+    summary: RunningSummary | None = None
+    numbers: list[int] = field(default_factory=list)
+    errors: list[float] = field(default_factory=list)
+    n_wrong: int = 0
+    nbytes: int = 0
+    job: Job | None = None
+
+    def start(self) -> LargeEnsembleRun:
+        """Begin, on a thread; refused where the server does not have what it demands."""
+        demand = demand_of(self.study, self.n, n_kept=self._n_batch)
+        self.job = Job(self._work, demand=demand, n=self.n)
+        return self
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished
+
+    @property
+    def _n_batch(self) -> int:
+        grid = self.study.grid
+        return min(max(CELLS_OF_BATCH // (grid.ny * grid.nx), 1), 4 * n_cores())
+
+    def _work(self, job: Job) -> None:
+        grid, image = self.study.grid, self.study.training_image
+        lags = min(MAX_LAG, min(*grid.shape, *image.shape) // 2)
+        running = RunningStatistics(grid.shape, image.n_facies, [self.facies], max_lag=lags)
+        self.nbytes = running.nbytes
+        n_batch, summed_at = self._n_batch, 0.0
+        while running.n < self.n and not job.is_cancelled():
+            self._add_batch(running, min(n_batch, self.n - running.n), job.is_cancelled)
+            job.report(running.n / self.n, running.n)
+            done = running.n == self.n or (job.is_cancelled() and self.summary is None)
+            if running.n and (done or time.monotonic() - summed_at > SUMMARY_SECONDS):
+                self._sum_up(running)
+                summed_at = time.monotonic()
+
+    def _add_batch(self, running: RunningStatistics, n: int, cancel: Cancel) -> None:
+        s = self.study
+        study = (s.training_image, s.grid, s.parameters, s.hard_data)
+        try:
+            ensemble = simulate(*study, n, s.seed, cancel=cancel, first_realization=running.n)
+            wrong = ensemble.n_mismatched
+            for k, realization in enumerate(ensemble.indices):
+                running.add(realization)
+                self.n_wrong += int(wrong[k])
+        except Cancelled:
+            return
+
+    def _sum_up(self, running: RunningStatistics) -> None:
+        self.summary = running.summary(LOW, HIGH)
+        p = self.summary.etype.probability[self.facies]
+        self.numbers.append(running.n)
+        self.errors.append(float(100 * np.sqrt(p * (1 - p) / running.n).mean()))
 
 
 def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -32,125 +126,101 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     page_state = state.page(Validation)
     run = page_state.long_run
     step_note(
-        "Simulates many realizations of the study of this page and keeps only what they say "
-        "together: E-type, entropy, proportions and curves, in memory that does not grow."
+        "Simulates many realizations of the study of this page and keeps only their statistics: "
+        "E-type, entropy, proportions and curves. Memory does not grow with their number."
     )
     going = run is not None and run.going
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
-        field(
-            st.number_input, "Realizations", key="n_long", value=page_state.n_long,
-            min_value=10, max_value=MAX_LARGE_ENSEMBLE, step=100, width=180,
-            help="More make the probabilities more exact: the error halves with four times as "
-            "many.", write=lambda n: setattr(page_state, "n_long", int(n)),
-        )  # fmt: skip
+        limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
+        help_ = "More make the probabilities more exact: four times as many halve the error."
+        options = {**bound_to(page_state, "n_long"), **limits, "help": help_}
+        fields.field(st.number_input, "Realizations", key="n_long", **options)
         if not going:
-            button(
-                "Start",
-                key="long_start",
-                type="primary",
-                on_click=start,
-                args=(state,),
-            )
+            button("Start", key="long_start", type="primary", on_click=start, args=(state,))
     if page_state.long_message:
         st.warning(plain(page_state.long_message))
-    if run is not None and not belongs(run, ensemble):
-        step_note("The latest long run was of another study.")
-    elif run is not None and going:
-        _follow(run, state, colours)
-    elif run is not None:
-        _show(run, state, colours)
+    if run is None:
+        return
+
+    def draw() -> None:
+        _draw_run(run, state, colours)
+
+    image, grid = run.study.training_image, run.study.grid
+    if image.digest != ensemble.training_image.digest or grid != ensemble.grid:
+        step_note("The latest large ensemble is of another study.")
+    elif run.job is not None and going:
+        follow(run.job, draw=draw, keys=("long_progress", "long_stop"), cancel="Stop")
+    else:
+        draw()
 
 
 def start(state: State) -> None:
-    """Start a long run of the study that the realizations came from."""
-    page_state = state.page(Validation)
-    ensemble = state.ensemble
-    assert ensemble is not None
-    run = LargeEnsembleRun(
-        ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data,
-        ensemble.seed, page_state.n_long, state.facies,
-    )  # fmt: skip
+    """Start a large ensemble of the study that the realizations came from."""
+    page_state, e = state.page(Validation), state.ensemble
+    assert e is not None
     page_state.long_message = ""
     try:
-        page_state.long_run = run.start()
+        study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
+        page_state.long_run = LargeEnsembleRun(study, page_state.n_long, state.facies).start()
     except CCWSIMError as error:
         page_state.long_message = str(error)
 
 
-def _follow(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
-    assert run.job is not None
-    keys = ("long_progress", "long_stop")
-    follow(run.job, draw=lambda: _show(run, state, colours), keys=keys, cancel="Stop")
-
-
-def _show(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
+def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
     if run.job is not None and run.job.error is not None:
-        st.error(plain(f"The long run ended early: {failed(run.job.error)}"))
+        st.error(plain(f"The large ensemble ended early: {failed(run.job.error)}"))
     summary = run.summary
     if summary is None:
         return
-    step_note(said_long(run, summary))
+    step_note(describe_summary(run, summary))
     assert state.ensemble is not None
     draw_e_type_maps(summary.etype, state, state.ensemble, colours, prefix="long_")
-    name = run.training_image.facies_names[run.facies]
-    places = st.columns(4, gap="medium")
-    for place, (way, sign, bands, top) in zip(
-        places[:3],
-        (
-            ("E-W", "γ", summary.variograms, None),
-            ("N-S", "γ", summary.variograms, None),
-            ("E-W", "τ", summary.connectivity, (0, 1.04)),
-        ),
-        strict=True,
-    ):
-        with place:
-            bundle = bundle_of_band(run, summary, bands, way, sign)
-            title = f"{'Variogram' if sign == 'γ' else 'Connection'} {way.replace('-', '–')}"
-            chart = curves_chart(bundle, chart_theme(), y_title=f"{sign} of {name}", y_range=top)
-            word = f"long_{'variogram' if sign == 'γ' else 'connection'}_{way[0]}"
-            titled_chart(title, f"{summary.n:,} realizations", chart, word, f"{title} of {name}")
-    with places[3]:
+    name = run.study.training_image.facies_names[run.facies]
+    columns = st.columns(4, gap="medium")
+    curves = (("variogram", "E-W"), ("variogram", "N-S"), ("connectivity", "E-W"))
+    for column, (statistic, way) in zip(columns[:3], curves, strict=True):
+        sign, y_range = ("γ", None) if statistic == "variogram" else ("τ", (0, 1.04))
+        title = f"{statistic.capitalize()} {way.replace('-', '–')}"
+        note, key = f"{summary.n:,} realizations", f"long_{statistic}_{way[0]}"
+        bundle = bundle_of_band(run, summary, statistic, way)
+        with column:
+            y_title = f"{sign} of {name}"
+            chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range)
+            titled_chart(title, note, chart, key, f"{title} of {name}")
+    with columns[3]:
         chart = convergence_chart(run.numbers, run.errors, run.n, chart_theme(), height=196)
-        titled_chart(
-            "How it settles", f"± {three_digits(run.errors[-1])} % now", chart, "convergence",
-            "Error of the probabilities over the number of realizations",
-        )  # fmt: skip
+        note = f"± {three_digits(run.errors[-1])} % now"
+        alt = "Error of the probabilities over the number of realizations"
+        titled_chart("Convergence", note, chart, "convergence", alt)
 
 
-def said_long(run: LargeEnsembleRun, summary: RunningSummary) -> str:
-    """Say what a long run has come to."""
-    k, mean = run.facies, summary.proportions
-    name = run.training_image.facies_names[k]
+def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
+    """Say what a large ensemble has come to."""
+    k, mean, image, n = run.facies, summary.proportions, run.study.training_image, run.n_wrong
     data = ""
-    if run.hard_data.n:
-        data = (
-            f" All {run.hard_data.n} data honoured in every one."
-            if not run.n_wrong
-            else f" {run.n_wrong:,} times a datum was not honoured."
-        )
+    if run.study.hard_data.n:
+        data = f" All {run.study.hard_data.n} data honoured in every one."
+        if n:
+            data = f" {n:,} {'datum is' if n == 1 else 'data are'} not honoured, over all of them."
     return (
-        f"After {summary.n:,} realizations: {name} {100 * mean.mean[k]:.2f} % "
+        f"After {summary.n:,} realizations: {image.facies_names[k]} {100 * mean.mean[k]:.2f} % "
         f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten), in the training "
-        f"image {100 * run.training_image.proportions[k]:.2f} %.{data} Statistics take "
+        f"image {100 * image.proportions[k]:.2f} %.{data} Statistics take "
         f"{run.nbytes / 1e6:.0f} MB."
     )
 
 
 def bundle_of_band(
-    run: LargeEnsembleRun, summary: RunningSummary, bands: dict, way: str, sign: str
+    run: LargeEnsembleRun, summary: RunningSummary, statistic: str, way: str
 ) -> Bundle:
-    """Return the band of a long run as a bundle without single curves."""
-    found, lags = bands[run.facies, way], summary.lags
-    image = run.training_image.indices
+    """Return a band as a bundle without single curves."""
+    image, lags = run.study.training_image.indices, summary.lags
     reference: NDArray[np.float64]
-    if sign == "γ":
+    if statistic == "variogram":
         reference = variogram(image, run.facies, way, lags).gamma[0]
+        band = summary.variograms[run.facies, way]
     else:
         reference = connectivity(image, run.facies, way, lags).tau[0]
+        band = summary.connectivity[run.facies, way]
     each = np.empty((0, len(lags)))
-    return Bundle(lags.astype(float), reference, each, found.low, found.median, found.high)
-
-
-def belongs(run: LargeEnsembleRun, ensemble: Ensemble) -> bool:
-    """Return whether a long run is of the study of an ensemble."""
-    return run.training_image.digest == ensemble.training_image.digest and run.grid == ensemble.grid
+    return Bundle(lags.astype(float), reference, each, band.low, band.median, band.high)

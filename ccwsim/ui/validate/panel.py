@@ -17,7 +17,7 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.steps import step_note
 
 if TYPE_CHECKING:
-    from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
+    from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 
 Value = TypeVar("Value")
 MIN_STOPPABLE = 3.0

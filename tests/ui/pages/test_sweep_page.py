@@ -18,7 +18,6 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.jobs.job import progress_text
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.sweep.follow import said_end
 from ccwsim.ui.sweep.page import choose, is_current
 from ccwsim.ui.sweep.plan import (
     MAX_SETTINGS,
@@ -33,8 +32,8 @@ from ccwsim.ui.sweep.plan import (
     use_setting,
     values_on_offer,
 )
+from ccwsim.ui.sweep.run import SweepState, describe_end
 from ccwsim.ui.sweep.setting import numbers_of, sweep_csv
-from ccwsim.ui.sweep.state import SweepState
 from tests.ui.widgets import named
 from tests.waiting import wait_until
 
@@ -306,7 +305,7 @@ def test_an_error_of_the_sweep_is_said(done):
     assert run is not None
     assert run.job is not None
     run.job.result, run.job.error = None, RuntimeError("the disk is full")
-    assert "The sweep ended early: an error, number" in said_end(run)
+    assert "The sweep ended early: an error, number" in describe_end(run)
     assert "in the server's log" in warnings(launched(done))
 
 

@@ -14,6 +14,7 @@ from ccwsim.engine.revision import revise
 from ccwsim.metrics import RunningStatistics, connectivity, copying, etype, variogram
 from ccwsim.metrics.lags import lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.model.study import Study
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
@@ -25,7 +26,7 @@ from ccwsim.ui.validate.conditioning import (
     wrong_points,
 )
 from ccwsim.ui.validate.copying import seam_map, use_map
-from ccwsim.ui.validate.large_ensemble_job import LargeEnsembleRun
+from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.panel import Validation
 from ccwsim.ui.validate.reproduction import mean_ratio, strips_of
@@ -368,19 +369,18 @@ def test_more_variety_for_less_distance_is_a_larger_ratio(ensemble):
     assert mean_ratio(better) == pytest.approx(2 * mean_ratio(found))
 
 
-def long_run(n: int, **changes) -> LargeEnsembleRun:
-    study = {"training_image": datasets.load("channels"), "grid": Grid(48, 64), "facies": 1}
-    study |= {"parameters": OWN, "hard_data": HardData([[5, 7]], [1]), "seed": 3, "n": n}
-    return LargeEnsembleRun(**{**study, **changes})
+def large_run(n: int) -> LargeEnsembleRun:
+    data = HardData([[5, 7]], [1])
+    return LargeEnsembleRun(Study(datasets.load("channels"), Grid(48, 64), OWN, data, 3), n, 1)
 
 
-def test_a_long_run_says_what_all_its_realizations_say():
-    run = long_run(21).start()
+def test_a_large_ensemble_says_what_all_its_realizations_say():
+    run = large_run(21).start()
     assert run.job is not None
     assert run.job.wait(120)
     assert run.job.error is None
     all_of_them = simulate(
-        run.training_image, run.grid, run.parameters, run.hard_data, n_realizations=21, seed=3
+        run.study.training_image, (48, 64), OWN, run.study.hard_data, n_realizations=21, seed=3
     )
     own = RunningStatistics((48, 64), 2, [1], max_lag=24)
     for realization in all_of_them.indices:
@@ -394,15 +394,15 @@ def test_a_long_run_says_what_all_its_realizations_say():
     assert run.errors[-1] == pytest.approx(100 * np.sqrt(p * (1 - p) / 21).mean())
 
 
-def test_a_long_run_takes_no_more_memory_for_more_realizations():
-    few, many = long_run(5).start(), long_run(40).start()
+def test_a_large_ensemble_takes_no_more_memory_for_more_realizations():
+    few, many = large_run(5).start(), large_run(40).start()
     assert few.job.wait(120)
     assert many.job.wait(120)
     assert few.nbytes == many.nbytes
 
 
-def test_a_long_run_can_be_stopped_and_keeps_what_it_has():
-    run = long_run(100_000).start()
+def test_a_large_ensemble_can_be_stopped_and_keeps_what_it_has():
+    run = large_run(100_000).start()
     wait_until(lambda: run.summary is not None, "the first realizations")
     run.job.cancel()
     assert run.job.wait(60)
@@ -411,7 +411,7 @@ def test_a_long_run_can_be_stopped_and_keeps_what_it_has():
     assert run.summary.n == run.numbers[-1]
 
 
-def test_a_long_run_is_shown_on_the_page():
+def test_a_large_ensemble_is_shown_on_the_page():
     app = launched(seen=frozenset({"long"}))
     app.number_input(key="n_long").set_value(12).run()
     app.button(key="long_start").click().run()
