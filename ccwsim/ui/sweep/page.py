@@ -119,6 +119,8 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     # the key has the values in it: others make another widget, which keeps nothing of the old one
     key = f"range_{name}_{'_'.join(map(str, values))}"
     options = {"choices": values, "value": chosen, "help": PARAMETERS[name]["meaning"]}
+    if name == "method":
+        options["format_func"] = str.upper
     field(pills, LABELS[name], key=key, write=write, **options)
 
 

@@ -57,7 +57,7 @@ def draw_e_type_maps(
     maps = (
         (title, "E-type", "probability", probability),
         ("Most likely facies", "", "most_likely", most_likely),
-        ("Entropy", f"{certain} % of the cells are certain", "entropy", entropy),
+        ("Entropy", certain, "entropy", entropy),
     )
     for column, (title, note, key, shown) in zip(st.columns(3, gap="medium"), maps, strict=True):
         with column:
