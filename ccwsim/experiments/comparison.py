@@ -137,7 +137,7 @@ class Comparison:
         Of the facies (indices into the codes) asked for; a statistic is one of `STATISTICS`, a
         direction one of `DIRECTIONS`.
     anodi : Anodi or None
-        None until it is worked out, and where `problem` says why it cannot be.
+        None until it is computed, and where `problem` says why it cannot be.
     scaling : Scaling or None
         Positions of the training image (first) and of all realizations, setting after setting.
     problem : str

@@ -30,6 +30,21 @@ RANGED = {
     "search_fraction": "search",
 }
 """The parameters that may have a range, and their signs in a label."""
+CELL, LOCATION, PRODUCT, DATUM = 2e-8, 1.2e-9, 1.2e-11, 1.8e-12
+"""Seconds on one core of 2024: to cut and paste a cell, to visit a location of the training image,
+to multiply two coefficients, and to compare a window's cell with one of the training image."""
+JUDGING = 6e-8
+"""Seconds a cell to judge a realization."""
+ERRORS = {
+    "patterns": lambda quality: quality.pattern_distance,
+    "connection": lambda quality: quality.tau_error,
+    "mended": lambda quality: quality.n_resimulated + quality.n_forced,
+}
+"""Errors of a setting, as numbers of its `Quality`; less is better."""
+PATTERN_TOLERANCE = 0.1
+"""Pattern distances within this share of the smallest count as equally good."""
+TAU_TOLERANCE = 0.03
+"""Errors of τ(h) within this of the smallest count as equally good."""
 
 
 @dataclass(frozen=True)
@@ -157,13 +172,6 @@ def _check_fits(p: Parameters, image_shape: tuple[int, int] | None) -> None:
         )
 
 
-CELL, LOCATION, PRODUCT, DATUM = 2e-8, 1.2e-9, 1.2e-11, 1.8e-12
-"""Seconds on one core of 2024: to cut and paste a cell, to visit a location of the training image,
-to multiply two coefficients, and to compare a window's cell with one of the training image."""
-JUDGING = 6e-8
-"""Seconds a cell to judge a realization."""
-
-
 def expected_seconds(
     parameters: Parameters,
     image_shape: tuple[int, int],
@@ -193,14 +201,6 @@ def expected_seconds(
     products = planes * (2 * size - overlap) * overlap / shrunk**2
     raster = n_tiles * (size**2 * CELL + locations * (LOCATION + products * PRODUCT))
     return raster + n_data * size**2 * image_cells * DATUM + cells * JUDGING
-
-
-ERRORS = {
-    "patterns": lambda quality: quality.pattern_distance,
-    "connection": lambda quality: quality.tau_error,
-    "mended": lambda quality: quality.n_resimulated + quality.n_forced,
-}
-"""Errors of a setting, as numbers of its `Quality`; less is better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -346,12 +346,6 @@ def _first(indices: NDArray[np.uint8], n: int) -> NDArray[np.uint8]:
     kept = indices[: max(n, 1)].copy()
     kept.setflags(write=False)
     return kept
-
-
-PATTERN_TOLERANCE = 0.1
-"""Pattern distances within this share of the smallest count as equally good."""
-TAU_TOLERANCE = 0.03
-"""Errors of τ(h) within this of the smallest count as equally good."""
 
 
 @dataclass(frozen=True)

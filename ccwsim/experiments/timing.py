@@ -26,6 +26,10 @@ SECONDS_PER_IMAGE_CELL = 3e-8
 """Of turning a cell of the training image and preparing it."""
 SECONDS_PER_DATUM = 1.5e-9
 """Of a datum for each cell of the training image, which local re-simulation searches."""
+CELLS_AT_ONCE = 32_000_000
+"""Cells of realizations that are kept at a time, one byte each."""
+LINEAR = (0.9, 1.1)
+"""Exponents of the number of cells that count as linear growth."""
 
 
 @dataclass(frozen=True)
@@ -132,10 +136,6 @@ def typical_seconds(training_image: TrainingImage, case: TimingCase) -> float:
         + tiles * locations * overlap * planes * SECONDS_PER_PRODUCT
         + ny * nx * (SECONDS_PER_IMAGE_CELL + case.n_data * SECONDS_PER_DATUM)
     )
-
-
-CELLS_AT_ONCE = 32_000_000
-"""Cells of realizations that are kept at a time, one byte each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -392,10 +392,6 @@ def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray
     p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
     return simulate(image, case.grid_shape, p, seed=other, n_workers=1).realizations[0]
-
-
-LINEAR = (0.9, 1.1)
-"""Exponents of the number of cells that count as linear growth."""
 
 
 @dataclass(frozen=True)

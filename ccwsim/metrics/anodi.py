@@ -13,6 +13,9 @@ from ccwsim.metrics.stack import Fraction, as_stack
 from ccwsim.model.arrays import as_floats, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
+HISTOGRAM_SHARE = 0.5
+"""What counting takes of the time, for the progress bar; comparing takes the rest."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
@@ -73,10 +76,6 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     explained[:kept] = values[:kept] / max(values.sum(), np.finfo(float).tiny)
     largest = positions[np.abs(positions).argmax(axis=0), np.arange(n_dimensions)]
     return Scaling(positions * np.where(largest < 0, -1.0, 1.0), explained)
-
-
-HISTOGRAM_SHARE = 0.5
-"""What counting takes of the time, for the progress bar; comparing takes the rest."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -164,7 +165,7 @@ class Geobodies:
 
     Attributes
     ----------
-    n_bodies : ndarray of int, shape (n,)
+    n_geobodies : ndarray of int, shape (n,)
     sizes : tuple of ndarray
         Cells of each geobody of each image, largest first.
     gamma : ndarray, shape (n,)
@@ -178,13 +179,19 @@ class Geobodies:
         4 or 8: which cells count as touching. Holes use the other of the two.
     """
 
-    n_bodies: NDArray[np.int64]
+    n_geobodies: NDArray[np.int64]
     sizes: tuple[NDArray[np.int64], ...]
     gamma: NDArray[np.float64]
     percolates_ew: NDArray[np.bool_]
     percolates_ns: NDArray[np.bool_]
     euler_number: NDArray[np.int64]
     neighbours: int
+
+    @property
+    def n_bodies(self) -> NDArray[np.int64]:
+        """The old name of `n_geobodies`."""
+        warnings.warn("Geobodies.n_bodies is now n_geobodies", DeprecationWarning, stacklevel=2)
+        return self.n_geobodies
 
 
 class _ImageGeobodies(NamedTuple):
@@ -222,7 +229,7 @@ def geobody_statistics(
     Examples
     --------
     >>> found = geobody_statistics([[1, 1, 0, 1]], 1)
-    >>> found.n_bodies, found.sizes[0].tolist(), found.gamma.round(3)
+    >>> found.n_geobodies, found.sizes[0].tolist(), found.gamma.round(3)
     (array([2]), [2, 1], array([0.556]))
     """
     stack = as_stack(images)
@@ -232,7 +239,7 @@ def geobody_statistics(
     gamma = np.full(len(found), np.nan)
     np.divide(squares, totals**2, out=gamma, where=totals > 0)
     return Geobodies(
-        n_bodies=np.array([len(one.sizes) for one in found]),
+        n_geobodies=np.array([len(one.sizes) for one in found]),
         sizes=tuple(one.sizes for one in found),
         gamma=gamma,
         percolates_ew=np.array([one.ew for one in found]),
@@ -243,8 +250,8 @@ def geobody_statistics(
 
 
 def _of_one(image: NDArray[np.integer], facies: int, neighbours: int) -> _ImageGeobodies:
-    labels, n_bodies = connected_geobodies(image, facies, neighbours)
-    sizes = np.bincount(labels.ravel(), minlength=n_bodies + 1)[1:]
+    labels, n_geobodies = connected_geobodies(image, facies, neighbours)
+    sizes = np.bincount(labels.ravel(), minlength=n_geobodies + 1)[1:]
     return _ImageGeobodies(
         sizes=np.sort(sizes)[::-1],
         ew=_have_common_label(labels[:, 0], labels[:, -1]),

@@ -15,6 +15,9 @@ from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import check_stop
 
+CELLS_A_PIECE = 1_000_000
+"""Cells whose entropy is computed at a time."""
+
 
 def proportions(images: ArrayLike, n_facies: int) -> NDArray[np.float64]:
     """Return the share of the cells of each facies, shape (n, n_facies).
@@ -71,10 +74,6 @@ def proportion_quantiles(
     if len(wrong):
         raise CCWSIMError(f"quantile {wrong[0]:g} must be a probability from 0 to 1")
     return np.quantile(proportions(images, n_facies), chosen, axis=0)
-
-
-CELLS_A_PIECE = 1_000_000
-"""Cells whose entropy is computed at a time."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,11 @@ PROPORTION_LIMIT = 0.15
 """A quarter's proportion may differ by so many √(p (1 − p)), the spread of the indicator."""
 VARIOGRAM_LIMIT = 0.2
 """A quarter's variogram may differ by so much of the sill, as a root mean square over lags."""
+SILL_SHARE = 0.95
+PROMINENCE = 0.1
+"""A peak of the correlation that stands out less is noise."""
+THICK_SHARE = 0.95
+"""A facies is as thick as the squares that keep so much of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +115,6 @@ def _in_units(values: NDArray, unit: NDArray) -> NDArray[np.float64]:
     return np.divide(values, units, out=np.zeros(values.shape), where=units > 0)
 
 
-SILL_SHARE = 0.95
-PROMINENCE = 0.1
-"""A peak of the correlation that stands out less is noise."""
-
-
 @dataclass(frozen=True, eq=False)
 class Spacing:
     """How far features reach and how they repeat along a direction.
@@ -178,10 +178,6 @@ def feature_spacing(
     if not len(peaks):
         return Spacing(lags, correlation, reach, None, 0.0)
     return Spacing(lags, correlation, reach, int(peaks[0]), float(about["prominences"][0]))
-
-
-THICK_SHARE = 0.95
-"""A facies is as thick as the squares that keep so much of it."""
 
 
 @dataclass(frozen=True, eq=False)

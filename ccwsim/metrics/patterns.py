@@ -16,6 +16,13 @@ from ccwsim.system.workers import check_stop
 
 TIE = 1e-9
 """Shares closer than this are equal, so that rounding does not decide."""
+PATTERN_SIZE = 4
+FACTORS = (1, 2, 3)
+"""Full, half and third resolution."""
+CELLS_OF_STRIP = 4_000_000
+"""Cells whose patterns are counted at a time."""
+MAX_TABLE = 2**20
+"""Up to so many possible patterns are counted in a table, more by sorting."""
 
 
 def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArray[np.uint8]:
@@ -100,15 +107,6 @@ def _largest_share(image, n_facies, rows, row_weights, columns, column_weights):
                     best[i, j] = share
                     winner[i, j] = facies
     return winner
-
-
-PATTERN_SIZE = 4
-FACTORS = (1, 2, 3)
-"""Full, half and third resolution."""
-CELLS_OF_STRIP = 4_000_000
-"""Cells whose patterns are counted at a time."""
-MAX_TABLE = 2**20
-"""Up to so many possible patterns are counted in a table, more by sorting."""
 
 
 @dataclass(frozen=True, eq=False)

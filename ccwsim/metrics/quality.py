@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import cast
 
@@ -43,7 +44,8 @@ class Quality:
     differing : float
         Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
     n_resimulated, n_forced, n_mismatched : float
-        Hard data met by mending windows, set by force, and not honoured; means over realizations.
+        Hard data honoured by local re-simulation, forced, and not honoured; means over
+        realizations.
     cpu_seconds : float
         CPU time of a realization, median.
     """
@@ -58,6 +60,12 @@ class Quality:
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
+
+    @property
+    def n_mended(self) -> float:
+        """The old name of `n_resimulated`."""
+        warnings.warn("Quality.n_mended is now n_resimulated", DeprecationWarning, stacklevel=2)
+        return self.n_resimulated
 
     @property
     def pattern_distance(self) -> float:

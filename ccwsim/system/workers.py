@@ -82,7 +82,7 @@ class Stop(Protocol):
 
 
 class Watch:
-    """What a running task and its caller tell each other: progress, stop, the right to compute."""
+    """What a running task and its caller exchange: progress, stop, the right to compute."""
 
     def __init__(self, stop: Stop) -> None:
         self.share = 0.0

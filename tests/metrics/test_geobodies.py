@@ -26,7 +26,7 @@ def test_bodies_are_those_of_scikit_image(seed, ny, nx, share, neighbours):
     sizes = sorted(np.bincount(labels.ravel())[1:].tolist(), reverse=True)
     found = geobody_statistics(image, 1, neighbours)
     assert found.sizes[0].tolist() == sizes
-    assert found.n_bodies[0] == len(sizes)
+    assert found.n_geobodies[0] == len(sizes)
     assert found.euler_number[0] == euler_number(image, connectivity=connectivity)
     west_east = (set(labels[:, 0]) & set(labels[:, -1])) - {0}
     south_north = (set(labels[0]) & set(labels[-1])) - {0}
@@ -44,7 +44,7 @@ def test_gamma_is_the_share_of_connected_pairs():
 
 def test_a_facies_that_is_absent_has_no_bodies():
     found = geobody_statistics(np.zeros((2, 5, 5), int), 1)
-    assert found.n_bodies.tolist() == [0, 0]
+    assert found.n_geobodies.tolist() == [0, 0]
     assert np.isnan(found.gamma).all()
     assert not found.percolates_ew.any()
 

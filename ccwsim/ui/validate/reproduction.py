@@ -190,8 +190,8 @@ def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     own = image.sizes[0]
     share = float(own[0] / own.sum()) if len(own) else np.nan
     area = f"per {AREA:,} cells"
-    number, euler = (values.astype(np.float64) for values in (each.n_bodies, each.euler_number))
-    number_of_image, euler_of_image = float(image.n_bodies[0]), float(image.euler_number[0])
+    number, euler = (values.astype(np.float64) for values in (each.n_geobodies, each.euler_number))
+    number_of_image, euler_of_image = float(image.n_geobodies[0]), float(image.euler_number[0])
     return [
         ("Γ", "gamma", Strip("two random cells are connected", each.gamma, float(image.gamma[0]))),
         ("Geobodies", "n_bodies", Strip(area, number * per, number_of_image * per_image)),
@@ -202,7 +202,7 @@ def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
 
 def describe_percolation(found: GeobodiesCompared, name: str) -> str:
     """Say in how many realizations a facies percolates."""
-    each, image, n = found.each, found.reference, len(found.each.n_bodies)
+    each, image, n = found.each, found.reference, len(found.each.n_geobodies)
     ew, ns = int(each.percolates_ew.sum()), int(each.percolates_ns.sum())
     ways = (("E–W", image.percolates_ew[0]), ("N–S", image.percolates_ns[0]))
     own = " and ".join(way for way, percolates in ways if percolates)
