@@ -96,7 +96,7 @@ def test_the_command_line_gives_the_same_from_a_project(tmp_path):
     "line", [["channels", "--project", "a"], ["--project", "a", "--grid", "8x8"], []]
 )
 def test_a_project_and_its_parts_are_not_given_together(line, capsys):
-    assert main(["simulate", *line]) == 2
+    assert main(["simulate", "-o", "out.npz", *line]) == 2
     said = capsys.readouterr().err
     assert "has its own" in said or "give a training image, or a project file" in said
 
