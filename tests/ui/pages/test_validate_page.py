@@ -80,7 +80,7 @@ def settled(app: AppTest) -> AppTest:
         if state.job is not None:
             assert state.job.wait(PATIENCE), "the run does not come to its end"
         for statistic in v.waiting.values():
-            v.bench.wait_for(statistic, PATIENCE)
+            v.worker.wait_for(statistic, PATIENCE)
         app.run()
         return False
 
