@@ -175,7 +175,7 @@ def test_level_0_has_no_sub_bands_and_another_realization_another_path():
 
 def test_ms_ccsim_is_declined_in_words_with_a_way_out():
     app = launched(replace(SMALL, parameters=replace(OWN, method="ms-ccsim")))
-    assert "lays every patch once a scale" in app.warning[0].value
+    assert "places every patch once a scale" in app.warning[0].value
     press(app, "how_ccwsim")
     assert not app.warning
     assert app.session_state[KEY].choices.parameters.method == "ms-ccsim"
