@@ -221,7 +221,9 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
 
     def seen() -> None:
-        page_state.seen |= set(st.session_state["seen"].seen or ()) & set(unseen)
+        reported = st.session_state.get("seen")  # not there after an interrupted run; told again
+        if reported is not None:
+            page_state.seen |= set(reported.seen or ()) & set(unseen)
 
     if unseen:
         canvas_component("seen")(key="seen", data={"unseen": unseen}, on_seen_change=seen)
