@@ -60,8 +60,8 @@ class Setting:
 
     def value_in(self, parts: Mapping[str, Any]) -> Any:
         """Return the value in the parts of a study."""
-        values = tuple(getattr(parts[self.part], name) for name in self.fields)
-        return values if len(values) > 1 else values[0]
+        values = [getattr(parts[self.part], name) for name in self.fields]
+        return tuple(values) if len(values) > 1 else values[0]
 
     def as_fields(self, value: Any) -> dict[str, Any]:
         """Return a value by the fields that hold it."""

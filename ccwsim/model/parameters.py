@@ -97,7 +97,7 @@ class Parameters:
 
     def __post_init__(self) -> None:
         for name, (low, high) in PARAMETERS.items():
-            if isinstance(low, int):
+            if isinstance(low, int) and isinstance(high, int):
                 _whole(self, name, low, high)
             else:
                 _number(self, name, low, high, open_below=name == "search_fraction")

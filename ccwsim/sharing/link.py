@@ -209,8 +209,8 @@ class _Reader:
             self.refuse("ti", reason, f"{usual.bundled} is taken")
             return usual
         bundled = name or usual.bundled
-        turns = {TURNS[short]: True for short in self._turns()}
-        return ImageChoice(bundled, names=self._names(bundled), colours=self._colours(), **turns)
+        choice = ImageChoice(bundled, names=self._names(bundled), colours=self._colours())
+        return replace(choice, **{TURNS[short]: True for short in self._turns()})
 
     def _turns(self) -> set[str]:
         turns = set((self.text("turn") or "").split("-")) - {""}

@@ -59,7 +59,7 @@ def user_message(error: Exception, what: str) -> str:
 
     Examples
     --------
-    >>> worded(CCWSIMError("seed: 0 or more is needed, not -1"), "done")
+    >>> user_message(CCWSIMError("seed: 0 or more is needed, not -1"), "done")
     'seed: 0 or more is needed, not -1'
     """
     if isinstance(error, CCWSIMError):
