@@ -10,7 +10,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.history import draw_history
 from ccwsim.ui.simulate.live import dim_and_wait, keep_up
 from ccwsim.ui.simulate.results import draw_results
-from ccwsim.ui.study.run import collect, follow_run, run_button
+from ccwsim.ui.study.run import follow_run, run_button
 from ccwsim.ui.study.study_column import study_column
 from ccwsim.ui.widgets.literal import plain
 
@@ -23,7 +23,6 @@ def simulate_page(state: State) -> None:
     draw_opened(state)
     with st.container(key="news"):  # always there, so that what is below is never made anew
         dim_and_wait(state)
-        collect(state)
         if state.job is not None:
             follow_run(state)
         if state.message:

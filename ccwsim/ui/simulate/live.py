@@ -7,7 +7,7 @@ import time
 import streamlit as st
 
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, problem_of, start_run, stop_run
+from ccwsim.ui.study.run import PATIENCE, collect, problem_of, start_run, stop_run
 
 POLL_SECONDS = 0.05
 """Seconds between two chances for a change of the user's to end the waiting."""
@@ -59,7 +59,8 @@ def dim_and_wait(state: State) -> None:
         place.html(SOON_OLD)
         if job.wait_first(POLL_SECONDS) or time.monotonic() > end:
             break
-    if job.finished:
+    collect(state)  # a run that finishes from here on is collected where it is followed
+    if state.job is None:
         place.html(UP_TO_DATE)
     else:
         place.html(OLD if job.partial is None else PARTLY)
