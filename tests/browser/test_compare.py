@@ -41,6 +41,7 @@ IDLE = "[data-test-script-state=notRunning]"
 OWN_NAME = """() => {
   const row = document.querySelector('.st-key-menu');
   const own = [...row.querySelectorAll('a')].find((a) => a.innerText === 'Compare');
+  if (!row || !own) return false;
   const [a, b] = [row, own].map((e) => e.getBoundingClientRect());
   return b.left >= a.left && b.right <= a.right && row.scrollWidth > row.clientWidth;
 }"""
