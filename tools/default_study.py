@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ccwsim import datasets, simulate
+from ccwsim import Ensemble, datasets, simulate
 from ccwsim.datasets.default_study import STORED
 from ccwsim.model.choices import Choices
 
 
-def write() -> None:
-    """Simulate the default study and store a bit a cell; it has two facies."""
+def simulated() -> Ensemble:
+    """Simulate the default study."""
     choices = Choices()
-    e = simulate(
+    return simulate(
         datasets.load(choices.image.bundled),
         choices.grid,
         choices.parameters,
@@ -20,6 +20,11 @@ def write() -> None:
         choices.n_realizations,
         choices.seed,
     )
+
+
+def write() -> None:
+    """Store the default study, a bit a cell, as it has two facies."""
+    e = simulated()
     np.savez_compressed(STORED, bits=np.packbits(e.indices), data_status=e.data_status)
 
 

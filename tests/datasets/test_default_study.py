@@ -2,21 +2,12 @@
 
 import numpy as np
 
-from ccwsim import datasets, simulate
 from ccwsim.datasets.default_study import stored_ensemble
-from ccwsim.model.choices import Choices
+from tools.default_study import simulated
 
 
 def test_stored_realizations_are_those_of_simulate():
-    choices, stored = Choices(), stored_ensemble()
-    own = simulate(
-        datasets.load(choices.image.bundled),
-        choices.grid,
-        choices.parameters,
-        datasets.load_hard_data(choices.data.bundled),
-        choices.n_realizations,
-        choices.seed,
-    )
+    stored, own = stored_ensemble(), simulated()
     assert stored.digest == own.digest
     np.testing.assert_array_equal(stored.data_status, own.data_status)
     np.testing.assert_array_equal(stored.numbers, own.numbers)
