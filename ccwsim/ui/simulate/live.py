@@ -9,7 +9,7 @@ import streamlit as st
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE, collect, problem_of, start_run, stop_run
 
-POLL_SECONDS = 0.05
+WAIT_SECONDS = 0.05
 """Seconds between two chances for a change of the user's to end the waiting."""
 UP_TO_DATE = "<i></i>"
 SOON_OLD = """<i></i><style>
@@ -57,7 +57,7 @@ def dim_and_wait(state: State) -> None:
     end = time.monotonic() + PATIENCE
     while True:
         place.html(SOON_OLD)
-        if job.wait_first(POLL_SECONDS) or time.monotonic() > end:
+        if job.wait_first(WAIT_SECONDS) or time.monotonic() > end:
             break
     collect(state)  # a run that finishes from here on is collected where it is followed
     if state.job is None:
