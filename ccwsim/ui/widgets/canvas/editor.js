@@ -3,8 +3,10 @@
 // that it has them, so that none is lost or taken twice however fast they come.
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // pixels of a cell from which it can be aimed at
+const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 const editors = new WeakMap();
+let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
 
 export default function (component) {
   const root = component.parentElement.querySelector('.map');
@@ -19,7 +21,7 @@ export default function (component) {
 }
 
 class DataEditor extends CellMap {
-  queue = [];
+  queue = waiting.filter((edit) => edit.seq > Date.now() - 5 * AGAIN);
   last = 0;
   brush = 1;
   gesture = matchMedia('(pointer: coarse)').matches ? 'move' : 'line';
@@ -28,7 +30,8 @@ class DataEditor extends CellMap {
   press = null;
 
   show(data) {
-    this.queue = this.queue.filter((edit) => edit.seq > data.ack);
+    waiting = this.queue = this.queue.filter((edit) => edit.seq > data.ack);
+    this.insist();
     this.known = data.points;
     super.show({ ...data, points: this.merged(data) });
     this.bars();
@@ -54,7 +57,15 @@ class DataEditor extends CellMap {
     this.legendOf();
     this.bars();
     this.draw();
+    waiting = this.queue;
     this.send(this.queue);
+    this.insist();
+  }
+
+  // A page that is drawn anew at this moment may miss what is sent; it knows each edit by its number.
+  insist() {
+    clearTimeout(this.timer);
+    if (this.queue.length) this.timer = setTimeout(() => { this.send(this.queue); this.insist(); }, AGAIN);
   }
 
   place(cells) {
@@ -229,6 +240,7 @@ class DataEditor extends CellMap {
   }
 
   stop() {
+    clearTimeout(this.timer);
     window.removeEventListener('keydown', this.shortcut);
     super.stop();
   }
