@@ -157,10 +157,12 @@ def _draw_player(how: How, trace: Trace) -> None:
         how.go(min(number, n) - 1)
 
     def play() -> None:
-        how.playing = not how.playing
-        if how.playing and how.patch + 1 >= n:
+        how.playing, how.ticked = True, time.monotonic()
+        if how.patch + 1 >= n:
             how.patch = 0
-        how.ticked = time.monotonic()
+
+    def stop() -> None:
+        how.playing = False
 
     def on_arrow() -> None:
         by = st.session_state["how_arrows"].step
@@ -177,7 +179,11 @@ def _draw_player(how: How, trace: Trace) -> None:
             field(st.slider, "Patch", key="how_patch", write=jump, **track, **look)
         ends = {"icon": ":material/chevron_right:", "disabled": how.patch + 1 == n}
         button("Next", key="how_next", on_click=lambda: step(1), **ends)
-        button("Stop" if how.playing else "Play", key="how_play", on_click=play, type="primary")
+        # two buttons, so that a second click on a slow Stop does not start it again
+        if how.playing:
+            button("Stop", key="how_stop", on_click=stop, type="primary")
+        else:
+            button("Play", key="how_play", on_click=play, type="primary")
     canvas_component("arrows")(key="how_arrows", data={}, on_step_change=on_arrow)
 
 

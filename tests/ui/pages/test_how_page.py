@@ -121,7 +121,7 @@ def test_it_plays_on_and_stops_at_the_end_and_at_a_touch():
     app = launched(patch=2)
     press(app, "how_play")
     assert how(app).playing
-    assert named(app.button, "how_play").label == "Stop"
+    assert named(app.button, "how_stop").label == "Stop"
     how(app).ticked = -10.0
     seen(app.run())
     assert (how(app).patch, how(app).playing) == (3, True)
@@ -134,6 +134,9 @@ def test_it_plays_on_and_stops_at_the_end_and_at_a_touch():
     press(app, "how_play")  # from the first one again
     assert how(app).patch in (0, 1)
     assert how(app).playing
+    press(app, "how_stop")
+    assert not how(app).playing
+    assert named(app.button, "how_play").label == "Play"
 
 
 def test_the_setting_is_the_pages_own_until_it_is_used():
