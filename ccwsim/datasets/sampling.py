@@ -16,14 +16,6 @@ DIRECTIONS = ("N-S", "E-W")
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
     """Sample cells that are chosen at random, none of them twice.
 
-    Parameters
-    ----------
-    field : ndarray of int, shape (ny, nx)
-        Facies codes, row 0 at the south.
-    n : int
-        How many cells; all of them where the field has fewer.
-    seed : int
-
     Raises
     ------
     CCWSIMError
@@ -44,18 +36,6 @@ def sample_wells(
     field: NDArray[np.integer], n: int, seed: int = 0, *, direction: str = "N-S", every: int = 1
 ) -> HardData:
     """Sample a field along straight wells that cross it from edge to edge.
-
-    Parameters
-    ----------
-    field : ndarray of int, shape (ny, nx)
-        Facies codes, row 0 at the south.
-    n : int
-        How many wells; at most one a column (or row). They are chosen at random.
-    seed : int
-    direction : "N-S" or "E-W"
-        Along columns, as vertical wells of a cross-section are, or along rows.
-    every : int
-        Cells from one datum of a well to the next.
 
     Raises
     ------
@@ -81,13 +61,6 @@ def sample_wells(
 
 def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
     """Sample a field on a regular grid that is centred in it.
-
-    Parameters
-    ----------
-    field : ndarray of int, shape (ny, nx)
-        Facies codes, row 0 at the south.
-    every : int
-        Cells from one datum to the next, along x and y.
 
     Raises
     ------

@@ -146,18 +146,7 @@ def make_workspace(oriented: OrientedImage, search: Search, data: PlacedData) ->
 def simulate_patches(first, last, patches, oriented, data, search, rng, work, simulated):
     """Simulate patches `first` to `last` − 1 of the raster path (Algorithm 1, lines 4 to 14).
 
-    Parameters
-    ----------
-    first, last : int
-    patches : ndarray of int64, shape (n, 7)
-        From `make_patches`.
-    oriented : OrientedImage
-    data : PlacedData
-    search : Search
-    rng : numpy.random.Generator
-    work : Workspace
-    simulated : Simulated
-        Changed in place.
+    `patches` come from `make_patches`; `simulated` is changed in place.
     """
     image, bits, sums, phases = oriented.pyramid
     grid, sources, counts, locations = simulated
@@ -214,20 +203,7 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
 def refine_patches(first, last, patches, image, bits, data, refine, work, simulated):
     """Place patches `first` to `last` − 1 of ms-ccsim near their locations at the coarser scale.
 
-    Parameters
-    ----------
-    first, last, patches, work
-        As in `simulate_patches`, in cells of this scale.
-    image : ndarray of uint8, shape (my, mx)
-        The training image of this scale in path coordinates.
-    bits : ndarray of uint64, shape (n_planes, my, n_words)
-        The same as `to_bits` gives it.
-    data : PlacedData
-        Of this scale.
-    refine : bool
-        Without it the locations are those of the coarser scale.
-    simulated : Simulated
-        Of this scale; on entry `locations` are those of the coarser scale.
+    `simulated.locations` are those of the coarser scale on entry, and stay without `refine`.
     """
     grid, sources, counts, locations = simulated
     for number in range(first, last):

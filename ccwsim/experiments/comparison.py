@@ -283,20 +283,7 @@ def add_curves(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Return a comparison with the curves of one more facies (an index into the codes).
-
-    Parameters
-    ----------
-    comparison : Comparison
-    facies : int
-        Index into the codes.
-    progress, cancel : callable, optional
-        As in `compare`.
-
-    Returns
-    -------
-    Comparison
-    """
+    """Return a comparison with the curves of one more facies (an index into the codes)."""
     n = sum(e.n for e in comparison.ensembles)
     return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
 

@@ -367,16 +367,6 @@ class Recommendation:
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """Return the Pareto front: no other point is as good in both and better in one.
 
-    Parameters
-    ----------
-    times, errors : array_like, shape (n,)
-        Less is better; a point with NaN is never on the front.
-
-    Returns
-    -------
-    ndarray of int, shape (n_front,)
-        Indices of the points, sorted by time.
-
     Raises
     ------
     CCWSIMError
@@ -409,14 +399,6 @@ def recommended(sweep: Sweep) -> Recommendation:
     fits the training image often enough not to repeat it; those whose pattern distance lies within
     a tenth of the smallest, or within its standard error; those whose error of τ(h) lies within
     0.03 of the smallest. The fastest of the rest is recommended.
-
-    Parameters
-    ----------
-    sweep : Sweep
-
-    Returns
-    -------
-    Recommendation
 
     Raises
     ------

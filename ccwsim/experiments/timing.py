@@ -58,16 +58,6 @@ class TimingCase:
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
     """Return square grids × parameters, the small grids first.
 
-    Parameters
-    ----------
-    sides : sequence of int
-        Of the grids in cells.
-    parameters : sequence of Parameters
-
-    Returns
-    -------
-    list of TimingCase
-
     Examples
     --------
     >>> cases = grid_cases([256, 64], [Parameters(wavelet_level=1), Parameters(wavelet_level=2)])
@@ -82,18 +72,6 @@ def data_cases(
 ) -> list[TimingCase]:
     """Return numbers of data × parameters on one grid, the small numbers first.
 
-    Parameters
-    ----------
-    numbers : sequence of int
-        Of hard data.
-    parameters : sequence of Parameters
-    grid_shape : pair of int
-        Rows and columns.
-
-    Returns
-    -------
-    list of TimingCase
-
     Examples
     --------
     >>> [c.n_data for c in data_cases([1000, 0], [Parameters()], (512, 512))]
@@ -106,15 +84,6 @@ def typical_seconds(training_image: TrainingImage, case: TimingCase) -> float:
     """Return the CPU seconds of one realization on a typical core, from a count of operations.
 
     Right within a factor of about three; `expected_seconds` corrects it by measurements.
-
-    Parameters
-    ----------
-    training_image : TrainingImage
-    case : TimingCase
-
-    Returns
-    -------
-    float
 
     Examples
     --------
@@ -246,22 +215,6 @@ def time_grids(
 ) -> Iterator[Timing]:
     """Yield the times of unconditional runs on square grids, small ones first (Fig. 13).
 
-    Parameters
-    ----------
-    training_image : TrainingImage
-    sides : sequence of int
-        Sides of the grids in cells.
-    parameters : sequence of Parameters
-        Each is timed on each grid.
-    n_realizations : int
-        Of each case.
-    seed, progress, cancel
-        As in `time_cases`.
-
-    Yields
-    ------
-    Timing
-
     Examples
     --------
     >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -287,24 +240,6 @@ def time_data(
 
     The data are sampled from an unconditional realization, as in section 5.2 of the paper; all
     parameters get the same data, and a larger set contains the smaller ones.
-
-    Parameters
-    ----------
-    training_image : TrainingImage
-    numbers : sequence of int
-        Of hard data.
-    parameters : sequence of Parameters
-        Each is timed with each number of data.
-    grid_shape : pair of int
-        Rows and columns.
-    n_realizations : int
-        Of each case.
-    seed, progress, cancel
-        As in `time_cases`.
-
-    Yields
-    ------
-    Timing
 
     Examples
     --------
@@ -418,15 +353,6 @@ class Growth:
 def growth(timings: Sequence[Timing]) -> Growth:
     """Return how the time of one setting grows with the grid (Fig. 13).
 
-    Parameters
-    ----------
-    timings : sequence of Timing
-        On grids of at least two sizes.
-
-    Returns
-    -------
-    Growth
-
     Raises
     ------
     CCWSIMError
@@ -457,19 +383,6 @@ def expected_seconds(
     measured: Sequence[Timing] = (),
 ) -> float:
     """Return the expected CPU seconds of timing the cases.
-
-    Parameters
-    ----------
-    training_image : TrainingImage
-    cases : sequence of TimingCase
-    n_realizations : int
-        Of each case.
-    measured : sequence of Timing
-        With the same training image; each case is scaled by the most similar of them.
-
-    Returns
-    -------
-    float
 
     Examples
     --------

@@ -147,18 +147,6 @@ def label_sides(
 ) -> list[str | None]:
     """Return on which side of its point each label goes, None where there is no room for it.
 
-    Parameters
-    ----------
-    points : array_like, shape (n, 2)
-        In pixels from the left and from the top.
-    texts : sequence of str
-    order : iterable of int
-        Which points come first; others get no label.
-    room : pair of float
-        Width and height in pixels that labels stay in.
-    blocked : iterable of box
-        Left, top, right and bottom of what no label may cover.
-
     Examples
     --------
     >>> label_sides([[10, 50], [14, 50]], ["one", "two"], [0, 1], (100, 100))

@@ -49,11 +49,6 @@ _MAGIC = (
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
     """Return the content of a file and the name to call it by in messages.
 
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        A file object is read from its start where it can go back there.
-
     Raises
     ------
     CCWSIMError

@@ -13,15 +13,7 @@ from typing import Any
 
 
 def renamed(module: str, names: dict[str, str]) -> Callable[[str], Any]:
-    """Return the `__getattr__` of a module under which old names still find the new ones.
-
-    Parameters
-    ----------
-    module : str
-        The module that had the old names.
-    names : dict of str
-        The full new name, such as "ccwsim.metrics.copying", by the old one.
-    """
+    """Return the `__getattr__` of a module under which old names still find the new ones."""
 
     def find(name: str) -> Any:
         if name not in names:
@@ -36,13 +28,7 @@ def renamed(module: str, names: dict[str, str]) -> Callable[[str], Any]:
 
 
 class MovedModules(MetaPathFinder, Loader):
-    """Finds modules under their old names.
-
-    Parameters
-    ----------
-    moved : dict of str
-        The full new name of each module by its full old one.
-    """
+    """Finds modules under their old names."""
 
     def __init__(self, moved: dict[str, str]) -> None:
         self._moved = moved

@@ -153,12 +153,6 @@ class Ensemble:
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
     """Return the realizations of several runs of one study as one ensemble, in their order.
 
-    Parameters
-    ----------
-    parts : sequence of Ensemble
-        As `simulate` gives them for different `first_realization`. Their wall times are added, and
-        sources are kept where all parts have them.
-
     Raises
     ------
     CCWSIMError

@@ -14,13 +14,6 @@ class LazyStack:
 
     Whatever part is asked for is read and renumbered; as an array it is all of them.
 
-    Parameters
-    ----------
-    stack : ndarray, shape (n, ny, nx)
-        Facies codes, a memory map.
-    codes : ndarray, shape (n_facies,)
-        Sorted.
-
     Examples
     --------
     >>> stack = LazyStack(np.array([[[2, 7]], [[7, 7]]]), np.array([2, 7]))

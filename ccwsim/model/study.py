@@ -20,14 +20,6 @@ from ccwsim.model.training_image import TrainingImage
 class Study:
     """What realizations are simulated from.
 
-    Parameters
-    ----------
-    training_image : TrainingImage
-    grid : Grid
-    parameters : Parameters
-    hard_data : HardData
-    seed : int
-
     Raises
     ------
     CCWSIMError

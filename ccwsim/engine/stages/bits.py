@@ -83,18 +83,7 @@ def take_strips(grid, box, strips):
 def n_different(bits, ty, tx, size, strips, limit):
     """Return in how many cells of its strips a box differs from a location of the image.
 
-    Parameters
-    ----------
-    bits : ndarray of uint64, shape (n_planes, ny, n_words)
-        Of the image, from `to_bits`.
-    ty, tx : int
-        First cell of the location.
-    size : int
-        Side of the box.
-    strips : Strips
-        From `take_strips`.
-    limit : int
-        Where so many are found, counting may end.
+    Counting may end at `limit`; `bits` are the image's, shape (n_planes, ny, n_words).
     """
     first, shift = tx >> 6, np.uint64(tx & 63)
     back = np.uint64(63) - shift

@@ -70,19 +70,8 @@ def n_up_to(row, limit):
 def best_places(scores, k, rng, row_best, places):
     """Fill `places` with the k best locations; equal scores at the end are drawn at random.
 
-    Taking the first of many equal ones would favour one corner of the training image.
-
-    Parameters
-    ----------
-    scores : ndarray of integers, shape (ny, nx)
-        Smaller is better.
-    k : int
-        How many, at most ny · nx.
-    rng : numpy.random.Generator
-    row_best : ndarray of int64, shape (ny,)
-        Workspace; the smallest score of each row on return.
-    places : ndarray of int64, shape (k, 2)
-        Row and column of each; in no order.
+    Taking the first of many equal ones would favour one corner of the training image. `places` gets
+    row and column of each, shape (k, 2), in no order; `row_best` the smallest score of each row.
     """
     last = kth_best(scores, k, row_best)
     ny, nx = scores.shape
@@ -137,14 +126,6 @@ def add_location(box, shape, cost, totals):
     For images that are not stationary, which section 5.9 names as a limit of the method: both the
     box in the grid and a location in the image are measured as shares of the way from one end to
     the other. The cost is thus that of a location at the other end of one axis.
-
-    Parameters
-    ----------
-    box : Box
-    shape : pair of int
-        Rows and columns of the simulation grid; its last box corresponds to the last location.
-    cost : float
-    totals : ndarray of int64, shape (ny_places, nx_places)
     """
     ny, nx = totals.shape
     row = box.y0 / max(shape[0] - box.size, 1) * (ny - 1)
@@ -160,19 +141,8 @@ def add_location(box, shape, cost, totals):
 def closest_to_target(image, candidates, block_size, size, proportions, counts, after, rng):
     """Draw a few candidates and return the index of the one that corrects the proportions best.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (ny, nx)
-        Training image in path coordinates.
-    candidates : ndarray of int64, shape (k, 2)
-        In blocks of `block_size` cells.
-    size : int
-        Side of the patch in cells.
-    proportions : ndarray, shape (n_facies,)
-        The target.
-    counts, after : ndarray of int64, shape (n_facies,)
-        Cells simulated up to now, and workspace.
-    rng : numpy.random.Generator
+    The candidates, shape (k, 2), are in blocks of `block_size` cells; `counts` has the cells that
+    are simulated by facies, and `after` is workspace of the same shape.
     """
     chosen = np.int64(0)
     smallest = np.inf

@@ -148,23 +148,9 @@ def data_ahead(data, y0, x0, size):
 def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost, totals):
     """Add what the missed data cost to the score of every location.
 
-    Parameters
-    ----------
-    phases : ndarray of uint8, shape (2^J, 2^J, my, mx)
-        The training image by offset, from `Pyramid`.
-    grid : ndarray of uint8, shape (ny, nx)
-        What is simulated up to now.
-    data : PlacedData
-    box : Box
-        Of the patch.
-    ahead : int
-        Side of the co-template, from the same first cell.
-    proportions : ndarray, shape (n_facies,)
-        Of the training image: what to expect where it ends before the co-template does.
-    weights : Weights
-    datum_cost : float
-        What the weights are multiplied by: the score of one wrong cell of overlap.
-    totals : ndarray of int64, shape (ny_places, nx_places)
+    `ahead` is the side of the co-template, from the first cell of the patch. Where the training
+    image ends before it does, `proportions` say what to expect. The weights are multiplied by
+    `datum_cost`, the score of one wrong cell of overlap.
     """
     block_size, _, my, mx = phases.shape
     ny, nx = totals.shape

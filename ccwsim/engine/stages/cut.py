@@ -114,17 +114,6 @@ def keep_old(grid, data, image, ty, tx, box, cut):
 
     The strips are cut one after the other: what one keeps is old for the next, so that they meet in
     the corners without a gap.
-
-    Parameters
-    ----------
-    grid, data : ndarray of uint8, shape (ny, nx)
-        The simulation grid and the facies of the data, UNKNOWN elsewhere.
-    image : ndarray of uint8, shape (my, mx)
-        The training image.
-    ty, tx : int
-        First cell of the patch in the image.
-    box : Box
-    cut : CutWorkspace
     """
     size, m, keep_mask = box.size, box.overlap, cut.keep_mask
     for y in range(size):
@@ -155,16 +144,8 @@ def keep_old(grid, data, image, ty, tx, box, cut):
 def paste(image, ty, tx, box, keep_mask, counts, grid, sources):
     """Paste the patch at (ty, tx) of the image where the grid is not kept.
 
-    Parameters
-    ----------
-    image, ty, tx, box
-        As in `keep_old`.
-    keep_mask : ndarray of bool, shape (size, size)
-    counts : ndarray of int64, shape (n_facies,) or (0,)
-        Simulated cells by facies, kept up to date where it is not empty.
-    grid : ndarray of uint8, shape (ny, nx)
-    sources : ndarray of int32, shape (ny, nx) or (0, 0)
-        Flat index in the image of each cell, kept up to date where it is not empty.
+    `counts` (cells by facies) and `sources` (flat indices in the image) are kept up to date where
+    they are not empty.
     """
     for y in range(box.size):
         row = grid[box.y0 + y, box.x0 : box.x0 + box.size]

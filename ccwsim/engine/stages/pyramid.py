@@ -67,20 +67,8 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     """Return the patch at a location by the inverse DWT of its coefficients (section 4.4; line 13).
 
     For Haar this is the slice of the image itself, which is what the simulation loop uses; this
-    function shows, and the tests prove, that it may.
-
-    Parameters
-    ----------
-    coefficients : list
-        From `decompose`, with the wavelet "haar".
-    place : pair of int
-        Row and column in the approximation.
-    size : int
-        Side of the patch in cells, a multiple of 2^J.
-
-    Returns
-    -------
-    ndarray, shape (size, size)
+    function shows, and the tests prove, that it may. The place is in the approximation; the size
+    of the patch in cells is a multiple of 2^J.
 
     Examples
     --------
@@ -105,14 +93,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
 def build_pyramid(indices: NDArray[np.uint8], level: int, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image that is already in path coordinates.
 
-    Parameters
-    ----------
-    indices : ndarray of uint8, shape (ny, nx)
-        Facies indices.
-    level : int
-        J, at least 0.
-    n_planes : int
-        1 compares facies 1 with the rest (enough for two facies), otherwise one plane a facies.
+    One plane compares facies 1 with the rest (enough for two facies), else each facies has one.
     """
     image = np.ascontiguousarray(indices)
     unit = 2**level

@@ -19,22 +19,7 @@ from ccwsim.engine.stages.cut import UNKNOWN
 def refine_place(image, bits, grid, data, box, block_size, ty, tx, strips, at_stake):
     """Return the row and column of the TI, near (ty, tx), whose patch fits best.
 
-    Parameters
-    ----------
-    image, grid : ndarray of uint8
-        Training image and simulation grid in path coordinates.
-    bits : ndarray of uint64
-        Of the image, from `to_bits`.
-    data : PlacedData
-    box : Box
-    block_size : int
-        2^J.
-    ty, tx : int
-        First cell of the drawn location.
-    strips : Strips
-        Workspace.
-    at_stake : ndarray of int64, shape (n, 3)
-        Workspace for the data that the cut cannot keep.
+    `at_stake`, shape (n, 3), is workspace for the data that the cut cannot keep.
     """
     take_strips(grid, box, strips)
     n = data_at_stake(grid, data, box, at_stake)

@@ -89,28 +89,11 @@ def resimulate(
 
     Three steps: windows around what is wrong, halved from the template down; forced cells where
     even the smallest fits nowhere; larger windows again around the data that are left isolated,
-    with fewer cells of their own facies around them than the training image ever has.
+    with fewer cells of their own facies around them than the training image ever has, which needs
+    `isolated_below`. `check` is called now and then and may raise to stop; `on_window` is called
+    with (datum, size, fits) after each window, and with size 1 for each forced cell.
 
-    Parameters
-    ----------
-    target : Target
-    cells : ndarray of int64, shape (n, 2)
-        Row and column of the data to honour.
-    template : int
-        Side of the first windows in cells.
-    rng : numpy.random.Generator
-    isolated_below : ndarray, shape (256,), optional
-        From `isolated_datum_thresholds`; without it the third step is left out.
-    check : callable
-        Called now and then; may raise to stop.
-    on_window : callable, optional
-        Called as on_window(datum, size, fits) after each window, and with size 1 for each forced
-        cell.
-
-    Returns
-    -------
-    ndarray of int16, shape (n,)
-        As `Ensemble.data_status` has it.
+    Returns the data status, shape (n,), as `Ensemble.data_status` has it.
     """
     image, grid, sources = target.image, target.grid, target.sources
     rows, columns = cells.T
@@ -206,21 +189,8 @@ def first_cell(middle: int, size: int, length: int) -> int:
 def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
     """Simulate windows of one size around data anew.
 
-    Parameters
-    ----------
-    target : Target
-    cells : ndarray of int64, shape (n, 2)
-        Row and column of the data.
-    size : int
-        Side of the window in cells.
-    tolerance : float
-        Share of the ring that may be wrong.
-    anyway : bool
-        Also where the grid honours the datum by now, through the window of another one.
-    rng : numpy.random.Generator
-    work : Workspace
-    fits : ndarray of bool, shape (n,)
-        All False; True on return where the grid honours the datum.
+    A share of the ring up to `tolerance` may be wrong. With `anyway` also data that the grid
+    honours by now are taken. `fits`, shape (n,), becomes True where the grid honours the datum.
     """
     image, bits, data, grid, sources = target
     ny, nx = grid.shape

@@ -34,21 +34,9 @@ def score_type(level: int, template_size: int, overlap_size: int) -> type[np.sig
 def overlap_energies(
     sums: NDArray[np.integer], template: int, overlap: int, kind: type[np.signedinteger]
 ) -> NDArray[np.signedinteger]:
-    """Return ΣA² of each shape of overlap at each location (section 3.2).
+    """Return ΣA² of each shape of overlap at each location (section 3.2), shape (4, ny, nx).
 
-    Parameters
-    ----------
-    sums : ndarray, shape (n_planes, my, mx)
-        Block sums of the training image.
-    template, overlap : int
-        T and OR in blocks.
-    kind : type
-        Integer type of the scores.
-
-    Returns
-    -------
-    ndarray, shape (4, my − template + 1, mx − template + 1)
-        By shape of overlap; 0 is the first patch, which has none.
+    Shape 0 is the first patch, which has no overlap; T and OR are in blocks.
     """
     squares = np.square(sums.astype(np.int64)).sum(axis=0)
     table = np.pad(squares.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
@@ -71,17 +59,7 @@ def overlap_energies(
 def overlap_terms(grid, box, block_size, n_planes, terms):
     """Fill `terms` with the block sums of the overlap that are not zero; return how many.
 
-    Parameters
-    ----------
-    grid : ndarray of uint8, shape (ny, nx)
-        The simulation grid in path coordinates.
-    box : Box
-    block_size : int
-        2^J.
-    n_planes : int
-        Facies planes of the pyramid.
-    terms : ndarray of int64, shape (4, n)
-        Plane, row, column (in blocks) and block sum of each.
+    Rows of `terms`, shape (4, n): plane, row and column in blocks, and block sum.
     """
     n = 0
     first = 1 if n_planes == 1 else 0
@@ -117,17 +95,6 @@ def score_places(sums, terms, n_terms, energy, run, scores):
 
     Several rows are one run of numbers, as rows of locations alone are short; what comes out at
     the columns between them, where no location is, is left behind.
-
-    Parameters
-    ----------
-    sums : ndarray, shape (n_planes, my, mx)
-        Block sums of the training image.
-    terms, n_terms
-        From `overlap_terms`.
-    energy, scores : ndarray, shape (ny, nx)
-        By location; the same integer type.
-    run : ndarray, shape (n_run,)
-        Workspace of the same type.
     """
     ny, nx = scores.shape
     n_planes, my, mx = sums.shape

@@ -20,16 +20,6 @@ def upgrid(image, unit):
     taken: no facies is favoured, and a boundary along the middle of blocks stays straight. Rows and
     columns that do not fill a block are left out.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (ny, nx)
-        Facies indices.
-    unit : int
-
-    Returns
-    -------
-    ndarray of uint8, shape (ny // unit, nx // unit)
-
     Examples
     --------
     >>> upgrid(np.array([[1, 0, 2, 2, 1], [1, 1, 0, 0, 1]], np.uint8), 2)
@@ -62,20 +52,6 @@ def upgrid_data(
 
     Data that fall into one block with different facies cannot all be told there: the facies of most
     of them is taken, and of equally many that of the datum that comes first by row and column.
-
-    Parameters
-    ----------
-    cells : ndarray of int64, shape (n, 2)
-        Row and column of each datum.
-    facies : ndarray of uint8, shape (n,)
-        Facies indices.
-    unit : int
-
-    Returns
-    -------
-    blocks : ndarray of int64, shape (n_blocks, 2)
-        Row and column of each block with data, sorted.
-    facies : ndarray of uint8, shape (n_blocks,)
 
     Examples
     --------

@@ -178,13 +178,6 @@ DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f
 def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint8]:
     """Return n colours as red, green and blue, shape (n, 3).
 
-    Parameters
-    ----------
-    n : int
-        How many facies there are.
-    colours : sequence of str, optional
-        As `#rrggbb`; the default palette, then hues around the circle, where they are too few.
-
     Raises
     ------
     CCWSIMError
@@ -219,16 +212,6 @@ def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return the colours of a picture from dark to light and the place of each cell among them.
-
-    Parameters
-    ----------
-    rgb : ndarray of uint8, shape (ny, nx, 3)
-        The picture.
-
-    Returns
-    -------
-    colours : ndarray of uint8, shape (n, 3)
-    places : ndarray of int, shape (ny, nx)
 
     Examples
     --------
@@ -327,14 +310,6 @@ _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 
 
 def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
     """Return a picture in the same format, with its first frame only.
-
-    Parameters
-    ----------
-    content : bytes
-    name : str
-        What to call the file in messages.
-    keep_text : bytes
-        The start of a text of a PNG that is kept.
 
     Raises
     ------

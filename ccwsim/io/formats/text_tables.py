@@ -39,16 +39,7 @@ def is_number(word: str) -> bool:
 def numbers_in(
     content: bytes, name: str, *, start: int = 0, first_line: int = 1
 ) -> NDArray[np.float64]:
-    """Return all numbers of a text from byte `start` on.
-
-    Parameters
-    ----------
-    content : bytes
-        Numbers between white space.
-    name : str
-        What to call the file in messages.
-    start, first_line : int
-        Where the numbers begin, and the number of that line.
+    """Return all numbers of a text from byte `start` on, which is in line `first_line`.
 
     Raises
     ------

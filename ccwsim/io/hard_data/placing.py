@@ -153,20 +153,6 @@ def colliding(
 ) -> tuple[NDArray[np.int64], ...]:
     """Return, for each cell with more than one facies, the points in it.
 
-    Parameters
-    ----------
-    cells : ndarray, shape (n, 2)
-        Row and column of each point.
-    facies : ndarray, shape (n,)
-        Its facies.
-    among : ndarray
-        The points to look at.
-
-    Returns
-    -------
-    tuple of ndarray
-        Places in `cells`, in the order of the file; cells by row, then column.
-
     Examples
     --------
     >>> cells = np.array([[0, 1], [2, 2], [0, 1]])
@@ -187,19 +173,6 @@ def settled(
     facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
 ) -> tuple[int | None, bool]:
     """Return the facies to keep in a cell and whether only the order in the file decided.
-
-    Parameters
-    ----------
-    facies, offsets : ndarray, shape (k,)
-        Facies of the points in the cell and their distances from its centre, in file order.
-    choice : "drop", "majority" or "nearest"
-        As in `resolve_points`.
-
-    Returns
-    -------
-    code : int or None
-        None where all are dropped.
-    tied : bool
 
     Examples
     --------
