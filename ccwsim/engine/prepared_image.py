@@ -20,23 +20,15 @@ from ccwsim.system.workers import check_stop
 
 
 class OrientedImage(NamedTuple):
-    """A training image in one orientation of the path, prepared for the search.
-
-    Attributes
-    ----------
-    pyramid : Pyramid
-    splits : ndarray of int64, shape (n_splits,)
-        Into how many parts, along each axis, a tile may be split; the first is 1.
-    energies : ndarray, shape (n_splits, 4, ny_places, nx_places)
-        ΣA² by split, shape of the overlap and location; see `overlap_energies`.
-    proportions : ndarray of float64, shape (n_facies,)
-        Of the training image.
-    """
+    """A training image in one orientation of the path, prepared for the search."""
 
     pyramid: Pyramid
+    # shape (n_splits,): into how many parts, along each axis, a tile may be split; the first is 1
     splits: NDArray[np.int64]
+    # shape (n_splits, 4, ny_places, nx_places): σA² by split, shape of the overlap and location;
+    # see `overlap_energies`
     energies: NDArray[np.signedinteger]
-    proportions: NDArray[np.float64]
+    proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
 
 
 def orient_image(study: Study, image: NDArray[np.uint8], template_size: int) -> OrientedImage:

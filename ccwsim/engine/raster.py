@@ -45,25 +45,13 @@ RASTER_SHARE = 0.7
 
 
 class Plan(NamedTuple):
-    """What is settled before the first patch of a realization.
-
-    Attributes
-    ----------
-    path : RasterPath
-    oriented : OrientedImage
-        The training image in path coordinates, at the scale of the search.
-    search : Search
-    data : tuple of PlacedData
-        By scale, the finest first.
-    patches : ndarray of int64, shape (n, 7)
-        From `make_patches`, in cells of the searched scale.
-    """
+    """What is settled before the first patch of a realization."""
 
     path: RasterPath
-    oriented: OrientedImage
+    oriented: OrientedImage  # the training image in path coordinates, at the scale of the search
     search: Search
-    data: tuple[PlacedData, ...]
-    patches: NDArray[np.int64]
+    data: tuple[PlacedData, ...]  # by scale, the finest first
+    patches: NDArray[np.int64]  # shape (n, 7): from `make_patches`, in cells of the searched scale
 
 
 def simulate_raster(

@@ -23,24 +23,12 @@ from ccwsim.system.workers import Watch
 
 @dataclass(frozen=True, eq=False)
 class Realization:
-    """One realization of a study.
+    """One realization of a study."""
 
-    Attributes
-    ----------
-    indices : ndarray of uint8, shape (ny, nx)
-        Facies indices.
-    sources : ndarray of int32, shape (ny, nx) or (0, 0)
-        As `Ensemble.sources` has it.
-    data_status : ndarray of int16, shape (n_data,)
-        As `Ensemble.data_status` has it.
-    cpu_seconds : float
-        CPU time of the thread that simulated it.
-    """
-
-    indices: NDArray[np.uint8]
-    sources: NDArray[np.int32]
-    data_status: NDArray[np.int16]
-    cpu_seconds: float = 0.0
+    indices: NDArray[np.uint8]  # shape (ny, nx): facies indices
+    sources: NDArray[np.int32]  # shape (ny, nx) or (0, 0): as `Ensemble.sources` has it
+    data_status: NDArray[np.int16]  # shape (n_data,): as `Ensemble.data_status` has it
+    cpu_seconds: float = 0.0  # CPU time of the thread that simulated it
 
 
 def simulate_realization(

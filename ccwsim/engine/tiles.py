@@ -78,23 +78,16 @@ class Workspace(NamedTuple):
 
 
 class Simulated(NamedTuple):
-    """What the simulation loop fills, in path coordinates.
+    """What the simulation loop fills, in path coordinates."""
 
-    Attributes
-    ----------
-    grid : ndarray of uint8, shape (ny, nx)
-        Facies indices, UNKNOWN where not simulated; large enough for whole tiles.
-    sources : ndarray of int32, shape (ny, nx) or (0, 0)
-        Flat index in the oriented TI of each cell; not kept where it is empty.
-    counts : ndarray of int64, shape (n_facies,) or (0,)
-        Simulated cells by facies; not kept where it is empty.
-    locations : ndarray of int32, shape (n_patches, 2)
-        First cell in the oriented TI of each patch.
-    """
-
+    # shape (ny, nx): facies indices, UNKNOWN where not simulated; large enough for whole tiles
     grid: NDArray[np.uint8]
+    # shape (ny, nx) or (0, 0): flat index in the oriented TI of each cell; not kept where it is
+    # empty
     sources: NDArray[np.int32]
+    # shape (n_facies,) or (0,): simulated cells by facies; not kept where it is empty
     counts: NDArray[np.int64]
+    # shape (n_patches, 2): first cell in the oriented TI of each patch
     locations: NDArray[np.int32]
 
 

@@ -33,21 +33,11 @@ DIRECTIONS = ("E-W", "N-S")
 
 @dataclass(frozen=True, eq=False)
 class ComparedCurves:
-    """One statistic of one facies along one direction.
+    """One statistic of one facies along one direction."""
 
-    Attributes
-    ----------
-    lags : ndarray of int, shape (m,)
-        In cells.
-    reference : ndarray, shape (m,)
-        The training image's curve.
-    bands : tuple of Band
-        One a setting: quantiles 5, 50 and 95 % over its realizations.
-    """
-
-    lags: NDArray[np.int64]
-    reference: NDArray[np.float64]
-    bands: tuple[Band, ...]
+    lags: NDArray[np.int64]  # shape (m,): in cells
+    reference: NDArray[np.float64]  # shape (m,): the training image's curve
+    bands: tuple[Band, ...]  # one a setting: quantiles 5, 50 and 95 % over its realizations
 
     @property
     def gaps(self) -> NDArray[np.float64]:
@@ -104,24 +94,13 @@ def _part(progress: Callable[[float], None], k: int, n: int) -> Callable[[float]
 
 @dataclass(frozen=True)
 class PairRatio:
-    """One row of the table of ANODI ratios: a setting against another (Tan et al. 2014).
-
-    Attributes
-    ----------
-    name, other : str
-    between : float
-        Above 1 where `name` is the more varied one.
-    within : float
-        Above 1 where `name` lies farther from the training image.
-    ratio : float
-        between / within: above 1 where `name` is the better one.
-    """
+    """One row of the table of ANODI ratios: a setting against another (Tan et al. 2014)."""
 
     name: str
     other: str
-    between: float
-    within: float
-    ratio: float
+    between: float  # above 1 where `name` is the more varied one
+    within: float  # above 1 where `name` lies farther from the training image
+    ratio: float  # between / within: above 1 where `name` is the better one
 
 
 @dataclass(frozen=True, eq=False)

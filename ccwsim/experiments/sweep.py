@@ -49,20 +49,12 @@ TAU_TOLERANCE = 0.03
 
 @dataclass(frozen=True)
 class Settings:
-    """The settings that a sweep tries.
+    """The settings that a sweep tries."""
 
-    Attributes
-    ----------
-    fitting : tuple of Parameters
-        The combinations that fit together, each once.
-    left_out : tuple of (dict, str)
-        The others: the values of each, and why they do not fit.
-    n_equal : int
-        How many were left out as they simulate the same as another: "ccsim" has no level.
-    """
-
-    fitting: tuple[Parameters, ...]
+    fitting: tuple[Parameters, ...]  # the combinations that fit together, each once
+    # the others: the values of each, and why they do not fit
     left_out: tuple[tuple[dict[str, Any], str], ...] = ()
+    # how many were left out as they simulate the same as another: "ccsim" has no level
     n_equal: int = 0
 
     def __len__(self) -> int:
@@ -350,18 +342,10 @@ def _first(indices: NDArray[np.uint8], n: int) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """A setting to take.
+    """A setting to take."""
 
-    Attributes
-    ----------
-    index : int
-        Which row of the sweep.
-    reason : str
-        Why, in words.
-    """
-
-    index: int
-    reason: str
+    index: int  # which row of the sweep
+    reason: str  # why, in words
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:

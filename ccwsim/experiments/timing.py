@@ -34,20 +34,11 @@ LINEAR = (0.9, 1.1)
 
 @dataclass(frozen=True)
 class TimingCase:
-    """One setting to time.
-
-    Attributes
-    ----------
-    parameters : Parameters
-    grid_shape : tuple of int
-        Rows and columns.
-    n_data : int
-        Hard data; 0 for an unconditional run.
-    """
+    """One setting to time."""
 
     parameters: Parameters
-    grid_shape: tuple[int, int]
-    n_data: int = 0
+    grid_shape: tuple[int, int]  # rows and columns
+    n_data: int = 0  # hard data; 0 for an unconditional run
 
     @property
     def n_cells(self) -> int:
@@ -331,18 +322,11 @@ def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray
 
 @dataclass(frozen=True)
 class Growth:
-    """How time grows with the number of grid cells.
+    """How time grows with the number of grid cells."""
 
-    Attributes
-    ----------
-    seconds_per_million : float
-        CPU seconds of a million cells, by least squares of the relative errors.
-    exponent : float
-        Of the number of cells in a power law; 1 is linear growth.
-    """
-
+    # CPU seconds of a million cells, by least squares of the relative errors
     seconds_per_million: float
-    exponent: float
+    exponent: float  # of the number of cells in a power law; 1 is linear growth
 
     @property
     def linear(self) -> bool:

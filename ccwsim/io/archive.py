@@ -16,13 +16,7 @@ _BLOCK = 4 * 2**20
 
 
 class Archive:
-    """The members of a zip file, by their names; `opened_archive` makes one.
-
-    Attributes
-    ----------
-    infos : dict of str to ZipInfo
-        What the file says of each member; the names are the file's, and no paths.
-    """
+    """The members of a zip file, by names that are the file's, and no paths."""
 
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
         self._archive, self._name = archive, name

@@ -17,38 +17,20 @@ MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
 
 @dataclass(frozen=True, eq=False)
 class DataFile:
-    """The variables of a file, as they stand in it.
+    """The variables of a file, as they stand in it."""
 
-    Attributes
-    ----------
-    kind : str
-        The format, in words.
-    name : str
-        What to call the file in messages.
-    variables : dict of str to ndarray
-        Grids of shape (nz, ny, nx), or columns of shape (n,) of a table.
-    is_table : bool
-        Whether the variables are columns: points, or a grid whose size the file does not say.
-    lines : ndarray of int, shape (n,), optional
-        The line of the file, from 1, that each row of a table or text matrix stands on.
-    south_first : bool
-        Whether the format puts row 0 at the south.
-    asks_up : bool
-        Whether the format leaves that open, so that the user has to look.
-    missing : tuple of float
-        Values that stand for "not known", besides NaN.
-    cell_size, origin : pair of float, optional
-        Where the file says them: along x and y, the origin at the corner of the first cell.
-    """
-
-    kind: str
-    name: str
+    kind: str  # the format, in words
+    name: str  # what to call the file in messages
+    # grids of shape (nz, ny, nx), or columns of shape (n,) of a table
     variables: dict[str, NDArray]
+    # whether the variables are columns: points, or a grid whose size the file does not say
     is_table: bool = False
+    # shape (n,): the line of the file, from 1, that each row of a table or text matrix stands on
     lines: NDArray[np.int64] | None = None
-    south_first: bool = True
-    asks_up: bool = False
-    missing: tuple[float, ...] = ()
+    south_first: bool = True  # whether the format puts row 0 at the south
+    asks_up: bool = False  # whether the format leaves that open, so that the user has to look
+    missing: tuple[float, ...] = ()  # values that stand for "not known", besides NaN
+    # where the file says them: along x and y, the origin at the corner of the first cell
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
 

@@ -31,39 +31,18 @@ MAX_MEMBERS = 2000
 
 @dataclass(frozen=True)
 class Limits:
-    """How much a file may hold.
+    """How much a file may hold."""
 
-    Attributes
-    ----------
-    bytes : int
-        Of the file.
-    unpacked : int
-        Bytes that all parts of a packed file may have together: they are held at once.
-    ratio : int
-        Bytes that may come out of one packed byte, where a part has more than `PACKED_FREELY`.
-    cells : int
-        Values over all variables, and pixels of a picture.
-    points : int
-        Hard data: each is looked at while realizations are simulated, and drawn.
-    lines : int
-        Lines of a table in text: each is an object of its own while it is read.
-    line_bytes : int
-        Bytes of one of them, for the same reason.
-    fields : int
-        Fields of a table with words or gaps, which are read one by one.
-    seconds : float
-        For reading it.
-    """
-
-    bytes: int
-    unpacked: int
+    bytes: int  # of the file
+    unpacked: int  # bytes that all parts of a packed file may have together: they are held at once
+    # bytes that may come out of one packed byte, where a part has more than `PACKED_FREELY`
     ratio: float
-    cells: int
-    points: int
-    lines: int
-    line_bytes: int
-    fields: int
-    seconds: float
+    cells: int  # values over all variables, and pixels of a picture
+    points: int  # hard data: each is looked at while realizations are simulated, and drawn
+    lines: int  # lines of a table in text: each is an object of its own while it is read
+    line_bytes: int  # bytes of one of them, for the same reason
+    fields: int  # fields of a table with words or gaps, which are read one by one
+    seconds: float  # for reading it
 
 
 OF_SCRIPTS = Limits(

@@ -78,18 +78,8 @@ class Choices:
 
 @dataclass(frozen=True)
 class Shown:
-    """What of the results is looked at.
+    """What of the results is looked at."""
 
-    Attributes
-    ----------
-    realization : int
-        Which one is large, from 0.
-    facies : int
-        The place of the facies whose curves and probability are shown.
-    e_type : str
-        What the uncertainty map shows.
-    """
-
-    realization: int = 0
-    facies: int = 1
-    e_type: EMap = "probability"
+    realization: int = 0  # which one is large, from 0
+    facies: int = 1  # the place of the facies whose curves and probability are shown
+    e_type: EMap = "probability"  # what the uncertainty map shows

@@ -12,21 +12,11 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Source:
-    """Where times come from.
+    """Where times come from."""
 
-    Attributes
-    ----------
-    name : str
-        Short, for a legend or the head of a table.
-    reference : str
-        Where they can be looked up, or how they were measured.
-    machine : str
-        Language and machine, as far as they are known.
-    """
-
-    name: str
-    reference: str
-    machine: str
+    name: str  # short, for a legend or the head of a table
+    reference: str  # where they can be looked up, or how they were measured
+    machine: str  # language and machine, as far as they are known
 
 
 PAPER = Source(
@@ -56,38 +46,19 @@ OTHER_ENGINES = Source(
 
 @dataclass(frozen=True)
 class PublishedTime:
-    """CPU time of one realization as a source reports it.
-
-    Attributes
-    ----------
-    source : Source
-    where : str
-        The table or figure.
-    image : str
-        Training image: "channel", "stone wall", "three facies", …
-    n_cells : int or None
-        Cells of the grid; None where the source at hand does not say.
-    n_data : int or None
-        Hard data, 0 for an unconditional run; None where the source does not say.
-    method : str
-        "ccwsim" or "ms-ccsim", as `Parameters.method` has it, or the name of another engine.
-    level : int or None
-        Wavelet level, or scale of MS-CCSIM; None where the source does not say or has none.
-    cpu_seconds : float or None
-        None where no run came to an end.
-    wrong_share : float or None
-        Share of the hard data not honoured at full resolution, 0 … 1; None where not reported.
-    note : str
-    """
+    """CPU time of one realization as a source reports it."""
 
     source: Source
-    where: str
-    image: str
-    n_cells: int | None
-    n_data: int | None
+    where: str  # the table or figure
+    image: str  # training image: "channel", "stone wall", "three facies", …
+    n_cells: int | None  # cells of the grid; None where the source at hand does not say
+    n_data: int | None  # hard data, 0 for an unconditional run; None where the source does not say
+    # "ccwsim" or "ms-ccsim", as `Parameters.method` has it, or the name of another engine
     method: str
+    # wavelet level, or scale of MS-CCSIM; None where the source does not say or has none
     level: int | None
-    cpu_seconds: float | None
+    cpu_seconds: float | None  # None where no run came to an end
+    # share of the hard data not honoured at full resolution, 0 … 1; None where not reported
     wrong_share: float | None = None
     note: str = ""
 

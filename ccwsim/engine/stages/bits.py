@@ -16,18 +16,11 @@ from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP
 
 
 class Strips(NamedTuple):
-    """The cells in the overlap of a box that locations are compared with.
+    """The cells in the overlap of a box that locations are compared with."""
 
-    Attributes
-    ----------
-    words : ndarray of uint64, shape (n_planes, size, n_words)
-        Their facies; cell x of a row is bit x % 64 of word x // 64.
-    mask : ndarray of uint64, shape (size, n_words)
-        Which cells they are.
-    """
-
+    # shape (n_planes, size, n_words): their facies; cell x of a row is bit x % 64 of word x // 64
     words: NDArray[np.uint64]
-    mask: NDArray[np.uint64]
+    mask: NDArray[np.uint64]  # shape (size, n_words): which cells they are
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:

@@ -11,20 +11,11 @@ L_SHAPE = LEFT | TOP
 
 
 class Box(NamedTuple):
-    """A square of cells in the simulation grid, with its overlap.
+    """A square of cells in the simulation grid, with its overlap."""
 
-    Attributes
-    ----------
-    y0, x0, size : int
-        First row and column, and side, in cells.
-    sides : int
-        Sides with an overlap: a sum of LEFT, TOP, RIGHT and BOTTOM.
-    overlap : int
-        Width of the overlap, in cells.
-    """
-
+    # first row and column, and side, in cells
     y0: int
     x0: int
     size: int
-    sides: int
-    overlap: int
+    sides: int  # sides with an overlap: a sum of LEFT, TOP, RIGHT and BOTTOM
+    overlap: int  # width of the overlap, in cells

@@ -18,26 +18,13 @@ from ccwsim.engine.stages.path import RasterPath
 
 
 class Weights(NamedTuple):
-    """How much data steer the choice of a location, in wrong cells of overlap.
+    """How much data steer the choice of a location, in wrong cells of overlap."""
 
-    Attributes
-    ----------
-    missed : int
-        What a datum counts that the patch would miss.
-    held : int
-        The same where the cell is in the overlap and right already: the cut can keep it.
-    ahead : int
-        The same for a datum in the co-template: the next patches can still honour it.
-    slack : int
-        A location is drawn only if it is at most so much worse than the best.
-    everywhere : bool
-        Whether every location is looked at, not the share with the best overlaps alone.
-    """
-
-    missed: int
-    held: int
-    ahead: int
-    slack: int
+    missed: int  # what a datum counts that the patch would miss
+    held: int  # the same where the cell is in the overlap and right already: the cut can keep it
+    ahead: int  # the same for a datum in the co-template: the next patches can still honour it
+    slack: int  # a location is drawn only if it is at most so much worse than the best
+    # whether every location is looked at, not the share with the best overlaps alone
     everywhere: bool
 
 
@@ -52,24 +39,14 @@ N_CLASSES = 256
 
 
 class PlacedData(NamedTuple):
-    """Hard data in path coordinates, as the kernels need them.
+    """Hard data in path coordinates, as the kernels need them."""
 
-    Attributes
-    ----------
-    facies : ndarray of uint8, shape (ny, nx)
-        Facies index of the datum of each cell, UNKNOWN where there is none.
-    columns : ndarray of int64, shape (n,)
-        Column of each datum, by row.
-    first : ndarray of int64, shape (ny + 1,)
-        Where the data of each row begin in `columns`.
-    required : ndarray of uint8, shape (ny, nx)
-        The data that refinement and cut must keep: `facies`, or none where the data only steer the
-        choice of the location.
-    """
-
+    # shape (ny, nx): facies index of the datum of each cell, UNKNOWN where there is none
     facies: NDArray[np.uint8]
-    columns: NDArray[np.int64]
-    first: NDArray[np.int64]
+    columns: NDArray[np.int64]  # shape (n,): column of each datum, by row
+    first: NDArray[np.int64]  # shape (ny + 1,): where the data of each row begin in `columns`
+    # shape (ny, nx): the data that refinement and cut must keep: `facies`, or none where the data
+    # only steer the choice of the location
     required: NDArray[np.uint8]
 
 

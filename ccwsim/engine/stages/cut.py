@@ -18,27 +18,16 @@ BROKEN = 1 << 16
 
 
 class CutWorkspace(NamedTuple):
-    """Arrays for the cuts of one patch, large enough for each of its sides.
+    """Arrays for the cuts of one patch, large enough for each of its sides."""
 
-    Attributes
-    ----------
-    keep_mask : ndarray of bool, shape (size, size)
-        Where the grid stays as it is.
-    error : ndarray of uint8, shape (size, overlap)
-        1 where old and new cells differ; lines along the boundary, cells across.
-    demand : ndarray of uint8, shape (size, overlap)
-        KEEP_OLD or TAKE_NEW where only that honours a datum, else 0.
-    cost : ndarray of int64, shape (size, overlap + 1)
-        Cost of the best path to each boundary.
-    path : ndarray of int64, shape (size,)
-        The chosen boundary of each line.
-    """
-
-    keep_mask: NDArray[np.bool_]
+    keep_mask: NDArray[np.bool_]  # shape (size, size): where the grid stays as it is
+    # shape (size, overlap): 1 where old and new cells differ; lines along the boundary, cells
+    # across
     error: NDArray[np.uint8]
+    # shape (size, overlap): KEEP_OLD or TAKE_NEW where only that honours a datum, else 0
     demand: NDArray[np.uint8]
-    cost: NDArray[np.int64]
-    path: NDArray[np.int64]
+    cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
+    path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
 
 
 def make_cut(size: int, overlap: int) -> CutWorkspace:

@@ -62,25 +62,14 @@ def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
 
 
 class RasterPath(NamedTuple):
-    """A raster path over a grid.
+    """A raster path over a grid."""
 
-    Attributes
-    ----------
-    orientation : int
-        0 … 7.
-    shape : pair of int
-        Rows and columns of the grid in path coordinates.
-    n_rows, n_columns : int
-        How many tiles cover it.
-    full : pair of int
-        Rows and columns that whole tiles cover, at least `shape`.
-    """
-
-    orientation: int
-    shape: tuple[int, int]
+    orientation: int  # 0 … 7
+    shape: tuple[int, int]  # rows and columns of the grid in path coordinates
+    # how many tiles cover it
     n_rows: int
     n_columns: int
-    full: tuple[int, int]
+    full: tuple[int, int]  # rows and columns that whole tiles cover, at least `shape`
 
 
 def make_path(

@@ -17,24 +17,15 @@ from ccwsim.model.errors import CCWSIMError
 
 
 class Pyramid(NamedTuple):
-    """The training image in path coordinates, as the kernels need it.
+    """The training image in path coordinates, as the kernels need it."""
 
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (ny, nx)
-        Facies indices.
-    bits : ndarray of uint64, shape (n, ny, n_words)
-        The same as `to_bits` gives it.
-    sums : ndarray of uint8 or int16, shape (n_planes, ny / 2^J, nx / 2^J)
-        How many cells of each block have each facies. Two facies need one plane.
-    phases : ndarray of uint8, shape (2^J, 2^J, ny / 2^J, nx / 2^J)
-        `phases[a, b, i, j]` is `image[i * 2^J + a, j * 2^J + b]`: the cell at a fixed offset from
-        all places lies in one contiguous plane.
-    """
-
-    image: NDArray[np.uint8]
-    bits: NDArray[np.uint64]
+    image: NDArray[np.uint8]  # shape (ny, nx): facies indices
+    bits: NDArray[np.uint64]  # shape (n, ny, n_words): the same as `to_bits` gives it
+    # shape (n_planes, ny / 2^J, nx / 2^J): how many cells of each block have each facies. Two
+    # facies need one plane.
     sums: NDArray[np.integer]
+    # shape (2^J, 2^J, ny / 2^J, nx / 2^J): `phases[a, b, i, j]` is `image[i * 2^J + a, j * 2^J +
+    # b]`: the cell at a fixed offset from all places lies in one contiguous plane
     phases: NDArray[np.uint8]
 
 

@@ -42,27 +42,15 @@ LOCATIONS_PER_CALL = 10_000_000
 
 
 class Target(NamedTuple):
-    """What is simulated anew, and from what; `grid` and `sources` change in place.
+    """What is simulated anew, and from what; `grid` and `sources` change in place."""
 
-    Attributes
-    ----------
-    image : ndarray of uint8, shape (my, mx)
-        Training image, facies indices.
-    bits : ndarray of uint64, shape (n_planes, my, n_words)
-        The same as `to_bits` gives it.
-    data : ndarray of uint8, shape (ny, nx)
-        All data, from `data_grid`: every window honours all that are in it.
-    grid : ndarray of uint8, shape (ny, nx)
-        The realization.
-    sources : ndarray of int32, shape (ny, nx) or (0, 0)
-        Flat index in the TI of each cell, kept up to date where it is not empty; −1 where a cell
-        is forced.
-    """
-
-    image: NDArray[np.uint8]
-    bits: NDArray[np.uint64]
+    image: NDArray[np.uint8]  # shape (my, mx): training image, facies indices
+    bits: NDArray[np.uint64]  # shape (n_planes, my, n_words): the same as `to_bits` gives it
+    # shape (ny, nx): all data, from `data_grid`: every window honours all that are in it
     data: NDArray[np.uint8]
-    grid: NDArray[np.uint8]
+    grid: NDArray[np.uint8]  # shape (ny, nx): the realization
+    # shape (ny, nx) or (0, 0): flat index in the TI of each cell, kept up to date where it is not
+    # empty; −1 where a cell is forced
     sources: NDArray[np.int32]
 
 

@@ -32,19 +32,7 @@ class Checkpoint(NamedTuple):
 
 
 class PatchStepper:
-    """A realization on its way along the path.
-
-    Attributes
-    ----------
-    patches : tuple of Patch
-        In the order of the path.
-    simulated : Simulated
-        Grid and sources up to now.
-    work : Workspace
-        What the latest patch left.
-    rng : numpy.random.Generator
-        As the next patch finds it.
-    """
+    """A realization on its way along the path."""
 
     def __init__(self, study: Study, plan: Plan, rng: np.random.Generator) -> None:
         self._plan, self.rng = plan, rng
