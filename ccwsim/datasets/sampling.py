@@ -16,11 +16,6 @@ DIRECTIONS = ("N-S", "E-W")
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
     """Sample cells that are chosen at random, none of them twice.
 
-    Raises
-    ------
-    CCWSIMError
-        For a field that is no map, or a number of data below 1.
-
     Examples
     --------
     >>> sample_random(np.eye(40, dtype=int), 12, seed=1).n
@@ -36,11 +31,6 @@ def sample_wells(
     field: NDArray[np.integer], n: int, seed: int = 0, *, direction: str = "N-S", every: int = 1
 ) -> HardData:
     """Sample a field along straight wells that cross it from edge to edge.
-
-    Raises
-    ------
-    CCWSIMError
-        For a field that is no map, another direction, or numbers below 1.
 
     Examples
     --------
@@ -61,11 +51,6 @@ def sample_wells(
 
 def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
     """Sample a field on a regular grid that is centred in it.
-
-    Raises
-    ------
-    CCWSIMError
-        For a field that is no map, or a spacing below 1.
 
     Examples
     --------

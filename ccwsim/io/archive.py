@@ -24,12 +24,7 @@ class Archive:
         self.n_members = len(archive.infolist())
 
     def check(self, members: list[str]) -> None:
-        """Say so where these members are packed in a strange way or unpack to too much.
-
-        Raises
-        ------
-        CCWSIMError
-        """
+        """Say so where these members are packed in a strange way or unpack to too much."""
         infos = [self.infos[member] for member in members]
         for info in infos:
             if info.compress_type not in _METHODS or info.flag_bits & 1:
@@ -59,11 +54,6 @@ class Archive:
 @contextmanager
 def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     """Yield the members of a zip file; any trouble with it is said in words.
-
-    Raises
-    ------
-    CCWSIMError
-        For a broken file, and one of too many members.
 
     Examples
     --------

@@ -15,11 +15,6 @@ from ccwsim.model.errors import CCWSIMError
 def write_bytes(path_or_file: Any, content: bytes) -> None:
     """Write to a path, by a temporary file beside it and a rename, or to an open binary file.
 
-    Raises
-    ------
-    CCWSIMError
-        For a place that cannot be written; a file that was there stays as it was.
-
     Examples
     --------
     >>> from io import BytesIO
@@ -49,11 +44,6 @@ def write_bytes(path_or_file: Any, content: bytes) -> None:
 
 def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -> str:
     """Return the format to write: the one asked for, else the ending of the path.
-
-    Raises
-    ------
-    CCWSIMError
-        For one that is not allowed.
 
     Examples
     --------

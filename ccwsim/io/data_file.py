@@ -35,13 +35,7 @@ class DataFile:
     origin: tuple[float, float] | None = None
 
     def chosen(self, variable: str | None, preferred: tuple[str, ...] = ()) -> str:
-        """Return the name of the variable to read; the only one where none is asked for.
-
-        Raises
-        ------
-        CCWSIMError
-            Where there is no such variable, or several and none was picked; the names are listed.
-        """
+        """Return the name of the variable to read; the only one where none is asked for."""
         names = list(self.variables)
         there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
         if variable is not None:
@@ -57,13 +51,7 @@ class DataFile:
         raise CCWSIMError(f"{self.name} has {len(names)} variables: {there}; pick one (variable=)")
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
-        """Return a variable as (nz, ny, nx); a table needs the shape, x fastest.
-
-        Raises
-        ------
-        CCWSIMError
-            Where a table comes without a shape, or the shape does not fit.
-        """
+        """Return a variable as (nz, ny, nx); a table needs the shape, x fastest."""
         values = self.variables[variable]
         if not self.is_table:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
@@ -133,11 +121,6 @@ def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:
     """Return one 2-D layer of a grid of shape (nz, ny, nx).
 
     A grid that is one cell wide along x or y is a vertical section and is taken as it is.
-
-    Raises
-    ------
-    CCWSIMError
-        Where there are several layers and none was picked, or not such a one.
 
     Examples
     --------

@@ -109,11 +109,6 @@ def check_time(name: str) -> None:
 def check_cells(name: str, shape: tuple[int, ...]) -> int:
     """Return how many values `shape` has, or say that they are none or too many.
 
-    Raises
-    ------
-    CCWSIMError
-        For sizes below 1, or more values than a file may hold.
-
     Examples
     --------
     >>> check_cells("ti.npy", (20, 30))
@@ -130,11 +125,6 @@ def check_cells(name: str, shape: tuple[int, ...]) -> int:
 
 def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
     """Say so where a file, or what is packed in it, is too large.
-
-    Raises
-    ------
-    CCWSIMError
-        For more bytes than it may have.
 
     Examples
     --------

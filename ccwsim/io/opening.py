@@ -49,11 +49,6 @@ _MAGIC = (
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
     """Return the content of a file and the name to call it by in messages.
 
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read, is empty, or is larger than it may be.
-
     Examples
     --------
     >>> from io import BytesIO
@@ -141,11 +136,6 @@ _READERS = {"npy": read_npy, "npz": read_npz, "picture": read_picture, "matlab":
 
 def open_file(path_or_file: PathOrFile) -> DataFile | Picture:
     """Return the variables or the colours of a file.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read, is of an unknown kind, broken, or too large.
 
     Examples
     --------

@@ -13,13 +13,7 @@ from ccwsim.model.lazy_stack import LazyStack
 
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
-    """Return `values` as an array, or say that they are not a regular one.
-
-    Raises
-    ------
-    CCWSIMError
-        For rows of different lengths and the like.
-    """
+    """Return `values` as an array, or say that they are not a regular one."""
     if np.ma.is_masked(values):
         raise CCWSIMError(f"{what}: some values are masked; every value must be known")
     try:
@@ -32,11 +26,6 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
 
 def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return `values` as an array of real numbers, which may be NaN.
-
-    Raises
-    ------
-    CCWSIMError
-        For anything else.
 
     Examples
     --------
@@ -63,11 +52,6 @@ def is_whole(value: object) -> TypeGuard[int]:
 def check_int(name: str, value: object, low: int, high: int | None = None) -> int:
     """Return a whole number of at least `low` and, where it is given, at most `high`.
 
-    Raises
-    ------
-    CCWSIMError
-        For anything else; the message names the bounds.
-
     Examples
     --------
     >>> check_int("size", 4, 1, 8)
@@ -83,11 +67,6 @@ def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
     """Return `values` as int64, or say which value is not a whole number.
 
     MATLAB files carry codes such as 0.9999 and 1.1e-16: within 1e-3 of a whole number counts as it.
-
-    Raises
-    ------
-    CCWSIMError
-        Where a value is not a finite whole number.
 
     Examples
     --------

@@ -79,14 +79,7 @@ class Setting:
         return format_number(value) if isinstance(value, float) else str(value)
 
     def read(self, text: str) -> Any:
-        """Return the value of a text.
-
-        Raises
-        ------
-        CCWSIMError
-            With the reason as the end of a sentence; the ranges of parameters are left to
-            `Parameters`, which knows those that depend on each other.
-        """
+        """Return the value of a text; an error gives the reason as the end of a sentence."""
         if self.words:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")
@@ -108,13 +101,7 @@ class Setting:
         return int(text) if self.kind == "whole" else float(text)
 
     def check(self, value: Any, where: str) -> Any:
-        """Return the value of a project file.
-
-        Raises
-        ------
-        CCWSIMError
-            For one of another kind or range.
-        """
+        """Return the value of a project file."""
         name = self.fields[0]
         if self.words:
             if value not in self.words.values():

@@ -153,11 +153,6 @@ class Ensemble:
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
     """Return the realizations of several runs of one study as one ensemble, in their order.
 
-    Raises
-    ------
-    CCWSIMError
-        For no parts, parts of different studies, and a realization that is in two of them.
-
     Examples
     --------
     >>> from ccwsim import simulate

@@ -24,8 +24,8 @@ class Pyramid(NamedTuple):
     # shape (n_planes, ny / 2^J, nx / 2^J): how many cells of each block have each facies. Two
     # facies need one plane.
     sums: NDArray[np.integer]
-    # shape (2^J, 2^J, ny / 2^J, nx / 2^J): `phases[a, b, i, j]` is `image[i * 2^J + a, j * 2^J +
-    # b]`: the cell at a fixed offset from all places lies in one contiguous plane
+    # shape (2^J, 2^J, ny / 2^J, nx / 2^J): `phases[a, b, i, j]` is the cell [a, b] of block [i, j],
+    # so that the cell at a fixed offset from all locations is in one contiguous plane
     phases: NDArray[np.uint8]
 
 
@@ -33,11 +33,6 @@ def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
     """Return the DWT of an image as `pywt.wavedec2` gives it: [cA_J, details_J, …, details_1].
 
     Rows and columns that do not fill a block of 2^level are left out.
-
-    Raises
-    ------
-    CCWSIMError
-        Where the image is smaller than one block.
 
     Examples
     --------

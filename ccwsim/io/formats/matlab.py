@@ -47,11 +47,6 @@ _START, _BLOCK = 2000, 4 * 2**20
 def read_matlab(content: bytes, name: str) -> DataFile:
     """Return the 2-D and 3-D arrays of real numbers in a MATLAB file.
 
-    Raises
-    ------
-    CCWSIMError
-        For a broken file, one that unpacks to too much, or one without such an array.
-
     Examples
     --------
     >>> from io import BytesIO

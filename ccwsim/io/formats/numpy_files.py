@@ -21,11 +21,6 @@ MAX_HEADER = 10_000
 def read_npy(content: bytes, name: str) -> DataFile:
     """Return the array of an `.npy` file: (ny, nx), or (n, ny, nx) with n slices.
 
-    Raises
-    ------
-    CCWSIMError
-        For a broken file, values that are not real numbers, or another number of dimensions.
-
     Examples
     --------
     >>> content = BytesIO()
@@ -38,11 +33,6 @@ def read_npy(content: bytes, name: str) -> DataFile:
 
 def read_npz(content: bytes, name: str) -> DataFile:
     """Return the arrays of an `.npz` file that can be grids.
-
-    Raises
-    ------
-    CCWSIMError
-        For a broken file, one that unpacks to too much, or one without such an array.
 
     Examples
     --------

@@ -55,11 +55,6 @@ class Picture:
 def read_picture(content: bytes, name: str) -> Picture | DataFile:
     """Return a picture, or a grid where its pixels are numbers (16 bits and more).
 
-    Raises
-    ------
-    CCWSIMError
-        For a broken picture or one that is too large.
-
     Examples
     --------
     >>> content = BytesIO()
@@ -98,11 +93,6 @@ def picture_facies(
     `classes=n` takes the n main colours; a threshold or a list of edges cuts the grey value (0
     black to 255 white).
 
-    Raises
-    ------
-    CCWSIMError
-        For more colours than facies can be, as blurred (JPEG) or smoothed edges bring.
-
     Examples
     --------
     >>> rgb = np.array([[[0] * 3, [255] * 3]], np.uint8)
@@ -138,11 +128,6 @@ def picture_as_bytes(
     The palette gets white after the n colours, for what lies between maps. With `are_codes` the
     file says that its numbers are facies codes.
 
-    Raises
-    ------
-    CCWSIMError
-        For an index that has no colour, or a colour that is not written `#rrggbb`.
-
     Examples
     --------
     >>> picture_as_bytes(np.array([[0, 1]]), 2)[1:4]
@@ -177,11 +162,6 @@ DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f
 
 def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint8]:
     """Return n colours as red, green and blue, shape (n, 3).
-
-    Raises
-    ------
-    CCWSIMError
-        For a colour that is not written so.
 
     Examples
     --------
@@ -235,11 +215,6 @@ def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
 
     Starts from the most frequent colour and, again and again, the one that is frequent and far
     from those taken; then Lloyd's k-means on the histogram of colours.
-
-    Raises
-    ------
-    CCWSIMError
-        Where n is not from 2 to `MAX_COLOURS`, or the picture has fewer colours.
 
     Examples
     --------
@@ -310,11 +285,6 @@ _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 
 
 def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
     """Return a picture in the same format, with its first frame only.
-
-    Raises
-    ------
-    CCWSIMError
-        For a picture whose parts are broken or too many.
 
     Examples
     --------

@@ -44,11 +44,6 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     line 2, make a grid; a title or one number make a table: points, or a grid whose sizes the file
     does not say.
 
-    Raises
-    ------
-    CCWSIMError
-        For sizes that are absurd or do not fit the values that follow.
-
     Examples
     --------
     >>> file = read_gslib(b"3 2 1\\n1\\nfacies\\n0\\n0\\n1\\n1\\n1\\n0\\n", "ti.sgems")
@@ -187,11 +182,6 @@ def is_esri(content: bytes) -> bool:
 
 def read_esri(content: bytes, name: str) -> DataFile:
     """Return the grid of an ESRI ASCII text, rows from the north.
-
-    Raises
-    ------
-    CCWSIMError
-        For sizes that are missing, absurd, or do not fit the values.
 
     Examples
     --------

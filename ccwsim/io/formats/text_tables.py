@@ -41,11 +41,6 @@ def numbers_in(
 ) -> NDArray[np.float64]:
     """Return all numbers of a text from byte `start` on, which is in line `first_line`.
 
-    Raises
-    ------
-    CCWSIMError
-        For a word that is not a finite number or NaN, or too many of them; names its line.
-
     Examples
     --------
     >>> numbers_in(b"1 2.5\\n nan", "text")
@@ -161,11 +156,6 @@ _COMMENT = (b"#", b"%", b"//")
 
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix of a text without one.
-
-    Raises
-    ------
-    CCWSIMError
-        For lines of different lengths or words where numbers are; the message names the line.
 
     Examples
     --------

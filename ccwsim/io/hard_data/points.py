@@ -240,11 +240,6 @@ def place_columns(
 ) -> tuple[str, str, bool, list[str]]:
     """Return the columns of x and y, or of row and col; whether they are of the world; notes.
 
-    Raises
-    ------
-    CCWSIMError
-        Where there are too few columns.
-
     Examples
     --------
     >>> file = DataFile("table", "a.csv", {}, is_table=True)
@@ -272,11 +267,6 @@ def place_columns(
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
     """Return the column of facies among those that are no places.
-
-    Raises
-    ------
-    CCWSIMError
-        Where there is none, or several and none was picked.
 
     Examples
     --------
