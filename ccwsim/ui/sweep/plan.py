@@ -1,24 +1,47 @@
-"""Which settings a sweep tries: ranges that suit the study, what they come to, and a start."""
+"""Which settings a sweep tries, its run on a thread, and what the page remembers of it."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
-from typing import Any
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
-from ccwsim.experiments.sweep import JUDGING, Settings, expected_seconds, settings
+from ccwsim.experiments.sweep import (
+    JUDGING,
+    Row,
+    Settings,
+    Sweep,
+    expected_seconds,
+    settings,
+    sweep,
+)
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import METHODS, Parameters
-from ccwsim.ui.jobs.limits import Demand, check_limits
+from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.limits import Demand, check_limits, demand_of
 from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.fitting import fitted, levels
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.sweep.run import SweepRun, SweepState
+from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.facts import seconds
 
+CELLS_KEPT = 64_000_000
+"""Cells of realizations that a sweep keeps, one byte each."""
+MAX_KEPT = 4
+REDRAW_SECONDS = 1.5
+"""Seconds at least from one look at new settings to the next."""
+Error = Literal["patterns", "connection", "mended"]
 MAX_SETTINGS = 64
 """Settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
@@ -34,6 +57,113 @@ LABELS = {
     "method": "Method",
     "search_fraction": "Search fraction",
 }
+
+
+@dataclass
+class SweepRun:
+    """A sweep that is going on, or has come to an end.
+
+    `facies` is the one whose connectivity is judged; `rows` are the settings that are finished,
+    `n_drawn` how many of them the page shows, and `tiles` a small picture of each.
+    """
+
+    training_image: TrainingImage
+    grid: Grid
+    hard_data: HardData
+    seed: int
+    settings: tuple[Parameters, ...]
+    n_realizations: int
+    facies: int
+    colours: list[str]
+    rows: list[Row] = field(default_factory=list)
+    job: Job[Sweep] | None = None
+    n_drawn: int = 0
+    tiles: list[bytes] = field(default_factory=list)
+
+    def start(self) -> SweepRun:
+        """Begin, on a thread; refused where the server does not have what it demands."""
+        n = len(self.settings)
+        self.job = Job(self._work, demand=self.demand(), n=n, unit="settings")
+        return self
+
+    @property
+    def going(self) -> bool:
+        """Whether it has begun and not come to an end."""
+        return self.job is not None and not self.job.finished
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: one setting at a time, and what is kept of each."""
+        largest = 0
+        for p in self.settings:
+            with suppress(CCWSIMError):  # one that does not fit is told about among the results
+                study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
+                needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
+                largest = max(largest, needed)
+        cells = self.grid.ny * self.grid.nx * len(self.settings)
+        kept = max(CELLS_KEPT, cells)  # one realization at least
+        return Demand(cells * self.n_realizations, self.hard_data.n, largest + kept)
+
+    def _work(self, job: Job[Sweep]) -> Sweep:
+        n_kept = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))
+        return sweep(
+            *(self.training_image, self.grid, self.settings, self.hard_data),
+            *(self.n_realizations, self.seed, job.report, job.is_cancelled),
+            found=self.rows.append,
+            n_kept=min(max(n_kept, 1), MAX_KEPT),
+            facies=self.facies,
+        )
+
+    @property
+    def found(self) -> Sweep:
+        """What is known so far."""
+        if self.job is not None and self.job.result is not None:
+            return self.job.result
+        return Sweep(tuple(self.rows), (), len(self.settings), self.training_image.shape)
+
+
+@dataclass
+class SweepState:
+    """What the page remembers.
+
+    `ranges` are those that the user chose, by the name of the parameter; others follow the study.
+    `error` is what the chart shows over time, `chosen` the setting of the latest run that is large
+    (None for the recommended one), `shown` its realization; `message` is why none was started.
+    """
+
+    ranges: dict[str, list[Any]] = field(default_factory=dict)
+    n_realizations: int = 4
+    error: Error = "patterns"
+    run: SweepRun | None = None
+    chosen: int | None = None
+    shown: int = 0
+    message: str = ""
+
+
+def follow_sweep(state: State, drawn_at: float) -> None:
+    """Show how far the sweep is; draw the page again for new settings and at the end."""
+    run = state.page(SweepState).run
+    if run is None or run.job is None:
+        return
+
+    def has_news() -> bool:
+        return len(run.rows) > run.n_drawn and time.monotonic() - drawn_at > REDRAW_SECONDS
+
+    follow(run.job, has_news=has_news, keys=("sweep_progress", "sweep_cancel"))
+
+
+def describe_end(run: SweepRun) -> str:
+    """Say what is missing of a sweep that has come to its end, or nothing."""
+    found, job = run.found, run.job
+    sentences = []
+    if job is not None and job.error is not None:
+        sentences.append(f"The sweep ended early: {reason(job.error)}.")
+    if found.stopped and not run.going:
+        n = len(found.rows)
+        shown = "; these are shown." if n else "."
+        sentences.append(f"Stopped after {n} of {found.n_asked} settings{shown}")
+    if found.failed:
+        sentences.append(f"{len(found.failed)} could not be simulated: {found.failed[0][1]}.")
+    return " ".join(sentences)
 
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:

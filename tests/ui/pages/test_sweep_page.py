@@ -18,9 +18,11 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.jobs.job import progress_text
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.sweep.page import choose, is_current
+from ccwsim.ui.sweep.page import choose, is_current, numbers_of, sweep_csv
 from ccwsim.ui.sweep.plan import (
     MAX_SETTINGS,
+    SweepState,
+    describe_end,
     describe_plan,
     pace,
     plan_of,
@@ -32,8 +34,6 @@ from ccwsim.ui.sweep.plan import (
     use_setting,
     values_on_offer,
 )
-from ccwsim.ui.sweep.run import SweepState, describe_end
-from ccwsim.ui.sweep.setting import numbers_of, sweep_csv
 from tests.ui.widgets import named
 from tests.waiting import wait_until
 
