@@ -13,8 +13,7 @@ from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.compare.run import start_comparison
-from ccwsim.ui.compare.settings import Comparing
+from ccwsim.ui.compare.settings import Comparing, start_comparison
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
