@@ -15,6 +15,27 @@ from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import published_times as published
 from ccwsim.system.machine import this_machine
+from ccwsim.ui.benchmark.findings import (
+    DISTURBED,
+    NAMES,
+    TABLE_2_NOTE,
+    TEACHING,
+    WHAT_CAN_BE_COMPARED,
+    Setting,
+    by_setting,
+    data_table,
+    describe_growth,
+    describe_levels,
+    describe_plan,
+    describe_run,
+    grid_table,
+    name_of,
+    octave_table,
+    progress_label,
+    setting_of,
+    timings_csv,
+    why_ended,
+)
 from ccwsim.ui.benchmark.run import (
     BYTES_PER_CELL,
     DATA_SIDES,
@@ -30,24 +51,6 @@ from ccwsim.ui.benchmark.run import (
     settings,
     side_options,
     start_timing,
-)
-from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table, timings_csv
-from ccwsim.ui.benchmark.words import (
-    DISTURBED,
-    NAMES,
-    TABLE_2_NOTE,
-    TEACHING,
-    WHAT_CAN_BE_COMPARED,
-    Setting,
-    by_setting,
-    describe_growth,
-    describe_levels,
-    describe_plan,
-    describe_run,
-    name_of,
-    progress_label,
-    setting_of,
-    why_ended,
 )
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.fragments import follow

@@ -19,14 +19,17 @@ from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.benchmark import run as benchmark_run
-from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
-from ccwsim.ui.benchmark.tables import data_table, grid_table, octave_table, timings_csv
-from ccwsim.ui.benchmark.words import (
+from ccwsim.ui.benchmark.findings import (
+    data_table,
     describe_growth,
     describe_levels,
+    grid_table,
+    octave_table,
     progress_label,
+    timings_csv,
     why_ended,
 )
+from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
 from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import named
