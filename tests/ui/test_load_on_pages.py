@@ -24,7 +24,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.plan import SweepState
 from ccwsim.ui.validate.large_ensemble import start as start_long_run
-from ccwsim.ui.validate.panel import Validation
+from ccwsim.ui.validate.statistics import Validation
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 

@@ -18,7 +18,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
-from ccwsim.ui.validate.panel import panel
+from ccwsim.ui.validate.statistics import panel
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
 from ccwsim.ui.widgets.steps import panel_title, step_note

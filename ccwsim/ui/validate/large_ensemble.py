@@ -25,7 +25,7 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
-from ccwsim.ui.validate.panel import Validation
+from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets import fields
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import bound_to, button
@@ -44,22 +44,9 @@ LOW, HIGH = 0.05, 0.95
 class LargeEnsembleRun:
     """A run that is going on, or has come to an end.
 
-    Attributes
-    ----------
-    study : Study
-        What is simulated.
-    n : int
-        How many realizations.
-    facies : int
-        Index of the facies whose curves are followed.
-    summary : RunningSummary or None
-        The latest one.
-    numbers, errors : list
-        Standard error of the E-type, averaged over cells, after so many realizations.
-    n_wrong : int
-        Hard data not honoured, over all realizations so far.
-    nbytes : int
-        Memory of the statistics, the same for any number of realizations.
+    `facies` is the one whose curves are followed, `summary` the latest one. `errors` are standard
+    errors of the E-type, averaged over cells, after `numbers` of realizations; `n_wrong` counts
+    data not honoured in all of them. `nbytes` of memory suffice for any number.
     """
 
     study: Study

@@ -1,10 +1,14 @@
-"""What the page works out: each statistic with its key and its work."""
+"""The statistics that the page works out, and panels that show each as soon as it is known."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle
@@ -33,14 +37,25 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.statistics import Fraction, Task
+from ccwsim.ui.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
 from ccwsim.ui.results.bundles import bundle_of, e_type_of
+from ccwsim.ui.session.fragments import follow_tasks
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import PATIENCE
+from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.steps import step_note
+
+if TYPE_CHECKING:
+    from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 
 MAX_MAP_LAG = 50
 MAX_COMPARED = 200
 """ANODI compares all pairs of the first so many realizations."""
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms take every lag up to here, and every fourth beyond."""
+MIN_STOPPABLE = 3.0
+"""Seconds of work after which it can be stopped."""
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,3 +243,96 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
             "simulated again, so its sources are not known; run the study again to see them"
         )
     return again.sources[0]
+
+
+@st.cache_resource(show_spinner=False)
+def shared_values() -> LruCache:
+    """Return the values that all sessions share; their keys are digests of contents."""
+    return LruCache()
+
+
+@dataclass
+class Validation:
+    """What the page remembers.
+
+    `azimuth` is the direction of the third variogram, in degrees from north, `along` that of the
+    transiograms, `tail` the facies they start in where there are many. `seen` are the sections
+    that came into view; others are not worked out. By panel, `drawn` is what it drew last and
+    `waiting` what it waits for; until `deadline` this run of the page waits for quick statistics.
+    """
+
+    azimuth: int = 45
+    along: str = "E-W"
+    tail: int = 0
+    seen: set[str] = field(default_factory=set)
+    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
+    waiting: dict[str, Task] = field(default_factory=dict)
+    worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
+    deadline: float = 0.0
+    n_long: int = 1000
+    long_run: LargeEnsembleRun | None = None
+    long_message: str = ""
+
+
+def begin(state: State) -> None:
+    """Let this run of the page, or of a part of it, wait for quick statistics."""
+    state.page(Validation).deadline = time.monotonic() + PATIENCE
+
+
+def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], None]) -> None:
+    """Draw a statistic, or what this panel showed before, dimmed, while it is worked out."""
+    page_state = state.page(Validation)
+    worker = page_state.worker
+    worker.ask(task)
+    value = worker.wait_for(task, max(0.0, page_state.deadline - time.monotonic()))
+    if isinstance(value, Failure):
+        step_note(f"{value.reason[:1].upper()}{value.reason[1:]}.")
+        return
+    if value is not None:
+        page_state.drawn[name] = lambda: draw(value)
+        draw(value)
+        return
+    page_state.waiting[name] = task
+    with st.container(key=f"waiting_{name}"):
+        if name in page_state.drawn:
+            with st.container(key=f"dim_{name}"):
+                page_state.drawn[name]()
+        if worker.stopped:
+            button("Stopped: work it out", key=f"go_on_{name}", on_click=worker.go_on)
+        else:
+            bar = '<div class="working" role="progressbar" aria-label="working it out">'
+            st.html(f"{bar}<i></i></div>")
+
+
+def known(state: State, task: Task[Value]) -> Value | None:
+    """Return a value only where it was worked out already."""
+    value = state.page(Validation).worker.cache.get(task.key)
+    return None if isinstance(value, Failure) else value
+
+
+def draw_work(state: State) -> None:
+    """Follow what is still worked out; called last on the page, where its position is fixed."""
+    page_state = state.page(Validation)
+    waiting = dict(page_state.waiting)
+    if waiting and not page_state.worker.stopped:
+        worker = page_state.worker
+        tasks = list(waiting.values())
+        follow_tasks(worker, tasks, time.monotonic(), lambda n: _fill(worker, waiting, n))
+
+
+def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
+    """Fill the bars of the panels that wait.
+
+    One fragment does it for all: the browser gives up on a fragment in a panel that is replaced
+    while it draws.
+    """
+    bars = "".join(
+        f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
+        for name, task in waiting.items()
+    )
+    st.html(f"<style>{bars}</style>")
+    if worker.seconds > MIN_STOPPABLE or worker.waiting:
+        with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
+            text = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
+            st.html(f'<div class="note">{worker.waiting or text}</div>')
+            button("Stop", key="stop_work", on_click=worker.stop)

@@ -25,12 +25,11 @@ from ccwsim.ui.validate.conditioning import (
     wrong_map,
     wrong_points,
 )
-from ccwsim.ui.validate.copying import seam_map, use_map
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
-from ccwsim.ui.validate.page import SECTIONS
-from ccwsim.ui.validate.panel import Validation
-from ccwsim.ui.validate.reproduction import mean_ratio, strips_of
+from ccwsim.ui.validate.page import SECTIONS, findings, of_connectivity, of_data, of_proportions
+from ccwsim.ui.validate.reproduction import mean_ratio, seam_map, strips_of, use_map
 from ccwsim.ui.validate.statistics import (
+    Validation,
     copied,
     curves,
     geobodies,
@@ -41,7 +40,6 @@ from ccwsim.ui.validate.statistics import (
     steps_along,
     transitions,
 )
-from ccwsim.ui.validate.summary import findings, of_connectivity, of_data, of_proportions
 from tests.some import some
 from tests.ui.widgets import named
 from tests.waiting import PATIENCE, wait_until
