@@ -7,19 +7,20 @@ from html import escape
 from typing import Literal
 
 import streamlit as st
-from streamlit.errors import StreamlitAPIException
 
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.compare.settings import Comparing, start_comparison
-from ccwsim.ui.examples.catalogue import EXAMPLES, Example
+from ccwsim.ui.examples.catalogue import EXAMPLES, Example, example_named, next_example
+from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.fields import button
 
-SIMULATE, COMPARE, PAGE = "pages/simulate.py", "pages/compare.py", "pages/examples.py"
+SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
+TAKEN = "The study is this example now."
 N_COMPARED = 8
 BACK_HELP = "Brings back what you had before the first example, with its results."
 View = Literal["studies", "quiz"]
@@ -48,18 +49,6 @@ class Examples:
     view: View = "studies"
     opened: str = ""
     kept: Kept | None = None
-
-
-def example_named(name: str) -> Example | None:
-    """Return the example of a name, None where there is none."""
-    return next((example for example in EXAMPLES if example.name == name), None)
-
-
-def next_example(name: str) -> Example | None:
-    """Return the one that comes after an example in the lecture, None after the last."""
-    names = [example.name for example in EXAMPLES]
-    following = names.index(name) + 1 if name in names else len(names)
-    return EXAMPLES[following] if following < len(names) else None
 
 
 def open_example(state: State, example: Example) -> None:
@@ -112,14 +101,6 @@ def keep_example(state: State) -> None:
     page_state.kept, page_state.opened = None, ""
 
 
-def go_to(path: str) -> None:
-    """Go to a page; a page that is run alone knows no others and says what was done."""
-    try:
-        st.switch_page(path)
-    except (StreamlitAPIException, KeyError):
-        st.info("The study is this example now.")
-
-
 def draw_opened(state: State, *, compared: bool = False) -> None:
     """Draw a line on the example that is open, or on the seed of a class; else nothing.
 
@@ -153,7 +134,7 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
         if example.others and not compared:
             act, note = compare_example, "This is A; the others beside it."
             if action("Compare its settings", "compare_opened", act, example, note=note):
-                go_to(COMPARE)
+                go_to(COMPARE, TAKEN)
         action("Back to my study", "back_from_example", back_to_own, note=BACK_HELP)
         note = "Goes on with this study as your own; the earlier one is let go."
         action("Keep this one", "keep_example", keep_example, note=note)

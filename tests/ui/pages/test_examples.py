@@ -19,24 +19,25 @@ from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.compare.settings import Comparing
-from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, settings_of
+from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, example_named, next_example
 from ccwsim.ui.examples.opened import (
     Examples,
     back_to_own,
     compare_example,
-    example_named,
-    next_example,
     open_example,
 )
-from ccwsim.ui.examples.page import class_link, pictures_html
-from ccwsim.ui.examples.pictures import expected, pictures_of, small
-from ccwsim.ui.examples.quiz import Quiz, describe_seams, describe_verdict, pick, piece_map
-from ccwsim.ui.examples.quiz_rounds import (
+from ccwsim.ui.examples.page import class_link, expected, pictures_html, pictures_of, small
+from ccwsim.ui.examples.quiz import (
     N_PICTURES,
     SIDE,
+    Quiz,
     Round,
+    describe_seams,
+    describe_verdict,
     draw_round,
     new_shapes,
+    pick,
+    piece_map,
     window_hashes,
 )
 from ccwsim.ui.session.resolve import data_of, image_of
@@ -111,7 +112,7 @@ def by_setting():
         e = example(name)
         choices = small(e.choices)
         image, data = image_of(choices.image), data_of(choices)
-        return [simulate(image, choices.grid, p, data, 4) for p in settings_of(e)]
+        return [simulate(image, choices.grid, p, data, 4) for p in e.settings]
 
     return simulated
 
@@ -120,12 +121,12 @@ def by_setting():
 def test_an_example_can_be_read_and_honours_its_data(name):
     e = example(name)
     image = image_of(e.choices.image)
-    for p in settings_of(e):
+    for p in e.settings:
         Study(image, e.choices.grid, p, data_of(e.choices))  # it fits, on its own grid
     choices = small(e.choices)
     data = data_of(choices)
     assert (data.n > 0) == (e.choices.data.source != "none")
-    for p in settings_of(e):
+    for p in e.settings:
         found = simulate(image, choices.grid, p, data)
         assert found.indices.shape == (1, *choices.grid.shape)
         assert (found.n_mismatched.max() > 0) == (not p.exact_data)
@@ -139,7 +140,7 @@ def test_an_example_says_what_to_look_at_and_fits_into_an_address(name):
     assert len(e.text) < 260
     found, _, notes = read_link(link_of(e.choices))
     assert (found, notes) == (e.choices, ())
-    assert len(set(settings_of(e))) == len(e.others) + 1
+    assert len(set(e.settings)) == len(e.others) + 1
 
 
 def test_the_lecture_goes_through_every_example_once():
@@ -159,7 +160,7 @@ def test_keeping_patches_in_their_place_draws_them_from_nearby(name):
     assert image.shape == shape
     own = np.indices(shape)
     off = []
-    for p in settings_of(e):
+    for p in e.settings:
         found = simulate(image, shape, p, n_realizations=4, keep_sources=True)
         places = np.stack(np.divmod(sources_of(found), shape[1]), axis=1)
         off.append(np.abs(places - own).mean())
@@ -188,7 +189,7 @@ def test_one_candidate_copies_longer_pieces():
     e = example("candidates")
     image = image_of(e.choices.image)
     blocks = []
-    for p in settings_of(e):
+    for p in e.settings:
         found = simulate(image, e.choices.grid, p, n_realizations=4, keep_sources=True)
         blocks.append(np.mean([copying(s, image.shape).largest_block for s in sources_of(found)]))
     assert blocks[0] > 1.5 * blocks[1]
