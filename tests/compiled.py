@@ -74,9 +74,10 @@ def main() -> None:
     with ProcessPoolExecutor(2) as pool:
         measured = pool.submit(measure)
         pool.submit(search, BASE).result()
-        rest = [pool.submit(search, parameters) for parameters in OTHERS]
+        rest = [pool.submit(judge)]  # the longest first
+        rest += [pool.submit(search, parameters) for parameters in OTHERS]
         rest += [pool.submit(follow, level) for level in (0, 2)]
-        for each in (measured, pool.submit(judge), *rest):
+        for each in (measured, *rest):
             each.result()
 
 

@@ -12,7 +12,10 @@ from tests.browser.screenshots import FILLED, SETTLED, SIZES, fill_with_maps
 from tests.browser.served import CHROMIUM
 
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 LOOKS = 3
 """A finding is one that lasts."""
@@ -84,7 +87,6 @@ def test_a_page_has_no_serious_finding(page, title):
     assert not looked_through(page)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LONG)
 def test_a_page_that_was_filled_has_no_serious_finding(chromium, address, name):
     context = chromium.new_context(viewport={"width": 1440, "height": SIZES[1440]})

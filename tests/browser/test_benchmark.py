@@ -12,7 +12,10 @@ from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 DRAWN = """(key) => {
   const chart = document.querySelector(`.st-key-chart_${key} .js-plotly-plot`);
@@ -38,7 +41,6 @@ def plan(page, largest: int, n: int, words: str) -> None:
     page.locator(".note", has_text=words).first.wait_for(timeout=SLOW)
 
 
-@pytest.mark.slow
 def test_the_smallest_run_becomes_a_figure_beside_the_paper(page):
     plan(page, 512, 1, "6 settings × 1 realization on one thread: about")
     assert set(page.evaluate(DRAWN, "times_grid")) == {f"paper, level {k}" for k in (1, 2, 3)}
@@ -56,7 +58,6 @@ def test_the_smallest_run_becomes_a_figure_beside_the_paper(page):
     assert page.locator("[data-testid=stException], [data-testid=stAlert]").count() == 0
 
 
-@pytest.mark.slow
 def test_the_times_can_be_taken_home(page):
     save = page.locator(".st-key-download_times").get_by_role("button")
     save.wait_for(timeout=SLOW)

@@ -14,7 +14,10 @@ from ccwsim.experiments.comparison import compare
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 SLOW = 180_000
 N = 4
@@ -99,7 +102,6 @@ def compared(page, address: str) -> None:
     page.wait_for_selector(IDLE, timeout=SLOW)
 
 
-@pytest.mark.slow
 def test_three_settings_are_compared_and_one_is_used(page, address, core):
     compared(page, address)
 

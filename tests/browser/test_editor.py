@@ -178,7 +178,7 @@ def length(a: tuple[int, int], b: tuple[int, int]) -> int:
     ("nx", "ny", "zooms"),
     [
         (100, 80, 0),
-        (1000, 1000, 5),
+        pytest.param(1000, 1000, 5, marks=pytest.mark.slow),
         pytest.param(1000, 1000, 0, marks=pytest.mark.slow),
         pytest.param(100, 80, 5, marks=pytest.mark.slow),
     ],
@@ -259,6 +259,7 @@ def test_keys_alone_place_change_and_erase(page, address):
     assert editor.data() == {(41, 60): SAND}
 
 
+@pytest.mark.slow
 def test_rows_pasted_over_and_below_the_table_are_data(page, address):
     editor = opened(page, address, 100, 80)
     editor.click(editor.spot(0.5, 0.5))
@@ -301,6 +302,7 @@ def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     assert (row, column) != editor.cell(there)
 
 
+@pytest.mark.slow
 def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
     context = chromium.new_context(
         viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True,

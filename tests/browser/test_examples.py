@@ -10,7 +10,10 @@ from tests.browser.hands import SLOW, SOON, at_rest, choose, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 PICTURES = """(buttons) => buttons.map((b) => {
   const picture = b.querySelector('.picture'), box = picture.getBoundingClientRect();
@@ -46,7 +49,6 @@ def told(page):
     return page.locator(".verdict")
 
 
-@pytest.mark.slow
 def test_an_example_opens_as_the_study_and_the_own_one_comes_back(page, address):
     page.goto(f"{address}/simulate?seed=7&realizations=3&data=none&grid=64x48")
     see(page.locator(".st-key-results .facts", has_text="3 realizations"))
@@ -59,7 +61,6 @@ def test_an_example_opens_as_the_study_and_the_own_one_comes_back(page, address)
     page.wait_for_url(re.compile(r"/simulate\?.*seed=7"), timeout=SLOW)
 
 
-@pytest.mark.slow
 def test_pictures_come_and_stay_in_their_room(page, address):
     page.goto(f"{address}/examples")
     page.wait_for_function(
@@ -95,7 +96,6 @@ def test_a_round_of_the_quiz_is_told_and_counted(page, address):
     assert page.locator(".quiz button.answer").count() == 0
 
 
-@pytest.mark.slow
 def test_two_students_open_one_link_and_have_different_seeds(chromium, address):
     seeds = []
     for _ in range(2):

@@ -261,6 +261,7 @@ def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
     expect(page.locator(".st-key-n_candidates input")).to_have_value("3", timeout=SLOW)
 
 
+@pytest.mark.slow
 def test_local_resimulation_is_told_window_by_window(page, trace):
     from playwright.sync_api import expect
 

@@ -69,6 +69,7 @@ def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(chromium, add
     context.close()
 
 
+@pytest.mark.slow
 def test_the_menu_leads_on_with_the_keyboard(chromium, address):
     from playwright.sync_api import expect
 

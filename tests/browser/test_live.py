@@ -156,6 +156,7 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
 
 
+@pytest.mark.slow
 def test_on_a_phone_the_history_scrolls_in_its_own_row(page):
     size = page.viewport_size
     page.set_viewport_size({"width": 390, "height": 844})

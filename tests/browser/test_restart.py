@@ -9,14 +9,16 @@ from tests.browser.served import CHROMIUM, free_port, started
 from tests.browser.test_share import PIXELS, context_of, large, opened, picture
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 N = 400
 STUDY = f"grid=200x150&data=none&template=16&overlap=4&realizations={N}&seed=31"
 SAME = f"(before) => ({PIXELS})('map_realization') === before"
 
 
-@pytest.mark.slow
 def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chromium):
     context, port = context_of(chromium), free_port()
     with started(port=port) as first:

@@ -87,6 +87,7 @@ def run(page, number: int, of: int) -> None:
     at_rest(page)
 
 
+@pytest.mark.slow
 def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
     mine, other = context_of(chromium), context_of(chromium)
     page = opened(mine, f"{address}/simulate?{SMALL}")
@@ -207,6 +208,7 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
     context.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [pytest.param(1440, marks=pytest.mark.slow), 390])
 def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path, width):
     from playwright.sync_api import expect

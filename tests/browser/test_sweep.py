@@ -10,7 +10,10 @@ from tests.browser.hands import at_rest, fill, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 SLOW = 180_000
 TILES = ".st-key-sweep_tiles button"
@@ -70,7 +73,6 @@ def label_of(page, k: int) -> str:
     return page.locator(TILES).nth(k).locator(".label").inner_text()
 
 
-@pytest.mark.slow
 def test_a_sweep_is_stopped_half_way_and_one_setting_is_taken(page):
     twelve_settings(page, "12")
     page.locator(".st-key-sweep").get_by_role("button").click()

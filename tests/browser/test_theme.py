@@ -8,7 +8,10 @@ from tests.browser.hands import SLOW, at_rest
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 AXIS = ".st-key-chart_times .xtick text"
 BRIGHT = """([selector, bright]) => {
@@ -25,7 +28,7 @@ def shows(page, selector: str, bright: bool) -> None:
     page.wait_for_function(BRIGHT, arg=[selector, bright], timeout=SLOW)
 
 
-@pytest.mark.parametrize("first", ["light", pytest.param("dark", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("first", ["light", "dark"])
 def test_a_switch_of_the_theme_repaints_style_and_charts(chromium, address, first):
     then = "dark" if first == "light" else "light"
     context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme=first)

@@ -10,10 +10,12 @@ import pytest
 
 from tests.browser.hands import SLOW, SOON, fill, upload
 from tests.browser.served import CHROMIUM
-from tests.some import some
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 N = 30
 CURVES = ("variogram_E", "variogram_N", "connectivity_E", "connectivity_N")
@@ -179,7 +181,7 @@ MAPS = {
 }
 
 
-@pytest.mark.parametrize("section", some(FIGURES, ["Patterns", "Hard data"]))
+@pytest.mark.parametrize("section", FIGURES)
 def test_every_section_draws_its_figures_when_it_comes_into_view(judged, section):
     show(judged, section)
     for key, series in FIGURES[section].items():
@@ -189,7 +191,7 @@ def test_every_section_draws_its_figures_when_it_comes_into_view(judged, section
         assert max(there) > 1
 
 
-@pytest.mark.parametrize("section", some(MAPS, ["Uncertainty"]))
+@pytest.mark.parametrize("section", MAPS)
 def test_every_map_has_colours_in_it(judged, section):
     show(judged, section)
     for key in MAPS[section]:
@@ -216,7 +218,6 @@ def taken_home(page, key: str, kind: str) -> bytes:
     return Path(waiting.value.path()).read_bytes()
 
 
-@pytest.mark.slow
 def test_a_large_ensemble_settles_on_the_page(judged):
     show(judged, "Large ensemble")
     number = judged.locator(".st-key-n_long input")

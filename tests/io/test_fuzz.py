@@ -14,7 +14,6 @@ from tests.fuzz.cases import Case, acts_of, content_of
 from tests.fuzz.evil import EVIL, SPRUNG
 from tests.fuzz.reading import NAMES, WAYS, readings
 from tests.fuzz.workers import MEGABYTES, Outcome, measured, outcomes
-from tests.some import some
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 N_FILES, N_ARGUMENTS, AT_ONCE = 200, 100, 50
@@ -134,15 +133,8 @@ READ = {
 """What is read nevertheless: without what is not needed to see it, or as just not too large."""
 
 
-LARGE = {
-    "esri of blank lines", "matrix at the limit", "matrix with a word", "png of remarks",
-    "project of a large image", "table of too many words", "table of words", "text at the limit",
-    "text of line ends", "text that is wrong at its end", "utf-16 of 60 MB", "zip bomb",
-}  # fmt: skip
-"""Files that take more than a second; tests of limits hold most of what they show."""
-
-
-@pytest.mark.parametrize("name", some(EVIL, EVIL.keys() - LARGE))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EVIL)
 def test_an_evil_file_does_no_harm(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     content = EVIL[name]()

@@ -48,6 +48,7 @@ def same(one: Ensemble, other: Ensemble) -> bool:
     return one.digest == other.digest and np.array_equal(one.data_status, other.data_status)
 
 
+@pytest.mark.slow
 def test_the_cluster_gives_the_same(client):
     seen: list[tuple[float, int]] = []
     found = study(executor=client, progress=lambda *now: seen.append(now))

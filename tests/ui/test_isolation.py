@@ -52,6 +52,7 @@ def a_user(address: str, query: str, seeds: list[int], start: Barrier) -> dict[i
     return found
 
 
+@pytest.mark.slow
 def test_each_of_many_sessions_finds_its_own_results(address):
     images = list(islice(cycle(datasets.names()), N_SESSIONS))
     queries = [f"ti={name}&{SMALL}" for name in images]
@@ -92,6 +93,7 @@ def a_curious_user(address: str, own: str, array: np.ndarray, start: Barrier) ->
     return b"".join(received)
 
 
+@pytest.mark.slow
 def test_no_session_is_sent_a_word_of_another(address):
     generator = np.random.default_rng(8)
     # uneven from end to end, so that the advice calls a facies by its name

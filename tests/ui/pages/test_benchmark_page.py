@@ -138,6 +138,7 @@ def test_nothing_chosen_says_what_to_choose():
     assert not app.exception
 
 
+@pytest.mark.slow
 def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     app = launched()
     state = app.session_state[KEY]

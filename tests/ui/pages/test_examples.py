@@ -224,6 +224,7 @@ def test_an_example_takes_the_place_of_a_study_that_comes_back():
     assert state.choices == OWN
 
 
+@pytest.mark.slow
 def test_the_page_shows_every_example_and_fills_its_pictures():
     app = launched()
     assert not [key for key in (b.key for b in app.button) if key == "back_to_own"]
@@ -271,6 +272,7 @@ def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
     assert drawn.easiest != drawn.answer
 
 
+@pytest.mark.slow
 def test_the_answer_has_no_favourite_place():
     image = datasets.load("channels")
     places = Counter(draw_round(image, Parameters(), seed).answer for seed in range(60))
