@@ -35,7 +35,12 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""The menu: what a page is called, and its file."""
+"""The menu: what a page is called, and its file.
+
+`st.navigation(position="top")` of Streamlit 1.67 was tried instead. The first visit of a new server
+by a page's own address drew the page without any menu; at 1024 pixels three of the nine names stood
+behind "3 more"; on a phone all of them stood behind the button that opens the study.
+"""
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
