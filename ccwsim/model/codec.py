@@ -180,34 +180,55 @@ def _parameter(row: dict[str, str], default: Any) -> Setting:
 _DEFAULTS = {f.name: f.default for f in fields(Parameters)}
 _MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
 _FLOATS = -bounds.MAX_FLOAT, bounds.MAX_FLOAT
-_GRID_HELP = (
-    "cells along x (columns) x cells along y (rows), in the order of a GSLIB header (default: the "
-    "grid of bundled hard data, otherwise 256x256)",
-    "size of a cell in world units (default: 1 1)",
-    "outer corner of the south-west cell in world units (default: 0 0)",
-)
-_SEED_HELP = "the same seed gives the same realizations, for any number of workers (default: 0)"
+_OPTIONS = {
+    "grid": {
+        "option": "--grid",
+        "metavar": "NXxNY",
+        "help": "cells along x (columns) x cells along y (rows), in the order of a GSLIB header "
+        "(default: the grid of bundled hard data, otherwise 256x256)",
+    },
+    "cell": {
+        "option": "--cell-size",
+        "metavar": "DX DY",
+        "help": "size of a cell in world units (default: 1 1)",
+    },
+    "origin": {
+        "option": "--origin",
+        "metavar": "X Y",
+        "help": "outer corner of the south-west cell in world units (default: 0 0)",
+    },
+    "realizations": {"option": "--realizations", "metavar": "N", "help": "how many (default: 1)"},
+    "seed": {
+        "option": "--seed",
+        "metavar": "N",
+        "help": "the same seed gives the same realizations, for any number of workers (default: 0)",
+    },
+}
+_LENGTHS = bounds.MIN_FLOAT, bounds.MAX_FLOAT
+_REALIZATIONS = 1, bounds.MAX_REALIZATIONS, bounds.MAX_REALIZATIONS_OF_PROJECT
 
 SETTINGS = (
     Setting("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
     Setting("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
-    Setting("grid", "grid", ("nx", "ny"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED,
-            option="--grid", metavar="NXxNY", help=_GRID_HELP[0]),
-    Setting("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, bounds.MAX_FLOAT,
-            option="--cell-size", metavar="DX DY", help=_GRID_HELP[1]),
-    Setting("origin", "grid", ("origin",), "lengths", *_FLOATS,
-            option="--origin", metavar="X Y", help=_GRID_HELP[2]),
+    Setting(
+        "grid", "grid", ("nx", "ny"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED, **_OPTIONS["grid"]
+    ),
+    Setting("cell", "grid", ("cell_size",), "lengths", *_LENGTHS, **_OPTIONS["cell"]),
+    Setting("origin", "grid", ("origin",), "lengths", *_FLOATS, **_OPTIONS["origin"]),
     *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
-    Setting("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS,
-            bounds.MAX_REALIZATIONS_OF_PROJECT,
-            option="--realizations", metavar="N", help="how many (default: 1)"),
-    Setting("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED,
-            option="--seed", metavar="N", help=_SEED_HELP),
-    Setting("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1,
-            first=1),
+    Setting(
+        "realizations",
+        "study",
+        ("n_realizations",),
+        "count",
+        *_REALIZATIONS,
+        **_OPTIONS["realizations"],
+    ),
+    Setting("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED, **_OPTIONS["seed"]),
+    Setting("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),
     Setting("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
     Setting("map", "shown", ("e_type",), "choice", words=_MAPS),
-)  # fmt: skip
+)
 
 
 def settings_of(part: str) -> tuple[Setting, ...]:

@@ -13,87 +13,63 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
+MEANINGS = {
+    "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
+    "but fewer of them fit and the training image is repeated more.",
+    "overlap_size": "How far neighbouring patches overlap, in cells. A wider overlap joins shapes "
+    "better and takes longer.",
+    "wavelet_level": "How often the overlap is halved by the Haar wavelet before it is compared. "
+    "Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
+    "coarsened.",
+    "n_candidates": "How many of the best locations the patch is drawn from. More gives more "
+    "varied and less faithful realizations.",
+    "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
+    "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
+    "similarity": "How overlap and training image are compared: sum of squared differences, or the "
+    "plain cross-correlation of the paper.",
+    "search_fraction": "Where there are hard data, the share of the locations, best overlap "
+    "first, among which one that fits the data is sought. Less keeps to the best overlaps, more "
+    "fits more data at once.",
+    "co_template": "How many template sizes ahead along the path hard data are looked at; 1 looks "
+    "at the patch alone.",
+    "random_path": "Start each realization from a random corner along a random axis (8 ways). Off: "
+    "always from the south-west, along rows.",
+    "template_variation": "Each realization draws its own template size up to this share smaller "
+    "or larger than T.",
+    "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
+    "towards those of the training image.",
+    "location_weight": "How strongly each patch keeps to its own place in the training image, for "
+    "images that change from one end to the other: at 1 a patch from the other end must fit better "
+    "by a whole overlap. 0 takes patches from anywhere.",
+    "refine": "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
+    "resolution. This closes the breaks that a coarse level leaves.",
+    "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
+    "data condition the search on the coarse grid only; what is then wrong stays wrong.",
+}
 
 
-def _parameter(default: Any, symbol: str, matlab: str, allowed: str, meaning: str) -> Any:
-    about = {"symbol": symbol, "matlab": matlab, "allowed": allowed, "meaning": meaning}
+def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
+    """Return a field with its symbol in the paper and its name in the authors' code."""
+    about = {"symbol": symbol, "matlab": matlab, "allowed": allowed}
     return field(default=default, metadata=about)
 
 
 @dataclass(frozen=True)
 class Parameters:
-    template_size: int = _parameter(
-        32, "T", "T", "4 … 1024, a multiple of 2^level",
-        "Side of the square patches in cells. Larger patches keep long shapes whole, but fewer "
-        "of them fit and the training image is repeated more.",
-    )  # fmt: skip
-    overlap_size: int = _parameter(
-        8, "OR", "OL", "1 … template / 2, a multiple of 2^level",
-        "How far neighbouring patches overlap, in cells. A wider overlap joins shapes better and "
-        "takes longer.",
-    )  # fmt: skip
-    wavelet_level: int = _parameter(
-        2, "J", "level", "0 … 6",
-        "How often the overlap is halved by the Haar wavelet before it is compared. Higher is "
-        "faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
-        "coarsened.",
-    )  # fmt: skip
-    n_candidates: int = _parameter(
-        20, "K", "cand", "1 or more",
-        "How many of the best places the patch is drawn from. More gives more varied and less "
-        "faithful realizations.",
-    )  # fmt: skip
-    method: str = _parameter(
-        "ccwsim", "", "", "ccwsim, ccsim, ms-ccsim",
-        "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); ms-ccsim "
-        "searches a coarsened image, then refines the places scale by scale.",
-    )  # fmt: skip
-    similarity: str = _parameter(
-        "ssd", "CCW", "", "ssd, correlation",
-        "How overlap and training image are compared: sum of squared differences, or the plain "
-        "cross-correlation of the paper.",
-    )  # fmt: skip
-    search_fraction: float = _parameter(
-        0.1, "", "prop", "more than 0, up to 1",
-        "Where there are hard data, the share of the places, best overlap first, among which one "
-        "that fits the data is sought. Less keeps to the best overlaps, more fits more data at "
-        "once.",
-    )  # fmt: skip
-    co_template: int = _parameter(
-        2, "CT", "CT", "1 … 4",
-        "How many template sizes ahead along the path hard data are looked at; 1 looks at the "
-        "patch alone.",
-    )  # fmt: skip
-    random_path: bool = _parameter(
-        True, "", "mrp", "yes, no",
-        "Start each realization from a random corner along a random axis (8 ways). Off: always "
-        "from the south-west, along rows.",
-    )  # fmt: skip
-    template_variation: float = _parameter(
-        0.0, "", "T_vibration", "0 … 0.5",
-        "Each realization draws its own template size up to this share smaller or larger than T.",
-    )  # fmt: skip
-    match_proportions: bool = _parameter(
-        False, "", "fc", "yes, no",
-        "Among the candidates prefer patches that bring the facies proportions towards those of "
-        "the training image.",
-    )  # fmt: skip
-    location_weight: float = _parameter(
-        0.0, "", "", "0 … 10",
-        "How strongly each patch keeps to its own place in the training image, for images that "
-        "change from one end to the other: at 1 a patch from the other end must fit better by a "
-        "whole overlap. 0 takes patches from anywhere.",
-    )  # fmt: skip
-    refine: bool = _parameter(
-        True, "", "", "yes, no",
-        "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
-        "resolution. Mends the breaks that a coarse level leaves.",
-    )  # fmt: skip
-    exact_data: bool = _parameter(
-        True, "", "", "yes, no",
-        "Honour every datum at full resolution. Off, as in the published CCWSIM code: data steer "
-        "the search on the coarse grid only, and what is then wrong stays wrong.",
-    )  # fmt: skip
+    template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
+    overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
+    wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
+    n_candidates: int = _parameter(20, "K", "cand", "1 or more")
+    method: str = _parameter("ccwsim", "", "", "ccwsim, ccsim, ms-ccsim")
+    similarity: str = _parameter("ssd", "CCW", "", "ssd, correlation")
+    search_fraction: float = _parameter(0.1, "", "prop", "more than 0, up to 1")
+    co_template: int = _parameter(2, "CT", "CT", "1 … 4")
+    random_path: bool = _parameter(True, "", "mrp", "yes, no")
+    template_variation: float = _parameter(0.0, "", "T_vibration", "0 … 0.5")
+    match_proportions: bool = _parameter(False, "", "fc", "yes, no")
+    location_weight: float = _parameter(0.0, "", "", "0 … 10")
+    refine: bool = _parameter(True, "", "", "yes, no")
+    exact_data: bool = _parameter(True, "", "", "yes, no")
 
     def __post_init__(self) -> None:
         for name, (low, high) in PARAMETERS.items():
@@ -136,7 +112,10 @@ def parameter_table() -> list[dict[str, str]]:
     >>> parameter_table()[0]["symbol"]
     'T'
     """
-    return [{"name": f.name, **f.metadata, "default": str(f.default)} for f in fields(Parameters)]
+    return [
+        {"name": f.name, **f.metadata, "default": str(f.default), "meaning": MEANINGS[f.name]}
+        for f in fields(Parameters)
+    ]
 
 
 def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
