@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import MAX_DATA, legal_splits
 from ccwsim.engine.stages.path import to_path
-from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid
+from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
-from ccwsim.engine.stages.upgrid import upgrid
 from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
 

@@ -20,7 +20,7 @@ from ccwsim.engine.stages.path import (
     make_path,
     to_path,
 )
-from ccwsim.engine.stages.upgrid import upgrid_data
+from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.tiles import (
     Search,
     Simulated,

@@ -14,9 +14,10 @@ from ccwsim.report.document import (
     Table,
     Text,
     Tone,
+    report_html,
     surroundings,
+    write_report,
 )
-from ccwsim.report.html import report_html, write_report
 
 __all__ = [
     "Block",

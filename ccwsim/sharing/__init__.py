@@ -1,7 +1,6 @@
 """A study to give away: as a link, as Python, as a command, as a report."""
 
-from ccwsim.sharing.link import left_out, link_of, meant, read_link
-from ccwsim.sharing.packed_data import packed, unpacked
+from ccwsim.sharing.link import left_out, link_of, meant, packed, read_link, unpacked
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
 from ccwsim.sharing.study_report import REVISED, study_report
 

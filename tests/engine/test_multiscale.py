@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import Cancelled, HardData, Parameters, TrainingImage, simulate
-from ccwsim.engine.stages.upgrid import upgrid, upgrid_data
+from ccwsim.engine.stages.pyramid import upgrid, upgrid_data
 from ccwsim.metrics import connectivity, pattern_distance
 from tests.small_images import blobs, noise
 

@@ -3,26 +3,165 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import draw_template, make_plan, to_grid
+from ccwsim.engine.raster import Plan, draw_template, empty_grid, make_plan, to_grid
 from ccwsim.engine.realization import Realization, random_numbers
 from ccwsim.engine.stages.box import Box
-from ccwsim.engine.stages.conditioning import DENSE, SPARSE
+from ccwsim.engine.stages.conditioning import DENSE, SPARSE, data_grid
 from ccwsim.engine.stages.pyramid import decompose, reconstruct
-from ccwsim.engine.trace.data import data_terms, seen_data
+from ccwsim.engine.stages.resimulation import Target, first_cell, resimulate
+from ccwsim.engine.tiles import make_workspace, simulate_patches
 from ccwsim.engine.trace.frames import Frame
-from ccwsim.engine.trace.patch import Patch, TracedPatch
-from ccwsim.engine.trace.resimulation import ResimulatedWindow, resimulated_windows
-from ccwsim.engine.trace.stepper import PatchStepper
+from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+
+
+class ResimulatedWindow(NamedTuple):
+    """A window around a datum, in grid coordinates; a single cell where it was forced.
+
+    Attributes
+    ----------
+    datum : int
+        Its number in the hard data.
+    size, row, column : int
+        Side, and first cell.
+    before, after : ndarray of uint8, shape (size, size)
+    sources : ndarray of int32, shape (size, size)
+        Flat index in the training image of each cell after it, −1 where it was forced.
+    fits : bool
+        Whether a patch was found that honours all data and fits; else nothing changed.
+    isolated : bool
+        Whether the datum was right already but isolated.
+    """
+
+    datum: int
+    size: int
+    row: int
+    column: int
+    before: NDArray[np.uint8]
+    after: NDArray[np.uint8]
+    sources: NDArray[np.int32]
+    fits: bool
+    isolated: bool
+
+
+def resimulated_windows(
+    study: Study,
+    template: int,
+    image: PreparedImage,
+    rng: np.random.Generator,
+    grid: NDArray[np.uint8],
+    sources: NDArray[np.int32],
+) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
+    """Re-simulate `grid` locally, in place; return every window that was tried and the data status.
+
+    Windows around data that another window had honoured already are left out.
+    """
+    cells = study.hard_data.cells
+    data = data_grid(cells, study.facies_of_data, grid.shape)
+    last = grid.copy()
+    windows: list[ResimulatedWindow] = []
+
+    def note(datum: int, size: int, fits: bool) -> None:
+        y, x = cells[datum]
+        row = first_cell(y, size, grid.shape[0])
+        column = first_cell(x, size, grid.shape[1])
+        part = np.s_[row : row + size, column : column + size]
+        before, after, right = last[part].copy(), grid[part].copy(), last[y, x] == data[y, x]
+        last[part] = after
+        if right and (before == after).all():
+            return
+        came_from = sources[part].copy()
+        windows.append(
+            ResimulatedWindow(
+                datum, size, int(row), int(column), before, after, came_from, fits, bool(right)
+            )
+        )
+
+    thresholds = image.isolated_datum_thresholds if study.hard_data.n else None
+    target = Target(image.scaled(), image.bits(), data, grid, sources)
+    data_status = resimulate(target, cells, template, rng, thresholds, on_window=note)
+    return windows, data_status
+
+
+MAX_CHECKPOINTS = 24
+"""A trace keeps at most so many states to start again from, each as large as the grid …"""
+MAX_BYTES = 64_000_000
+"""… and fewer of large grids."""
+MIN_INTERVAL = 8
+"""Patches between two of them, at least."""
+
+
+class Checkpoint(NamedTuple):
+    """All that a realization goes on from before a patch.
+
+    Sources of cells are left as they are: a patch that is simulated again writes the same ones.
+    """
+
+    grid: NDArray[np.uint8]
+    counts: NDArray[np.int64]
+    rng: Any
+
+
+class PatchStepper:
+    """A realization on its way along the path."""
+
+    def __init__(self, study: Study, plan: Plan, rng: np.random.Generator) -> None:
+        self._plan, self.rng = plan, rng
+        self.patches = _patches(plan)
+        self.work = make_workspace(plan.oriented, plan.search, plan.data[0])
+        self.simulated = empty_grid(study, plan.path, 0, len(self.patches), keep_sources=True)
+        self._next = 0
+        n_kept = min(max(MAX_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
+        self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
+        self._checkpoints: dict[int, Checkpoint] = {}
+
+    @property
+    def n_done(self) -> int:
+        """Up to which patch it is known."""
+        return max([self._next, *self._checkpoints])
+
+    def go_to(self, number: int) -> None:
+        """Bring the grid to where it is before a patch."""
+        if not self._next <= number < self._next + self._every:
+            known = [k for k in self._checkpoints if k <= number]
+            if known and (self._next > number or max(known) > self._next):
+                self._restore(max(known))
+        while self._next < number:
+            self.step()
+
+    def _restore(self, number: int) -> None:
+        kept = self._checkpoints[number]
+        self.simulated = self.simulated._replace(grid=kept.grid.copy(), counts=kept.counts.copy())
+        self._next, self.rng.bit_generator.state = number, kept.rng
+
+    def step(self) -> tuple[int, int]:
+        """Simulate the next patch and return its location in the oriented image."""
+        k, plan, simulated = self._next, self._plan, self.simulated
+        if k % self._every == 0 and k not in self._checkpoints:
+            state = self.rng.bit_generator.state
+            self._checkpoints[k] = Checkpoint(simulated.grid.copy(), simulated.counts.copy(), state)
+        fixed = plan.patches, plan.oriented, plan.data[0], plan.search
+        simulate_patches(k, k + 1, *fixed, self.rng, self.work, simulated)
+        self._next += 1
+        return int(simulated.locations[k, 0]), int(simulated.locations[k, 1])
+
+
+def _patches(plan: Plan) -> tuple[Patch, ...]:
+    found = []
+    for k, (y0, x0, size, sides, split, tile, part) in enumerate(plan.patches.tolist()):
+        row, column = divmod(tile, plan.path.n_columns)
+        parts = int(plan.oriented.splits[split])
+        found.append(Patch(k, tile, part, row, column, parts, split, y0, x0, size, sides))
+    return tuple(found)
 
 
 class Trace:
