@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import streamlit as st
 
-from ccwsim.ui.hard_data.actions import needs_run
+from ccwsim.ui.hard_data.edits import needs_run
 from ccwsim.ui.hard_data.page import draw_editor
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State

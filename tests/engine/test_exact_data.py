@@ -12,9 +12,8 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, TrainingImage, read_hard_data, revise, simulate
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.ensemble import WRONG, Ensemble
-from ccwsim.ui.hard_data.canvas import said_help
-from ccwsim.ui.hard_data.page import said_answer
-from ccwsim.ui.hard_data.state import Editor
+from ccwsim.ui.hard_data.edits import Editor
+from ccwsim.ui.hard_data.page import describe_answer, describe_data_status
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import part_of
 from ccwsim.ui.validate.conditioning import (
@@ -126,9 +125,10 @@ def test_pages_say_how_many_are_wrong():
     ensemble = wrongly_met()
     n_wrong = ensemble.n_wrong
     fact = facts_of(ensemble)[0]
-    assert fact.startswith("exact data off: ")
+    assert fact.startswith("“Honour data exactly” is off: ")
     assert fact.endswith(f"of 80 data wrong ({100 * n_wrong.mean() / 80:.1f} %)")
-    assert f"{n_wrong[1]} wrong, as exact data is off" in said_help(ensemble.data_status[1])
+    wrong = f"{n_wrong[1]} wrong, as “Honour data exactly” is off"
+    assert wrong in describe_data_status(ensemble.data_status[1])
     names, shares = data_status_shares(ensemble)
     assert names == ["raster pass", "wrong"]
     assert shares[:, 1] * 80 == pytest.approx(n_wrong)
@@ -136,7 +136,7 @@ def test_pages_say_how_many_are_wrong():
     assert len(wrong_points(ensemble)) == np.count_nonzero(
         (ensemble.data_status == WRONG).any(axis=0)
     )
-    assert resimulation_map(ensemble, "#dddddd").indices.max() == 1  # none was mended
+    assert resimulation_map(ensemble, "#dddddd").indices.max() == 1  # none was re-simulated
 
 
 SMALL = Choices(
@@ -160,6 +160,6 @@ def test_each_page_is_drawn_with_data_that_are_wrong(page):
 def test_the_editor_says_why_nothing_answers():
     state = State()
     state.ensemble = wrongly_met()
-    assert "as exact data is off" in said_answer(state, state.ensemble)
+    assert "as “Honour data exactly” is off" in describe_answer(state, state.ensemble)
     state.page(Editor).answered = state.ensemble = revise(state.ensemble, scattered(20, seed=2))
-    assert "Edits change nothing" in said_answer(state, state.ensemble)
+    assert "Edits change nothing" in describe_answer(state, state.ensemble)

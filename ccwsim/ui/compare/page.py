@@ -72,8 +72,8 @@ from ccwsim.ui.session.fitting import levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.method_step import parameter_field
 from ccwsim.ui.study.run import PATIENCE
+from ccwsim.ui.study.study_column import parameter_field
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
 from ccwsim.ui.widgets.literal import plain

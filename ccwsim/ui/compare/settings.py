@@ -22,8 +22,8 @@ from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.method_step import set_parameters
 from ccwsim.ui.study.run import failed
+from ccwsim.ui.study.study_column import set_parameters
 
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """What the settings are called; A is the study's own."""

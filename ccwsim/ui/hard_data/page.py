@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import streamlit as st
+from numpy.typing import NDArray
+from streamlit.components import v2
 
 from ccwsim.model.choices import DataChoice
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.hard_data.actions import answer, fits, is_revised, needs_run, take
-from ccwsim.ui.hard_data.canvas import draw_canvas, said_help
-from ccwsim.ui.hard_data.files import draw_export, draw_import, draw_problem
-from ccwsim.ui.hard_data.sampling import draw_sampling
-from ccwsim.ui.hard_data.state import Editor
+from ccwsim.ui.hard_data.edits import Editor, answer, fits, is_revised, needs_run, take, take_edits
+from ccwsim.ui.hard_data.menus import draw_export, draw_import, draw_problem, draw_sampling
 from ccwsim.ui.hard_data.table import draw_table
-from ccwsim.ui.results.e_type import draw_e_type
+from ccwsim.ui.results.e_type import draw_e_type, uncertainty_map
 from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.results.gallery import draw_gallery
 from ccwsim.ui.session.fragments import error_boundary
@@ -24,14 +28,23 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.run import problem_of, start_run
+from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
+from ccwsim.ui.widgets.maps import CANVAS, CellMap, draw_map, facies_map, map_content, points_of
 from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("editor.css")
+KEY = "editor"
+MAX_HEIGHT = 620
+SHARED = "export default function (component)"
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
+RUN_AGAIN = (
+    "Simulate the realizations with all data from the beginning, instead of local re-simulation "
+    "around each edit."
+)
 
 
 @st.fragment
@@ -62,10 +75,10 @@ def _editor(state: State) -> None:
     with st.container(key="maps"):
         left, middle, right = st.columns([1.0, 1.0, 0.56], gap="medium")
     with left:
-        _ground(state)
+        _ground(state.page(Editor))
         draw_canvas(state, data, image, colours, ensemble)
         if ensemble is not None:  # below, where its length moves no map under the pointer
-            step_note(said_answer(state, ensemble))
+            step_note(describe_answer(state, ensemble))
     with middle:
         if ensemble is not None:
             _beside(state, ensemble, colours)
@@ -87,57 +100,153 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
         draw_import(state)
         draw_sampling(state)
         draw_export(state, data)
-        button(
-            "Clear", key="clear", disabled=not data.n, on_click=take,
-            args=(state, DataChoice("placed", placed=HardData())),
-            help="Take all data away; undo brings them back.",
-        )  # fmt: skip
+        clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
+        clear["help"] = "Take all data away; undo brings them back."
+        button("Clear", key="clear", on_click=take, **clear)
         problem = problem_of(state)
-        if st.button(
-            "Run again", key="run_again", type="primary", disabled=bool(problem), help=problem
-            or "Draw the realizations with all data from the beginning, instead of mending them "
-            "around each edit.",
-        ):  # fmt: skip
+        run = {"type": "primary", "disabled": bool(problem), "help": problem or RUN_AGAIN}
+        if st.button("Run again", key="run_again", **run):
             start_run(state)
             st.rerun()
     if page_state.message:
         st.warning(plain(page_state.message))
 
 
-def said_answer(state: State, ensemble: Ensemble) -> str:
-    """Say how the shown realization met the data, and whether it was mended since its run."""
+def describe_answer(state: State, ensemble: Ensemble) -> str:
+    """Say how the shown realization honours the data, and whether edits changed it."""
     if not ensemble.hard_data.n:
         return "Click the map to place a datum; drag to place a line of them."
-    met = said_help(ensemble.data_status[state.shown])
-    text = f"Realization {state.shown + 1}: {met}."
+    honoured = describe_data_status(ensemble.data_status[state.shown])
+    text = f"Realization {state.shown + 1}: {honoured}."
     if is_revised(state) and not ensemble.parameters.exact_data:
-        text += " Edits change nothing while exact data is off; Run again lets them steer."
+        text += (
+            " Edits change nothing while “Honour data exactly” is off; Run again conditions the "
+            "search on them."
+        )
     elif is_revised(state):
-        text += " Mended around your edits; Run again draws it with all data from the beginning."
+        text += (
+            " Re-simulated locally around your edits; Run again simulates it with all data from "
+            "the beginning."
+        )
     return text
 
 
-def _ground(state: State) -> None:
-    page_state = state.page(Editor)
+def _ground(page_state: Editor) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
         panel_title("Hard data on")
-        field(
-            st.segmented_control, "What lies under the data", key="ground",
-            value=page_state.ground, options=list(GROUNDS), format_func=GROUNDS.get,
-            write=lambda ground: setattr(page_state, "ground", ground),
-            label_visibility="collapsed",
-        )  # fmt: skip
+        ground = bound_to(page_state, "ground") | options_of(GROUNDS)
+        ground["label_visibility"] = "collapsed"
+        field(st.segmented_control, "What is under the data", key="ground", **ground)
 
 
 def _beside(state: State, ensemble: Ensemble, colours: list[str]) -> None:
     if state.page(Editor).ground != "e_type":
         draw_e_type(state, ensemble, colours)
         return
-    image: TrainingImage = ensemble.training_image
-    r = state.shown
+    image, r = ensemble.training_image, state.shown
     panel_title(f"Realization {r + 1} of {ensemble.n}")
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
-    draw_map(
-        shown, "map_realization", link="grid", scale="maps", name=f"realization_{r + 1}"
-    )  # fmt: skip
+    name = f"realization_{r + 1}"
+    draw_map(shown, "map_realization", link="grid", scale="maps", name=name)
+
+
+def draw_canvas(
+    state: State,
+    data: HardData,
+    image: TrainingImage,
+    colours: list[str],
+    ensemble: Ensemble | None,
+) -> None:
+    """Draw the map with the data on it; its edits are taken into the state."""
+    page_state = state.page(Editor)
+    grid = state.choices.grid
+    ground = page_state.ground if ensemble is not None else "empty"
+    if ensemble is None or ground == "empty":
+        shown = empty_map(grid)
+    elif ground == "realization":
+        indices = ensemble.indices[state.shown]
+        shown = replace(facies_map(indices, image, colours, "Hard data"), keys=())
+    else:
+        shown = uncertainty_map(state, ensemble, colours)
+    status = status_of(data, ensemble, state.shown if ground == "realization" else None)
+    points = [
+        [*point[:3], int(how == WRONG), 0 if how == WRONG else how]
+        for point, how in zip(points_of(data, image), status, strict=True)
+    ]
+    alt = "Hard data; arrow keys move, Enter places, Delete erases"
+    shown = replace(shown, point_colours=colours, alt=alt, points=points)
+    content = map_content(shown, grid, "grid", "maps", True, "hard_data", MAX_HEIGHT)
+    history = page_state.history
+    content |= {
+        "brushes": [
+            {"label": name, "colour": colour}
+            for name, colour in zip(image.facies_names, colours, strict=True)
+        ],
+        "reads": ground == "realization",
+        "empty": ground == "empty",
+        "ack": page_state.taken,
+        "can_undo": bool(history.past),
+        "can_redo": bool(history.future),
+    }
+
+    def edited() -> None:
+        edits = st.session_state[KEY].edits
+        if edits:
+            take_edits(state, edits)
+
+    editor_component()(key=KEY, data=content, on_edits_change=catch_callback_errors(edited))
+
+
+def empty_map(grid: Grid) -> CellMap:
+    """Return a map of a grid with nothing on it."""
+    nothing = np.zeros(grid.shape, np.uint8)
+    return CellMap(nothing, [chart_theme().paper], ["no datum"], "Empty grid")
+
+
+def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
+    """Return the `Ensemble.data_status` of each datum in a realization; 0 where unknown."""
+    if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
+        return [0] * data.n
+    return ensemble.data_status[shown].tolist()
+
+
+def describe_data_status(data_status: NDArray[np.integer]) -> str:
+    """Say how one realization honours the data; takes a row of `Ensemble.data_status`.
+
+    Examples
+    --------
+    >>> describe_data_status(np.array([0, 0, 16, 8, -1]))
+    '2 honoured in the raster pass, 2 by local re-simulation in windows of 8 to 16 cells, 1 forced'
+    >>> describe_data_status(np.array([0, 0]))
+    'all 2 honoured in the raster pass'
+    >>> describe_data_status(np.array([0, -2]))
+    '1 honoured in the raster pass, 1 wrong, as “Honour data exactly” is off'
+    """
+    sizes = data_status[data_status > 0]
+    n_raster, n_forced = np.count_nonzero(data_status == 0), np.count_nonzero(data_status == FORCED)
+    n_wrong = np.count_nonzero(data_status == WRONG)
+    if n_raster == len(data_status):
+        return f"{f'all {n_raster} ' if n_raster > 1 else ''}honoured in the raster pass"
+    parts = [f"{n_raster} honoured in the raster pass"] if n_raster else []
+    if len(sizes):
+        low, high = sizes.min(), sizes.max()
+        span = f"{low} cells" if low == high else f"{low} to {high} cells"
+        windows = "a window" if len(sizes) == 1 else "windows"
+        parts.append(f"{len(sizes)} by local re-simulation in {windows} of {span}")
+    if n_forced:
+        parts.append(f"{n_forced} forced")
+    if n_wrong:
+        parts.append(f"{n_wrong} wrong, as “Honour data exactly” is off")
+    return ", ".join(parts)
+
+
+@cache
+def editor_component() -> Any:
+    """Return the component: the map's own drawing and the editor on top, as one module."""
+    html = (CANVAS / "editor.html").read_text("utf-8")
+    css = "\n".join((CANVAS / f"{name}.css").read_text("utf-8") for name in ("map", "editor"))
+    drawing = (CANVAS / "map.js").read_text("utf-8")
+    drawing = drawing.replace(SHARED, "function showMap(component)")
+    js = f"{drawing}\n{(CANVAS / 'editor.js').read_text('utf-8')}"
+    return v2.component("ccwsim_editor", html=html, css=css, js=js)

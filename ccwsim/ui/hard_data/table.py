@@ -14,15 +14,13 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.hard_data.actions import take_data
-from ccwsim.ui.hard_data.state import Editor
+from ccwsim.ui.hard_data.edits import Editor, take_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import catch_callback_errors
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title
 
-WORLD, CELLS = ["x", "y", "facies"], ["row", "col", "facies"]
 HEIGHT = 497
 """Pixels: names and fourteen rows, none of them cut."""
 MAX_NOTES = 4
@@ -33,27 +31,29 @@ def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
-        field(
-            st.segmented_control, "Places as", key="table_world", value=table.world,
-            options=[True, False], format_func=lambda world: "x, y" if world else "row, col",
-            write=lambda world: setattr(table, "world", world), label_visibility="collapsed",
-        )  # fmt: skip
+        world = bound_to(table, "world") | options_of({True: "x, y", False: "row, col"})
+        world["label_visibility"] = "collapsed"
+        field(st.segmented_control, "Positions as", key="table_world", **world)
     if table.of != _stands_for(state, data.digest, image):
         table.base, table.notes = rows_of(data, grid, table.world), []
         table.of = _stands_for(state, data.digest, image)
         table.version += 1
     key = f"table_{table.version}"
-    names = ", ".join(
-        f"{code} {name}" for code, name in zip(image.codes, image.facies_names, strict=True)
-    )
+    codes = zip(image.codes, image.facies_names, strict=True)
+    tip = ", ".join(f"{code} {name}" for code, name in codes)
+    columns = {name: st.column_config.NumberColumn(width=72) for name in table.base.columns}
+    columns["facies"] = st.column_config.NumberColumn(width=72, help=tip)
     st.data_editor(
-        table.base, key=key, num_rows="dynamic", height=HEIGHT, width="stretch", hide_index=True,
-        on_change=catch_callback_errors(_edited), args=(state, key, image),
-        column_config={
-            **{name: st.column_config.NumberColumn(width=72) for name in table.base.columns},
-            "facies": st.column_config.NumberColumn(width=72, help=names),
-        },
-    )  # fmt: skip
+        table.base,
+        key=key,
+        num_rows="dynamic",
+        height=HEIGHT,
+        width="stretch",
+        hide_index=True,
+        on_change=catch_callback_errors(_edited),
+        args=(state, key, image),
+        column_config=columns,
+    )
     for note in table.notes:
         st.caption(plain(note))
 
@@ -121,27 +121,23 @@ def data_of_rows(
     --------
     >>> frame = pd.DataFrame({"row": [1, 1, 99], "col": [1, 1, 0], "facies": [0, 1, 1]})
     >>> data_of_rows(frame, Grid(8, 8), TrainingImage([[0, 1]]), False)[1]
-    ['Row 3 lies outside the grid and is left out.', 'Row 2 counts, not row 1 in the same cell.']
+    ['Row 3 is outside the grid and is left out.', 'Row 2 counts, not row 1 in the same cell.']
     """
     values = frame.to_numpy(float)
     whole = np.isfinite(values).all(axis=1)
     notes = _noted(~whole, "is not complete yet", "are not complete yet")
     cells = np.full((len(values), 2), -1, np.int64)
     near = whole & (np.abs(values) < 2.0**40).all(axis=1)
-    places = values[near, :2]
-    cells[near] = grid.cells_of(*places.T) if world else np.floor(places).astype(np.int64)
+    positions = values[near, :2]
+    cells[near] = grid.cells_of(*positions.T) if world else np.floor(positions).astype(np.int64)
     inside = grid.holds(cells) if len(cells) else whole
-    notes += _noted(
-        whole & ~inside, "lies outside the grid and is left out",
-        "lie outside the grid and are left out",
-    )  # fmt: skip
+    one, many = "is outside the grid and is left out", "are outside the grid and are left out"
+    notes += _noted(whole & ~inside, one, many)
     known = np.isin(values[:, 2], image.codes)
     codes = ", ".join(map(str, image.codes))
-    tail = f"of the training image ({codes}) and"
-    notes += _noted(
-        whole & inside & ~known, f"has no facies {tail} is left out",
-        f"have no facies {tail} are left out",
-    )  # fmt: skip
+    tail = f"no facies of the training image ({codes}) and"
+    one, many = f"has {tail} is left out", f"have {tail} are left out"
+    notes += _noted(whole & inside & ~known, one, many)
     taken: dict[tuple[int, int], int] = {}
     for k in np.flatnonzero(whole & inside & known).tolist():
         cell = (int(cells[k, 0]), int(cells[k, 1]))

@@ -10,7 +10,7 @@ from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
-from ccwsim.ui.hard_data.canvas import said_help
+from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import box_mark, data_in, patch_map
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import describe_window, format_count, say
@@ -84,7 +84,8 @@ def _n_terms(trace: Trace) -> float:
 
 def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str:
     data_status = trace.realization.data_status
-    text = f"Of {format_count(len(data_status), 'datum', 'data')}: {said_help(data_status)}. "
+    n = format_count(len(data_status), "datum", "data")
+    text = f"Of {n}: {describe_data_status(data_status)}. "
     if not by_datum:
         return text + "There was nothing left to correct."
     return text + (

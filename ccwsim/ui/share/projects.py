@@ -14,8 +14,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.report import surroundings
 from ccwsim.sharing import link_of, read_link
-from ccwsim.ui.hard_data.history import History
-from ccwsim.ui.hard_data.state import Editor
+from ccwsim.ui.hard_data.edits import Editor, History
 from ccwsim.ui.session.address import show, shown_of
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from typing import get_args
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -19,13 +20,13 @@ from ccwsim.model.grid import Grid
 from ccwsim.ui.results.facies import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_questions import ask_data
 from ccwsim.ui.study.image_step import THUMB
-from ccwsim.ui.widgets.fields import button, field, file_uploader
+from ccwsim.ui.study.questions import ask_data
+from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
-SOURCES = {
+SOURCES: dict[DataSource, str] = {
     "none": "none",
     "bundled": "bundled",
     "file": "a file of yours",
@@ -33,6 +34,7 @@ SOURCES = {
     "placed": "placed by hand",
 }
 TYPES = ["csv", "txt", "dat", "sgems", "gslib", "out", "npy", "npz", "mat"]
+FORMATS = "CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; MATLAB v5"
 
 
 def data_step(state: State) -> None:
@@ -95,88 +97,66 @@ def _grown(grid: Grid, survey: str) -> Grid:
     return replace(grid, ny=max(grid.ny, ny), nx=max(grid.nx, nx))
 
 
+def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
+    """Draw an uploader of hard data."""
+    file_uploader("Points or a grid with gaps", key=key, take=take, type=TYPES, help=FORMATS)
+
+
 def _summary(choices: Choices, problem: str) -> str:
-    if choices.data.source == "none":
+    choice = choices.data
+    if choice.source == "none":
         return "none: unconditional"
     n = "" if problem else f"{data_of(choices).n} data\n"
-    return n + _origin(choices.data)
-
-
-def _origin(choice: DataChoice) -> str:
     if choice.source == "file" and choice.upload:
-        return choice.upload.name
+        return n + choice.upload.name
     if choice.source == "bundled":
-        return pretty(choice.bundled)
+        return n + pretty(choice.bundled)
     if choice.source == "placed":
-        return "placed by hand"
-    return f"sampled, seed {choice.seed_sampled}"
+        return f"{n}placed by hand"
+    return f"{n}sampled, seed {choice.seed_sampled}"
 
 
 def _menu(state: State) -> None:
     current = state.data_draft or state.choices.data
-    field(
-        st.selectbox, "Where from", key="data_source", value=current.source,
-        options=list(get_args(DataSource)), format_func=SOURCES.get,
-        write=lambda source: _switch(state, current, source),
-    )  # fmt: skip
+
+    def change(**changes: Any) -> None:
+        use_data(state, replace(current, **changes))
+
+    def switch(source: DataSource) -> None:
+        choice = replace(current, source=source)
+        if source == "placed" and not problem_of_data(state.choices):
+            choice = replace(choice, placed=data_of(state.choices))
+        if source == "bundled" and not choice.bundled:
+            choice = replace(choice, bundled=datasets.hard_data_names()[0])
+        use_data(state, choice)
+
+    def use_upload(upload: Upload | None) -> None:
+        if upload is not None:
+            use_data(state, replace(state.choices.data, source="file", upload=upload, answers=()))
+
+    chosen = {"value": current.source, "write": switch, **options_of(SOURCES)}
+    field(st.selectbox, "Where from", key="data_source", **chosen)
     if current.source == "bundled":
-        _bundled(state, current)
+        surveys = options_of({name: pretty(name) for name in datasets.hard_data_names()})
+        survey = bound_to(current, "bundled", change)
+        field(st.selectbox, "Survey", key="data_bundled", **survey, **surveys)
+        st.caption(datasets.describe_hard_data(current.bundled))
     if current.source == "file":
-        _file(state, current)
+        data_uploader("data_file", use_upload)
+        if current.upload is not None:
+            st.caption(plain(f"From your file {current.upload.name}"))
     if current.source == "sampled":
-        _sampled(state, current)
+        st.caption(
+            "Cells chosen at random from a new unconditional realization of this study, as in "
+            "section 5.2 of the paper: a test with a known reference field."
+        )
+        number = bound_to(current, "n_sampled", change)
+        number |= {"min_value": 1, "max_value": MAX_SAMPLED}
+        field(st.number_input, "How many data", key="data_n", **number)
+        seed = bound_to(current, "seed_sampled", change)
+        field(st.number_input, "Their own seed", key="data_seed", min_value=0, **seed)
     if current.source != "none" and not (current.source == "file" and current.upload is None):
         _report(state, current)
-
-
-def _switch(state: State, current: DataChoice, source: DataSource) -> None:
-    choice = replace(current, source=source)
-    if source == "placed" and not problem_of_data(state.choices):
-        choice = replace(choice, placed=data_of(state.choices))
-    if source == "bundled" and not choice.bundled:
-        choice = replace(choice, bundled=datasets.hard_data_names()[0])
-    use_data(state, choice)
-
-
-def _bundled(state: State, current: DataChoice) -> None:
-    field(
-        st.selectbox, "Survey", key="data_bundled", value=current.bundled,
-        options=datasets.hard_data_names(), format_func=pretty,
-        write=lambda name: use_data(state, replace(current, bundled=name)),
-    )  # fmt: skip
-    st.caption(datasets.describe_hard_data(current.bundled))
-
-
-def _file(state: State, current: DataChoice) -> None:
-    file_uploader(
-        "Points or a grid with gaps", type=TYPES, key="data_file", on_change=_uploaded,
-        args=(state,), help="CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; "
-        "MATLAB v5",
-    )  # fmt: skip
-    if current.upload is not None:
-        st.caption(plain(f"From your file {current.upload.name}"))
-
-
-def _uploaded(state: State) -> None:
-    file = st.session_state["data_file"]
-    if file is not None:
-        upload = Upload(file.name, file.getvalue())
-        use_data(state, replace(state.choices.data, source="file", upload=upload, answers=()))
-
-
-def _sampled(state: State, current: DataChoice) -> None:
-    st.caption(
-        "Cells drawn at random from a fresh unconditional realization of this study, as section "
-        "5.2 of the paper does: a test where the truth is known."
-    )
-    field(
-        st.number_input, "How many data", key="data_n", value=current.n_sampled, min_value=1,
-        max_value=MAX_SAMPLED, write=lambda n: use_data(state, replace(current, n_sampled=int(n))),
-    )  # fmt: skip
-    field(
-        st.number_input, "Their own seed", key="data_seed", value=current.seed_sampled,
-        min_value=0, write=lambda n: use_data(state, replace(current, seed_sampled=int(n))),
-    )  # fmt: skip
 
 
 def _report(state: State, current: DataChoice) -> None:
@@ -186,17 +166,10 @@ def _report(state: State, current: DataChoice) -> None:
     except CCWSIMError as error:
         st.error(plain(str(error)))
         if state.data_draft is not None:
-            button(
-                "Keep the data as they were",
-                on_click=_drop_draft,
-                args=(state,),
-            )
+            drop = (state, "data_draft", None)
+            button("Keep the data as they were", on_click=setattr, args=drop)
     else:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
             st.caption(plain(note))
     ask_data(current, lambda answers: use_data(state, replace(current, answers=answers)))
-
-
-def _drop_draft(state: State) -> None:
-    state.data_draft = None

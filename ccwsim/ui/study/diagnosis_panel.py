@@ -16,11 +16,7 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.steps import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-NAMES = {
-    "template_size": "Template",
-    "overlap_size": "Overlap",
-    "wavelet_level": "Wavelet level",
-}
+NAMES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Wavelet level"}
 
 
 def draw_diagnosis(
@@ -30,20 +26,7 @@ def draw_diagnosis(
     colours: Sequence[str],
     use: Callable[[dict[str, int]], None] | None = None,
 ) -> None:
-    """Draw what was found, with advice beside what is set.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    image : TrainingImage
-        What was looked at.
-    parameters : Parameters
-        What is set now.
-    colours : sequence of str
-        One "#rrggbb" a facies.
-    use : callable, optional
-        Takes the advised values; a button calls it.
-    """
+    """Draw what was found, with advice beside what is set; a button calls `use` with the advice."""
     left, middle, right = st.columns([1.25, 1.0, 1.0], gap="large")
     with left:
         draw_advice(found, image, parameters, use)
@@ -51,20 +34,16 @@ def draw_diagnosis(
         marks = {f"T {parameters.template_size}": parameters.template_size}
         ew, ns = found.spacing_ew, found.spacing_ns
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
-        titled_chart(
-            "Repetition", said_repetition(found), chart, "repetition",
-            "Correlation of the training image with itself over the lag, E–W and N–S",
-        )  # fmt: skip
+        alt = "Correlation of the training image with itself over the lag, E–W and N–S"
+        titled_chart("Repetition", describe_repetition(found), chart, "repetition", alt)
         step_note("E–W solid, N–S dashed; dotted, the template as it is set.")
     with right:
-        looks = found.stationarity
-        chart = proportions_chart(
-            image.facies_names, image.proportions, looks.proportions, colours, chart_theme()
-        )
-        titled_chart(
-            "Stationarity", "alike everywhere" if looks.stationary else "not alike everywhere",
-            chart, "quarters", "Facies proportions of the four quarters and of the whole image",
-        )  # fmt: skip
+        stationarity = found.stationarity
+        note = "alike everywhere" if stationarity.stationary else "not alike everywhere"
+        quarters, whole = stationarity.proportions, image.proportions
+        chart = proportions_chart(image.facies_names, whole, quarters, colours, chart_theme())
+        alt = "Facies proportions of the four quarters and of the whole image"
+        titled_chart("Stationarity", note, chart, "quarters", alt)
         step_note(f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image.")
 
 
@@ -84,10 +63,8 @@ def draw_advice(
     advised = {advice.parameter: advice.value for advice in found.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
-        button(
-            "Use these values", key="use_advice", on_click=use, args=(advised,),
-            help="Takes them into the study; run it to see what they change.",
-        )  # fmt: skip
+        tip = "Takes them into the study; run it to see what they change."
+        button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
 
 
 def advice_table(found: Diagnosis, parameters: Parameters) -> str:
@@ -102,7 +79,7 @@ def advice_table(found: Diagnosis, parameters: Parameters) -> str:
     return f'<table class="numbers">{head}{rows}</table>'
 
 
-def said_repetition(found: Diagnosis) -> str:
+def describe_repetition(found: Diagnosis) -> str:
     """Say how far features are from each other."""
     ways = (("E–W", found.spacing_ew), ("N–S", found.spacing_ns))
     said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]

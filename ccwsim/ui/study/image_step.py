@@ -9,7 +9,7 @@ import streamlit as st
 from ccwsim import datasets
 from ccwsim.figures import map_png
 from ccwsim.metrics import Diagnosis, diagnose
-from ccwsim.model.choices import Choices, ImageChoice, Upload
+from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.facies import colours_of, pretty
@@ -18,14 +18,16 @@ from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import ask_image
-from ccwsim.ui.widgets.fields import button, field, file_uploader
+from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note, step_title
 
 THUMB = 76
 MAX_FACIES = 12
-TYPES = ["dat", "sgems", "gslib", "out", "txt", "csv", "asc", "npy", "npz", "mat", "png", "jpg",
-         "jpeg", "gif", "tif", "tiff", "bmp"]  # fmt: skip
+PICTURES = ["png", "jpg", "jpeg", "gif", "tif", "tiff", "bmp"]
+TYPES = ["dat", "sgems", "gslib", "out", "txt", "csv", "asc", "npy", "npz", "mat", *PICTURES]
+FORMATS = "SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture"
+TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 
 
 def image_step(state: State) -> None:
@@ -70,26 +72,39 @@ def use_image(state: State, choice: ImageChoice) -> None:
 
 def _menu(state: State) -> None:
     current = state.image_draft or state.choices.image
-    names = datasets.names()
-    field(
-        st.selectbox, "Bundled with the program", key="image_bundled",
-        value=None if current.upload else current.bundled, options=names, format_func=pretty,
-        write=lambda name: use_image(state, ImageChoice(bundled=name)),
-        placeholder="choose one",
-    )  # fmt: skip
+
+    def use_bundled(name: str) -> None:
+        use_image(state, ImageChoice(bundled=name))
+
+    def use_upload(upload: Upload | None) -> None:
+        if upload is not None:
+            use_image(state, ImageChoice(upload=upload))
+            st.session_state["image_advice"] = True
+
+    chosen = {"value": None if current.upload else current.bundled, "write": use_bundled}
+    bundled = options_of({name: pretty(name) for name in datasets.names()})
+    bundled |= {"placeholder": "choose one"}
+    field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
-    file_uploader(
-        "or a file of yours", type=TYPES, key="image_file", on_change=_uploaded,
-        args=(state,),
-        help="SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture",
-    )  # fmt: skip
+    label = "or a file of yours"
+    file_uploader(label, key="image_file", take=use_upload, type=TYPES, help=FORMATS)
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
-        _answers(state, current)
+        _questions(state, current, current.upload)
     _turns(state)
     _facies(state)
     _advice(state)
+
+
+def _questions(state: State, current: ImageChoice, upload: Upload) -> None:
+    problem = problem_of_image(current)
+    if problem:
+        st.error(plain(problem))
+    ask_image(upload, current.answers, lambda a: use_image(state, replace(current, answers=a)))
+    if problem:
+        drop = (state, "image_draft", None)
+        button("Keep the image as it was", on_click=setattr, args=drop)
 
 
 def _advice(state: State) -> None:
@@ -117,75 +132,39 @@ def use_advice(state: State, advised: dict[str, int]) -> None:
     state.change(parameters=fitted(state.choices.parameters, shape, **advised))
 
 
-def _uploaded(state: State) -> None:
-    file = st.session_state["image_file"]
-    if file is not None:
-        use_image(state, ImageChoice(upload=Upload(file.name, file.getvalue())))
-        st.session_state["image_advice"] = True
-
-
-def _answers(state: State, current: ImageChoice) -> None:
-    assert current.upload is not None
-    problem = problem_of_image(current)
-    if problem:
-        st.error(plain(problem))
-    ask_image(
-        current.upload, current.answers,
-        lambda answers: use_image(state, replace(current, answers=answers)),
-    )  # fmt: skip
-    if problem:
-        button("Keep the image as it was", on_click=_drop_draft, args=(state,))
-
-
-def _drop_draft(state: State) -> None:
-    state.image_draft = None
-
-
 def _turns(state: State) -> None:
     choice = state.choices.image
     image = image_of(choice)
-    st.image(
-        thumbnail(image, colours_of(state), 320), width="stretch",
-        alt=f"Preview of {image.name}, north at the top",
-    )  # fmt: skip
+    preview = thumbnail(image, colours_of(state), 320)
+    st.image(preview, width="stretch", alt=f"Preview of {image.name}, north at the top")
+
+    def turn(**turned: bool) -> None:
+        use_image(state, replace(state.choices.image, **turned))
+
     with st.container(horizontal=True, gap="small"):
-        for name, label in (
-            ("flip_ew", "Flip E–W"), ("flip_ns", "Flip N–S"), ("transpose", "Transpose"),
-        ):  # fmt: skip
-            field(
-                st.checkbox, label, key=f"image_{name}", value=getattr(choice, name),
-                write=lambda on, name=name: use_image(
-                    state, replace(state.choices.image, **{name: on})
-                ),
-            )  # fmt: skip
+        for name, label in TURNS.items():
+            field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
 
 
 def _facies(state: State) -> None:
     image, colours = image_of(state.choices.image), colours_of(state)
+    hidden = {"label_visibility": "collapsed"}
     for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
+
+        def recolour(colour: str, code: int = code) -> None:
+            choice = state.choices.image
+            changed = {**dict(choice.colours), code: colour}
+            state.change(image=replace(choice, colours=tuple(sorted(changed.items()))))
+
+        def rename(name: str, k: int = k) -> None:
+            choice = state.choices.image
+            names = list(image_of(choice).facies_names)
+            names[k] = name.strip() or names[k]
+            state.change(image=replace(choice, names=tuple(names)))
+
         with st.container(horizontal=True, vertical_alignment="center", gap="small"):
-            field(
-                st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}",
-                value=colours[k], label_visibility="collapsed",
-                write=lambda new, code=code: _recolour(state, code, new),
-            )  # fmt: skip
-            field(
-                st.text_input, f"Name of code {code}", key=f"image_name_{code}",
-                value=image.facies_names[k], label_visibility="collapsed", max_chars=40,
-                write=lambda new, k=k: _rename(state, k, new),
-            )  # fmt: skip
+            colour = {"value": colours[k], "write": recolour, **hidden}
+            name = {"value": image.facies_names[k], "write": rename, "max_chars": 40, **hidden}
+            field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
+            field(st.text_input, f"Name of code {code}", key=f"image_name_{code}", **name)
             st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')
-
-
-def _recolour(state: State, code: int, colour: str) -> None:
-    image = state.choices.image
-    colours = {**dict(image.colours), code: colour}
-    state.change(image=replace(image, colours=tuple(sorted(colours.items()))))
-
-
-def _rename(state: State, place: int, name: str) -> None:
-    choice: ImageChoice = state.choices.image
-    names = list(image_of(choice).facies_names)
-    names[place] = name.strip() or names[place]
-    changed: Choices = replace(state.choices, image=replace(choice, names=tuple(names)))
-    state.choices = changed

@@ -1,4 +1,4 @@
-"""What a file of a training image leaves open, asked in place."""
+"""What files of training images and hard data leave open, asked in place."""
 
 from __future__ import annotations
 
@@ -9,17 +9,24 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.io import FileSummary, inspect
-from ccwsim.model.choices import Answers, Upload
+from ccwsim.model.choices import Answers, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.session.resolve import opened
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import field, options_of
 
 AS_IS, THRESHOLD, CLASSES = "are the facies", "cut at a threshold", "in classes of equal size"
 COLOURS = "in so many main colours"
 MAX_LISTED = 300
 """Slices that are listed to choose from; of more a number is asked."""
 UPS = {None: "as the format has it", True: "the south", False: "the north"}
-
+COLLISIONS = {
+    None: "stop and say so",
+    "majority": "keep the facies of most",
+    "nearest": "keep the datum nearest to the centre",
+    "drop": "leave all of them out",
+}
+DROPS = {None: "stop and say so", "drop": "leave them out"}
+OPEN = {"placeholder": "choose one"}
 Write = Callable[[Answers], None]
 
 
@@ -54,23 +61,53 @@ def ask_image(upload: Upload, answers: Answers, write: Write) -> None:
     summary = summary_of(upload)
     if summary is None:
         return
-    ask_variable(summary, answers, write)
+    _ask_variable(summary, answers, write)
     if summary.asks_shape:
         _ask_shape(summary, answers, write)
-    ask_slice(summary, answers, write)
-    ask_up(answers, write)
-    ask_values(summary, answers, write)
+    _ask_slice(summary, answers, write)
+    _ask_way("up", "The first row of the file is", UPS, answers, write)
+    _ask_values(summary, answers, write)
 
 
-def ask_variable(summary: FileSummary, answers: Answers, write: Write) -> None:
-    """Ask which variable of several is the facies."""
+def ask_data(choice: DataChoice, write: Write) -> None:
+    """Ask what hard data leave open; `write` is called with the answers."""
+    answers = choice.answers
+    if choice.source == "file" and choice.upload is not None:
+        summary = summary_of(choice.upload)
+        if summary is None:
+            return
+        if not summary.is_table:
+            _ask_variable(summary, answers, write)
+            _ask_slice(summary, answers, write)
+            _ask_way("up", "The first row of the file is", UPS, answers, write)
+        if any(variable.continuous for variable in summary.variables[-1:]):
+            _ask_values(summary, answers, write)
+        _ask_way("on_collision", "Two facies in one cell", COLLISIONS, answers, write)
+    _ask_way("on_outside", "Data outside the grid", DROPS, answers, write)
+    _ask_way("on_unknown", "Facies that the image does not have", DROPS, answers, write)
+
+
+def _ask_way(name: str, label: str, ways: dict[Any, str], answers: Answers, write: Write) -> None:
+    """Ask for one of a few ways; None, which a widget cannot give back, is among them."""
+    choices = list(ways)
+
+    def choose(k: int) -> None:
+        write(answered(answers, **{name: choices[k]}))
+
+    value = choices.index(dict(answers).get(name))
+    offered = options_of(dict(enumerate(ways.values())))
+    field(st.selectbox, label, key=f"ask_{name}", value=value, write=choose, **offered)
+
+
+def _ask_variable(summary: FileSummary, answers: Answers, write: Write) -> None:
     names = [variable.name for variable in summary.variables]
     if len(names) > 1:
-        field(
-            st.selectbox, "Which variable is the facies?", key="ask_variable",
-            value=dict(answers).get("variable"), options=names, placeholder="choose one",
-            write=lambda name: write(answered(answers, variable=name)),
-        )  # fmt: skip
+
+        def choose(name: str) -> None:
+            write(answered(answers, variable=name))
+
+        chosen = {"value": dict(answers).get("variable"), "write": choose, "options": names}
+        field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
 
 
 def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
@@ -78,45 +115,32 @@ def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
     shape = dict(answers).get("shape")
     small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
     sizes = sorted({*small, *(n // k for k in small)})
-    field(
-        st.selectbox, f"The file has {n:,} values: how many cells E–W?", key="ask_columns",
-        value=shape[1] if shape else None, options=sizes, placeholder="choose one",
-        format_func=lambda nx: f"{nx} (and {n // nx} N–S)",
-        write=lambda nx: write(answered(answers, shape=(n // nx, nx))),
-    )  # fmt: skip
+
+    def choose(nx: int) -> None:
+        write(answered(answers, shape=(n // nx, nx)))
+
+    chosen = {"value": shape[1] if shape else None, "write": choose}
+    offered = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
+    label = f"The file has {n:,} values: how many cells E–W?"
+    field(st.selectbox, label, key="ask_columns", **chosen, **offered, **OPEN)
 
 
-def ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
-    """Ask which slice of a 3-D grid is meant."""
-    if summary.n_slices > MAX_LISTED:
-        chosen = dict(answers).get("slice_index")
-        field(
-            st.number_input, f"Which of {summary.n_slices} slices, from the bottom?",
-            key="ask_slice", value=None if chosen is None else chosen + 1, min_value=1,
-            max_value=summary.n_slices, placeholder="choose one",
-            write=lambda k: write(answered(answers, slice_index=None if k is None else int(k) - 1)),
-        )  # fmt: skip
-    elif summary.n_slices > 1:
-        field(
-            st.selectbox, "Which slice, from the bottom?", key="ask_slice",
-            value=dict(answers).get("slice_index"), options=list(range(summary.n_slices)),
-            format_func=lambda k: f"{k + 1} of {summary.n_slices}", placeholder="choose one",
-            write=lambda k: write(answered(answers, slice_index=int(k))),
-        )  # fmt: skip
+def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
+    n, known = summary.n_slices, dict(answers).get("slice_index")
+
+    def choose(number: int) -> None:  # from 1 on
+        write(answered(answers, slice_index=number - 1))
+
+    chosen = {"key": "ask_slice", "value": None if known is None else known + 1, "write": choose}
+    if n > MAX_LISTED:
+        label = f"Which of {n} slices, from the bottom?"
+        field(st.number_input, label, **chosen, min_value=1, max_value=n, **OPEN)
+    elif n > 1:
+        offered = options_of({k: f"{k} of {n}" for k in range(1, n + 1)})
+        field(st.selectbox, "Which slice, from the bottom?", **chosen, **offered, **OPEN)
 
 
-def ask_up(answers: Answers, write: Write) -> None:
-    """Ask which end of the file is the north."""
-    choices = list(UPS)
-    place = choices.index(dict(answers).get("up"))
-    field(
-        st.selectbox, "The first row of the file is", key="ask_up", value=place,
-        options=list(range(len(choices))), format_func=lambda k: UPS[choices[k]],
-        write=lambda k: write(answered(answers, up=choices[k])),
-    )  # fmt: skip
-
-
-def ask_values(summary: FileSummary, answers: Answers, write: Write) -> None:
+def _ask_values(summary: FileSummary, answers: Answers, write: Write) -> None:
     """Ask how values become facies: as they are, by a threshold, or in classes."""
     known = dict(answers)
     names = [v for v in summary.variables if v.name == known.get("variable")]
@@ -129,20 +153,21 @@ def ask_values(summary: FileSummary, answers: Answers, write: Write) -> None:
         THRESHOLD: {"threshold": middle, "classes": None},
         ways[2]: {"threshold": None, "classes": 2},
     }
-    field(
-        st.selectbox, "Its colours" if summary.is_picture else "Its values", key="ask_values",
-        value=way, options=ways, write=lambda new: write(answered(answers, **start[new])),
-        help=f"Values from {variable.minimum:g} to {variable.maximum:g}. A continuous variable "
-        "needs a threshold or classes.",
-    )  # fmt: skip
+
+    def answer(**new: Any) -> None:
+        write(answered(answers, **new))
+
+    label = "Its colours" if summary.is_picture else "Its values"
+    chosen = {"value": way, "write": lambda new: answer(**start[new]), "options": ways}
+    chosen["help"] = (
+        f"Values from {variable.minimum:g} to {variable.maximum:g}. A continuous variable needs a "
+        "threshold or classes."
+    )
+    field(st.selectbox, label, key="ask_values", **chosen)
     if way == THRESHOLD:
-        field(
-            st.number_input, "Threshold: at or above is 1, below is 0", key="ask_threshold",
-            value=float(known["threshold"]), format="%g",
-            write=lambda v: write(answered(answers, threshold=float(v))),
-        )  # fmt: skip
+        label = "Threshold: at or above is 1, below is 0"
+        value = {"value": float(known["threshold"]), "write": lambda v: answer(threshold=v)}
+        field(st.number_input, label, key="ask_threshold", format="%g", **value)
     elif way != AS_IS:
-        field(
-            st.number_input, "How many", key="ask_classes", value=int(known["classes"]),
-            min_value=2, max_value=32, write=lambda n: write(answered(answers, classes=int(n))),
-        )  # fmt: skip
+        value = {"value": int(known["classes"]), "write": lambda n: answer(classes=n)}
+        field(st.number_input, "How many", key="ask_classes", min_value=2, max_value=32, **value)

@@ -9,7 +9,7 @@ import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.kernels import is_ready
-from ccwsim.model.bounds import MAX_SEED
+from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -24,7 +24,7 @@ from ccwsim.ui.session.past_runs import PastRun
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import reason
-from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
@@ -39,7 +39,8 @@ NEXT_PART = 1.0
 MIN_PART = 2
 NEARLY_ALL = 0.7
 """A part that is so large a share of what is left takes all of it."""
-MAX_REALIZATIONS = 1000
+MORE = "More show the uncertainty better and take proportionally longer."
+SAME_SEED = "The same seed gives the same realizations, on any machine."
 Some = Callable[[int, int, Progress, Cancel], Ensemble]
 """Called as some(first, n, progress, cancel): realizations first … first + n − 1 of a study."""
 
@@ -47,38 +48,28 @@ Some = Callable[[int, int, Progress, Cancel], Ensemble]
 def run_step(state: State) -> None:
     """Draw the step; what is not ready says what it needs."""
     step_title(5, "Realizations")
-    left, right = pair()
-    with left:
-        field(
-            st.number_input, "How many", key="n_realizations", value=state.choices.n_realizations,
-            min_value=1, max_value=MAX_REALIZATIONS,
-            help="More show the uncertainty better and take proportionally longer.",
-            write=lambda n: state.change(n_realizations=int(n)),
-        )  # fmt: skip
-    with right:
-        field(
-            st.number_input, "Seed", key="seed", value=state.choices.seed, min_value=0,
-            max_value=MAX_SEED,
-            help="The same seed gives the same realizations, on any machine.",
-            write=lambda n: state.change(seed=int(n)),
-        )  # fmt: skip
+    numbers = {
+        "n_realizations": ("How many", 1, MAX_REALIZATIONS, MORE),
+        "seed": ("Seed", 0, MAX_SEED, SAME_SEED),
+    }
+    for column, (name, (label, low, high, tip)) in zip(pair(), numbers.items(), strict=True):
+        with column:
+            number = bound_to(state.choices, name, state.change)
+            number |= {"min_value": low, "max_value": high, "help": tip}
+            field(st.number_input, label, key=name, **number)
     if limits := str(limits_of_environment()):
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        field(
-            st.toggle, "Live", key="live", value=state.live,
-            help="Run again after every change.", write=lambda on: setattr(state, "live", on),
-        )  # fmt: skip
+        live = bound_to(state, "live") | {"help": "Run again after every change."}
+        field(st.toggle, "Live", key="live", **live)
 
 
 def run_button(state: State, key: str) -> None:
     """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
     problem = problem_of(state)
-    button(
-        "Run", key=key, type="primary", on_click=start_run, args=(state,),
-        disabled=bool(problem), help=problem or None, width="stretch",
-    )  # fmt: skip
+    options = {"type": "primary", "width": "stretch", "disabled": bool(problem)}
+    button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
 
 
 def problem_of(state: State) -> str:

@@ -1,15 +1,45 @@
-"""The study: five numbered steps in the order of the method."""
+"""The study: five numbered steps in the order of the method, the grid and the method here."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
 import streamlit as st
 
+from ccwsim.model.bounds import (
+    MAX_CANDIDATES_OFFERED,
+    MAX_CO_TEMPLATE,
+    MAX_GRID_SIDE_OFFERED,
+    MAX_LOCATION_WEIGHT,
+    MAX_TEMPLATE_VARIATION,
+)
+from ccwsim.model.parameters import Parameters
+from ccwsim.ui.session.fitting import fitted, levels, overlap_sizes, template_sizes
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_step
-from ccwsim.ui.study.grid_step import grid_step
 from ccwsim.ui.study.image_step import image_step
-from ccwsim.ui.study.method_step import method_step
 from ccwsim.ui.study.run import run_step
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
+from ccwsim.ui.widgets.steps import pair, step_title
+
+WORLD = {
+    "cell_size": ("Cell width (world units)", "Cell height (world units)"),
+    "origin": ("West edge (world units)", "South edge (world units)"),
+}
+ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
+NUMBERS = {
+    "search_fraction": (0.01, 1.0, 0.01),
+    "co_template": (1, MAX_CO_TEMPLATE, 1),
+    "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
+    "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
+}
+"""Minimum, maximum and step of the numbers behind the menu."""
+LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
+METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
+VALUES = {**METHODS, "ssd": "squared difference"}
+"""What parameters and their values are called on the screen; the others by their own names."""
 
 
 def study_column(state: State) -> None:
@@ -17,3 +47,93 @@ def study_column(state: State) -> None:
     with st.sidebar:
         for step in (image_step, data_step, grid_step, method_step, run_step):
             step(state)
+
+
+def grid_step(state: State) -> None:
+    """Draw the step: cells along x and y; cell size and origin behind a menu."""
+    step_title(3, "Grid")
+    grid = state.choices.grid
+    change = partial(_change_grid, state)
+    for column, name, label in zip(pair(), ("nx", "ny"), ("E–W", "N–S"), strict=True):
+        with column:
+            number = bound_to(grid, name, change)
+            number |= {"min_value": 1, "max_value": MAX_GRID_SIDE_OFFERED, "step": 32}
+            number["help"] = f"Cells of the simulation grid {label}. Time grows with the cells."
+            field(st.number_input, f"Cells {label}", key=f"grid_{name}", **number)
+    with st.popover("World coordinates", key="grid_menu"):
+        st.caption("Used for data in world units, for the axes of maps and in exported files.")
+        for name, labels in WORLD.items():
+            for k, label in enumerate(labels):
+                _world_field(state, name, k, label)
+
+
+def _world_field(state: State, name: str, k: int, label: str) -> None:
+    """Draw the field of one of the pair (x, y) that is called `name` in the grid."""
+
+    def write(value: float) -> None:
+        numbers = list(getattr(state.choices.grid, name))
+        numbers[k] = value
+        _change_grid(state, **{name: tuple(numbers)})
+
+    number = {"value": getattr(state.choices.grid, name)[k], "write": write, "format": "%g"}
+    number["min_value"] = 1e-9 if name == "cell_size" else None
+    field(st.number_input, label, key=f"grid_{name}_{'xy'[k]}", **number)
+
+
+def _change_grid(state: State, **changes: object) -> None:
+    state.change(grid=replace(state.choices.grid, **changes))
+
+
+def method_step(state: State) -> None:
+    """Draw the step; only values that fit together are on offer."""
+    step_title(4, "Method")
+    p, shape = state.choices.parameters, image_of(state.choices.image).shape
+    change = partial(set_parameters, state)
+
+    def draw(widget, label: str, name: str, **options: object) -> None:
+        options = bound_to(p, name, change) | options
+        field(widget, label, key=name, help=help_of(name), **options)
+
+    ccsim = p.method == "ccsim"
+    sizes = template_sizes(p.level, shape), overlap_sizes(p.level, p.template_size)
+    level = {"value": p.level, "options": [0] if ccsim else levels(shape), "disabled": ccsim}
+    candidates = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+    left, right = pair()
+    with left:
+        draw(st.selectbox, "Template (cells)", "template_size", options=sizes[0])
+        draw(st.selectbox, "Level", "wavelet_level", **level)
+    with right:
+        draw(st.selectbox, "Overlap (cells)", "overlap_size", options=sizes[1])
+        draw(st.number_input, "Candidates K", "n_candidates", **candidates)
+    with st.popover("Advanced", key="method_menu"):
+        for name in PARAMETERS:
+            if name not in ON_TOP:
+                parameter_field(p, name, bound_to(p, name, change)["write"])
+        button("Back to the defaults", on_click=lambda: _reset(state))
+
+
+def set_parameters(state: State, **changes: object) -> None:
+    """Change parameters; sizes that do not fit any more go to the nearest that do."""
+    shape = image_of(state.choices.image).shape
+    state.change(parameters=fitted(state.choices.parameters, shape, **changes))
+
+
+def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None:
+    """Draw the control of one parameter, by the kind of its value; its key starts with `prefix`."""
+    value = getattr(p, name)
+    label = LABELS.get(name, name.replace("_", " ").capitalize())
+    options = {"key": f"{prefix}{name}", "value": value, "write": write, "help": help_of(name)}
+    if isinstance(value, bool):
+        field(st.checkbox, label, **options)
+    elif isinstance(value, str):
+        allowed = PARAMETERS[name]["allowed"].split(", ")
+        offered = options_of({value: VALUES.get(value, value) for value in allowed})
+        field(st.selectbox, label, **offered, **options)
+    else:
+        low, high, step = NUMBERS[name]
+        field(st.slider, label, min_value=low, max_value=high, step=step, **options)
+
+
+def _reset(state: State) -> None:
+    shape = image_of(state.choices.image).shape
+    state.change(parameters=fitted(Parameters(), shape))

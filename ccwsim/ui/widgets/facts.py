@@ -57,9 +57,8 @@ def _honoured(ensemble: Ensemble) -> list[str]:
         return ["no hard data"]
     if not ensemble.parameters.exact_data:
         wrong = float(ensemble.n_mismatched.mean())
-        return [
-            f"exact data off: {three_digits(wrong)} of {n} data wrong ({100 * wrong / n:.1f} %)"
-        ]
+        share = f"{three_digits(wrong)} of {n} data wrong ({100 * wrong / n:.1f} %)"
+        return [f"“Honour data exactly” is off: {share}"]
     worst = int(ensemble.n_mismatched.max(initial=0))
     if worst == 0:
         return [f"{n} of {n} data honoured"]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import streamlit as st
 
+from ccwsim.model.choices import Upload
 from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
@@ -21,9 +22,16 @@ def button(
     return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
 
 
-def file_uploader(label: str, *, on_change: Callable[..., Any], key: str, **options: Any) -> Any:
-    """Draw a file uploader; an error in `on_change` is said when the page is drawn."""
-    return st.file_uploader(label, key=key, on_change=catch_callback_errors(on_change), **options)
+def file_uploader(
+    label: str, *, key: str, take: Callable[[Upload | None], None], **options: Any
+) -> None:
+    """Draw a file uploader; `take` gets the file that is chosen, None where it is removed."""
+
+    def changed() -> None:
+        file = st.session_state[key]
+        take(Upload(file.name, file.getvalue()) if file is not None else None)
+
+    st.file_uploader(label, key=key, on_change=catch_callback_errors(changed), **options)
 
 
 def field(
@@ -37,17 +45,7 @@ def field(
 ) -> Any:
     """Draw a widget whose value lives in the state, so that it survives page changes.
 
-    Parameters
-    ----------
-    widget : callable
-        A Streamlit widget such as `st.number_input`.
-    label, key : str
-    value : object
-        What the state says now.
-    write : callable
-        Called with the new value when the user changes it, before the page is drawn again.
-    options
-        Passed on to the widget.
+    `write` is called with the new value when the user changes it, before the page is drawn again.
     """
     version = _version(key, value)
     name = key + " " * version
@@ -60,12 +58,8 @@ def field(
         if not replaced and new is not None and all(one in offered for one in chosen):
             write(new)
 
-    return widget(
-        label,
-        key=name,
-        on_change=catch_callback_errors(changed),
-        **starting_at(widget, value, options),
-    )
+    options = starting_at(widget, value, options)
+    return widget(label, key=name, on_change=catch_callback_errors(changed), **options)
 
 
 def _version(key: str, value: Any) -> int:
@@ -112,8 +106,12 @@ def help_of(name: str) -> str:
     return f"{row['meaning']} Allowed: {row['allowed']}.{tail}"
 
 
-def bound_to(owner: object, name: str) -> dict[str, Any]:
-    """Return value and write of a field that shows, and changes, an attribute of `owner`.
+def bound_to(
+    owner: object, name: str, change: Callable[..., object] | None = None
+) -> dict[str, Any]:
+    """Return value and write of a field for an attribute of `owner`.
+
+    Where `owner` is frozen, `change` makes the change; it is called as change(name=value).
 
     Examples
     --------
@@ -123,4 +121,16 @@ def bound_to(owner: object, name: str) -> dict[str, Any]:
     >>> page_state.n
     4
     """
-    return {"value": getattr(owner, name), "write": lambda value: setattr(owner, name, value)}
+
+    def write(value: Any) -> None:
+        if change is not None:
+            change(**{name: value})
+        else:
+            setattr(owner, name, value)
+
+    return {"value": getattr(owner, name), "write": write}
+
+
+def options_of(names: Mapping[Any, str]) -> dict[str, Any]:
+    """Return the options of a field that offers the keys of `names` under their names."""
+    return {"options": list(names), "format_func": lambda key: names.get(key, key)}

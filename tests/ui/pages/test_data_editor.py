@@ -16,8 +16,12 @@ from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import training_image_as_bytes
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
-from ccwsim.ui.hard_data import history as editor_history
-from ccwsim.ui.hard_data.actions import (
+from ccwsim.ui.hard_data import edits as editor_edits
+from ccwsim.ui.hard_data.edits import (
+    Editor,
+    History,
+    Moment,
+    Sampling,
     answer,
     fits,
     redo,
@@ -26,10 +30,8 @@ from ccwsim.ui.hard_data.actions import (
     undo,
     with_changes,
 )
-from ccwsim.ui.hard_data.canvas import SHARED, helped_by, said_help
-from ccwsim.ui.hard_data.history import History, Moment
-from ccwsim.ui.hard_data.sampling import sample, truth_of
-from ccwsim.ui.hard_data.state import Editor, Sampling
+from ccwsim.ui.hard_data.menus import reference_of, sample
+from ccwsim.ui.hard_data.page import SHARED, describe_data_status, status_of
 from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, rows_of
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
@@ -179,9 +181,9 @@ def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
 
 
 def test_history_is_bounded_in_steps_and_in_bytes(monkeypatch):
-    monkeypatch.setattr(editor_history, "MAX_MOMENTS", 5)
+    monkeypatch.setattr(editor_edits, "MAX_MOMENTS", 5)
     ensemble = ensemble_of(studied())
-    monkeypatch.setattr(editor_history, "MAX_BYTES", 4 * ensemble.indices.nbytes)
+    monkeypatch.setattr(editor_edits, "MAX_BYTES", 4 * ensemble.indices.nbytes)
     history = History()
     moments = [
         Moment(DataChoice(seed_sampled=k), replace(ensemble, seed=k)) for k in range(8)
@@ -229,7 +231,7 @@ def test_rows_that_cannot_be_taken_are_named():
     data, notes = data_of_rows(frame, SMALL.grid, TrainingImage([[0, 1]]), True)
     assert (data.cells.tolist(), data.facies.tolist()) == ([[0, 0]], [1])
     said = " ".join(notes)
-    for words in ("Row 5 is not complete", "Rows 3, 6 lie outside", "Row 4 has no facies",
+    for words in ("Row 5 is not complete", "Rows 3, 6 are outside", "Row 4 has no facies",
                   "Row 2 counts, not row 1"):  # fmt: skip
         assert words in said
 
@@ -243,10 +245,11 @@ def test_help_is_marked_for_the_shown_realization_only_where_it_is_known():
     after = ensemble_of(state)
     assert (after.data_status != 0).all()
     data = data_of(state.choices)
-    assert helped_by(data, after, 1) == after.data_status[1].tolist()
-    assert helped_by(data, after, None) == [0]
-    assert helped_by(HardData([[47, 63]], [1]), after, 1) == [0]
-    assert "mended" in said_help(after.data_status[1]) or "force" in said_help(after.data_status[1])
+    assert status_of(data, after, 1) == after.data_status[1].tolist()
+    assert status_of(data, after, None) == [0]
+    assert status_of(HardData([[47, 63]], [1]), after, 1) == [0]
+    said = describe_data_status(after.data_status[1])
+    assert "re-simulation" in said or "forced" in said
 
 
 def test_samples_are_of_the_shown_realization_which_becomes_the_reference():
@@ -278,7 +281,7 @@ def test_a_reference_image_must_have_the_grid_and_its_facies():
     upload = Upload("truth.npy", _npy(field))
     state.page(Editor).reference_choice = ImageChoice(upload=upload)
     sample(state)
-    assert np.array_equal(truth_of(state).array, field)
+    assert np.array_equal(reference_of(state).array, field)
     assert data_of(state.choices).n_mismatched(field) == 0
     n = data_of(state.choices).n
     for bad, words in ((field[:-1], "64 × 47"), (field + 5, "does not have")):
@@ -311,7 +314,7 @@ def test_the_page_answers_runs_again_and_clears():
     edit(state, (5, 6, 1), (30, 30, 0))
     app = opened(state)
     assert "2 of 2 data honoured" in said(app)
-    assert "Mended around your edits" in said(app)
+    assert "Re-simulated locally around your edits" in said(app)
     app.button("run_again").click().run()
     state = app.session_state[KEY]
     if state.job is not None:
@@ -323,7 +326,7 @@ def test_the_page_answers_runs_again_and_clears():
         n_realizations=3,
     )  # fmt: skip
     assert np.array_equal(full.indices, fresh.indices)
-    assert "Mended around" not in said(app)
+    assert "Re-simulated locally" not in said(app)
     app.button("clear").click().run()
     assert "no hard data" in said(app)
     undo(app.session_state[KEY])

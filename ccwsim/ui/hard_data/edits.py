@@ -1,23 +1,124 @@
-"""Edits of the hard data: taken one by one, undone, and answered by the realizations at once."""
+"""What the editor of hard data remembers, and its edits: taken one by one, undone, answered."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 from ccwsim.engine.revision import revise
-from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.hard_data.history import Moment
-from ccwsim.ui.hard_data.state import Editor
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import problem_of
 
 Cell = tuple[int, int]
+Ground = Literal["realization", "e_type", "empty"]
+Way = Literal["random", "N-S", "E-W", "grid"]
+MAX_MOMENTS = 200
+MAX_BYTES = 200_000_000
+"""Of realizations; older moments keep their data only."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """The data at one moment, with what was shown for them."""
+
+    data: DataChoice
+    ensemble: Ensemble | None = None
+    reference: TrainingImage | None = None
+    revised: bool = False
+
+
+@dataclass
+class History:
+    """Moments before the present one, and those that were undone, the nearest last.
+
+    Examples
+    --------
+    >>> history = History()
+    >>> none, some = Moment(DataChoice("none")), Moment(DataChoice("placed"))
+    >>> history.remember(none)
+    >>> history.undo(some) is none, history.redo(none) is some, history.redo(some)
+    (True, True, None)
+    """
+
+    past: list[Moment] = field(default_factory=list)
+    future: list[Moment] = field(default_factory=list)
+
+    def remember(self, now: Moment) -> None:
+        """Keep a moment that is about to be changed; what was undone before is forgotten."""
+        self.past.append(now)
+        self.future.clear()
+        self._forget()
+
+    def undo(self, now: Moment) -> Moment | None:
+        """Return the moment before, None where there is none."""
+        return self._step(self.past, self.future, now)
+
+    def redo(self, now: Moment) -> Moment | None:
+        """Return the moment that was undone last, None where there is none."""
+        return self._step(self.future, self.past, now)
+
+    def _step(self, back: list[Moment], forth: list[Moment], now: Moment) -> Moment | None:
+        if not back:
+            return None
+        forth.append(now)
+        moment = back.pop()
+        self._forget()
+        return moment
+
+    def _forget(self) -> None:
+        del self.past[:-MAX_MOMENTS]
+        for moments in (self.past, self.future):
+            left, kept = MAX_BYTES // 2, set()
+            for k in reversed(range(len(moments))):
+                ensemble = moments[k].ensemble
+                if ensemble is None or id(ensemble) in kept:
+                    continue
+                left -= ensemble.indices.nbytes
+                kept.add(id(ensemble))
+                if left < 0:
+                    moments[k] = replace(moments[k], ensemble=None)
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How a reference field is to be sampled: at random, along wells, or on a regular grid."""
+
+    way: Way = "random"
+    n: int = 100  # data, or wells
+    every: int = 8  # cells from one datum to the next, along a well or on the grid
+    seed: int = 1
+
+
+@dataclass
+class Table:
+    """The table of data: what it started from, and what the user's edits of it gave."""
+
+    world: bool = True  # positions are x and y, else row and column
+    base: Any = None  # the rows, a DataFrame, before the edits that the widget holds
+    of: tuple = ()  # what `base` and its edits stand for; another one means a new base
+    version: int = 0  # counts the bases
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Editor:
+    """What the page of hard data remembers."""
+
+    ground: Ground = "realization"  # what is under the data
+    history: History = field(default_factory=History)
+    sampling: Sampling = Sampling()
+    reference_choice: ImageChoice | None = None  # to sample; None for the shown realization
+    table: Table = field(default_factory=Table)
+    taken: int = 0  # the number of the last edit of the canvas that was taken
+    answered: Ensemble | None = None  # the last one that was re-simulated around edits
+    message: str = ""  # what went wrong with the last edit
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
@@ -29,11 +130,8 @@ def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData
     >>> data.cells.tolist(), data.facies.tolist()
     ([[1, 1], [2, 2]], [5, 7])
     """
-    there: dict[Cell, int | None] = {
-        (row, column): code
-        for (row, column), code in zip(data.cells.tolist(), data.facies.tolist(), strict=True)
-    }
-    known = {cell: code for cell, code in {**there, **changes}.items() if code is not None}
+    before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
+    known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
     return HardData(list(known), list(known.values()))
 
 
@@ -56,7 +154,7 @@ def moment_of(state: State) -> Moment:
 
 
 def is_revised(state: State) -> bool:
-    """Return whether the realizations were mended around edits since they were simulated."""
+    """Return whether the realizations were re-simulated around edits since their run."""
     return state.ensemble is not None and state.ensemble is state.page(Editor).answered
 
 
@@ -83,12 +181,8 @@ def _restore(state: State, moment: Moment | None) -> None:
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
     """Take the edits of the canvas that were not taken before, in their order.
 
-    Parameters
-    ----------
-    state : State
-    edits : sequence of mapping
-        Each has `seq`, a growing number, and either `set`, a list of [row, column, place of the
-        facies or −1 to erase], or `do`, "undo" or "redo".
+    Each has `seq`, a growing number, and either `set`, a list of [row, column, index of the facies
+    or −1 to erase], or `do`, "undo" or "redo".
     """
     page_state = state.page(Editor)
     page_state.message = ""
@@ -111,9 +205,9 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
         codes = image_of(state.choices.image).codes.tolist()
         ny, nx = state.choices.grid.shape
         changes = {
-            (int(row), int(column)): codes[place] if place >= 0 else None
-            for row, column, place in edit.get("set", [])
-            if 0 <= row < ny and 0 <= column < nx and place < len(codes)
+            (int(row), int(column)): codes[facies] if facies >= 0 else None
+            for row, column, facies in edit.get("set", [])
+            if 0 <= row < ny and 0 <= column < nx and facies < len(codes)
         }
         take_data(state, with_changes(data_of(state.choices), changes), state.reference)
 

@@ -1,0 +1,197 @@
+"""The menus Import, Sample and Export of hard data."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import streamlit as st
+
+from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
+from ccwsim.io.hard_data.files import hard_data_as_bytes
+from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
+from ccwsim.model.choices import Answers, DataChoice, ImageChoice, Upload
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
+from ccwsim.ui.session.resolve import image_of, imported_data
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.data_step import data_uploader, use_data
+from ccwsim.ui.study.image_step import TYPES, problem_of_image
+from ccwsim.ui.study.questions import ask_data, ask_image
+from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
+from ccwsim.ui.widgets.literal import plain
+
+WAYS = {
+    "random": "cells at random",
+    "N-S": "along wells N–S",
+    "E-W": "along wells E–W",
+    "grid": "on a regular grid",
+}
+ORIGINS = {False: "the shown realization", True: "an image of yours"}
+EXPORTS = {
+    "csv": ("CSV: x, y, facies", "text/csv"),
+    "gslib": ("GSLIB points", "text/plain"),
+}
+
+
+def draw_import(state: State) -> None:
+    """Draw a menu to open a file of hard data, with its questions."""
+
+    def use_upload(upload: Upload | None) -> None:
+        if upload is not None:
+            use_file(state, DataChoice("file", upload=upload))
+
+    with st.popover("Import", key="import_menu"):
+        data_uploader("import_file", use_upload)
+        draft = state.data_draft or state.choices.data
+        if draft.source == "file" and draft.upload is not None:
+            _report(state, draft, draft.upload.name)
+
+
+def draw_problem(state: State, problem: str) -> None:
+    """Say why the hard data of the study cannot be used, and ask what is to be done."""
+
+    def answer(answers: Answers) -> None:
+        state.change(data=replace(state.choices.data, answers=answers))
+
+    def start_empty() -> None:
+        state.change(data=DataChoice("placed", placed=HardData()))
+
+    st.error(plain(problem))
+    ask_data(state.choices.data, answer)
+    button("Start without data", key="start_empty", on_click=start_empty)
+
+
+def draw_export(state: State, data: HardData) -> None:
+    """Draw a menu of files of the hard data."""
+    with st.popover("Export", key="export_menu", disabled=not data.n):
+        for kind, (label, mime) in EXPORTS.items():
+
+            def content(kind: str = kind) -> bytes:
+                return hard_data_as_bytes(data, kind, state.choices.grid)
+
+            file: dict[str, Any] = {"file_name": f"hard_data.{kind}", "mime": mime}
+            file |= {"key": f"export_{kind}", "on_click": "ignore", "width": "stretch"}
+            st.download_button(label, content, **file)
+
+
+def use_file(state: State, choice: DataChoice) -> None:
+    """Take the data of a file if they can be read; keep the choice as a draft where not."""
+    before = moment_of(state)
+    use_data(state, choice)
+    if state.choices.data is choice:
+        state.page(Editor).history.remember(before)
+        state.reference = None
+
+
+def _report(state: State, draft: DataChoice, name: str) -> None:
+    st.caption(plain(f"From your file {name}"))
+    try:
+        for note in imported_data(replace(state.choices, data=draft)).notes:
+            st.caption(plain(note))
+    except CCWSIMError as error:
+        st.error(plain(f"{error}. The study keeps the data that it has."))
+    ask_data(draft, lambda answers: use_file(state, replace(draft, answers=answers)))
+    if state.data_draft is not None:
+        drop = (state, "data_draft", None)
+        button("Keep the data as they are", key="import_drop", on_click=setattr, args=drop)
+
+
+def draw_sampling(state: State) -> None:
+    """Draw a menu to sample data; they replace those of the study."""
+    page_state = state.page(Editor)
+
+    def read_from(own: bool) -> None:
+        page_state.reference_choice = ImageChoice() if own else None
+
+    with st.popover("Sample", key="sample_menu"):
+        st.caption(
+            "Reads data off a reference field, which is kept hidden to score realizations against."
+        )
+        choice = page_state.reference_choice
+        origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
+        field(st.selectbox, "Read from", key="sample_from", **origin)
+        if choice is not None:
+            _ask_reference(page_state, choice)
+        _ask_way(page_state)
+        button("Take these data", key="sample_take", on_click=sample, args=(state,))
+
+
+def sample(state: State) -> None:
+    """Take data sampled as the menu says, and keep the field that they came from."""
+    page_state = state.page(Editor)
+    page_state.message = ""
+    try:
+        reference = reference_of(state)
+        data = sampled(reference, page_state.sampling)
+        data.check(state.choices.grid, image_of(state.choices.image))
+        take_data(state, data, reference)
+        state.reference = reference
+    except CCWSIMError as error:
+        page_state.message = str(error)
+
+
+def sampled(reference: TrainingImage, how: Sampling) -> HardData:
+    """Return the data of a field in the cells that are asked for."""
+    if how.way == "random":
+        return sample_random(reference.array, how.n, how.seed)
+    if how.way == "grid":
+        return sample_grid(reference.array, how.every)
+    return sample_wells(reference.array, how.n, how.seed, direction=how.way, every=how.every)
+
+
+def reference_of(state: State) -> TrainingImage:
+    """Return the field to sample; an error where there is none of the shape of the grid."""
+    grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
+    if choice is None:
+        if ensemble is None or not fits(ensemble, state.choices):
+            raise CCWSIMError("there is no realization to sample yet; run the study first")
+        return TrainingImage(ensemble.realizations[state.shown], name="a realization")
+    if choice.upload is None:
+        raise CCWSIMError("there is no image to sample yet; choose a file")
+    reference = image_of(choice)
+    if reference.shape != grid.shape:
+        ny, nx = reference.shape
+        raise CCWSIMError(
+            f"{choice.upload.name} has {nx} × {ny} cells and the grid {grid.nx} × {grid.ny}; "
+            "make the grid the same in step 3 of Simulate"
+        )
+    return reference
+
+
+def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
+    def use_upload(upload: Upload | None) -> None:
+        page_state.reference_choice = ImageChoice(upload=upload)
+
+    def answer(answers: Answers) -> None:
+        page_state.reference_choice = replace(choice, answers=answers)
+
+    tip = "A field of the size of the grid, in any format of a training image."
+    file_uploader("Reference image", key="reference_file", take=use_upload, type=TYPES, help=tip)
+    if choice.upload is not None:
+        problem = problem_of_image(choice)
+        if problem:
+            st.error(plain(problem))
+        ask_image(choice.upload, choice.answers, answer)
+
+
+def _ask_way(page_state: Editor) -> None:
+    how = page_state.sampling
+
+    def change(**changes: Any) -> None:
+        page_state.sampling = replace(page_state.sampling, **changes)
+
+    way = bound_to(how, "way", change) | options_of(WAYS)
+    field(st.selectbox, "Where", key="sample_way", **way)
+    if how.way != "grid":
+        label = "How many data" if how.way == "random" else "How many wells"
+        number = bound_to(how, "n", change) | {"min_value": 1, "max_value": MAX_SAMPLED}
+        field(st.number_input, label, key="sample_n", **number)
+    if how.way != "random":
+        number = bound_to(how, "every", change) | {"min_value": 1, "max_value": MAX_SAMPLING_STEP}
+        field(st.number_input, "A datum every so many cells", key="sample_every", **number)
+    if how.way != "grid":
+        seed = bound_to(how, "seed", change)
+        field(st.number_input, "Their own seed", key="sample_seed", min_value=0, **seed)
