@@ -38,9 +38,9 @@ MEANINGS = {
     "or larger than T.",
     "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
     "towards those of the training image.",
-    "location_weight": "How strongly each patch keeps to its own place in the training image, for "
-    "images that change from one end to the other: at 1 a patch from the other end must fit better "
-    "by a whole overlap. 0 takes patches from anywhere.",
+    "location_weight": "How strongly each patch keeps to its own location in the training image, "
+    "for images that change from one end to the other: at 1 a patch from the other end must fit "
+    "better by a whole overlap. 0 takes patches from anywhere.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
     "resolution. This closes the breaks that a coarse level leaves.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "

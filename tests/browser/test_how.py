@@ -277,7 +277,7 @@ def test_local_resimulation_is_told_window_by_window(page, trace):
         assert text.startswith(f"Window of {window.size} cells")
         assert ("no patch" not in text) == window.fits
     data_status = trace.realization.data_status
-    assert f"{int((data_status == 0).sum())} met by the raster" in text_of(
+    assert f"{int((data_status == 0).sum())} honoured in the raster pass" in text_of(
         page, ".st-key-how_after"
     )
 

@@ -161,7 +161,7 @@ def test_bundled_data_grow_the_grid_to_where_they_lie(name):
     assert choices.grid.shape == datasets.hard_data_grid_shape(name)
 
 
-def test_a_grid_too_small_for_the_data_is_said_and_can_be_mended():
+def test_a_grid_too_small_for_the_data_is_said_and_can_be_corrected():
     study = replace(SMALL, data=DataChoice("bundled", "channels_60_wells"))
     app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
     app.session_state[KEY] = State(choices=study)

@@ -37,7 +37,7 @@ def _menu(state: State) -> None:
             study = study_of(state.choices)
             how = reproduction_recipe(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
-            st.error(plain(f"{error}. Mend the study before it is shared."))
+            st.error(plain(f"{error}. Correct the study before it is shared."))
         else:
             _link(state)
             _files(state)
@@ -96,7 +96,7 @@ def results_of(state: State) -> Choices:
     ensemble, ran = state.ensemble, state.ran or state.choices
     if ensemble is None or not ensemble.revised:
         return ran
-    # mended realizations answer edits of the data that were made since the run
+    # re-simulated realizations answer edits of the data that were made since the run
     return replace(ran, data=state.choices.data)
 
 

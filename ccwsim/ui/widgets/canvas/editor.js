@@ -181,11 +181,11 @@ class DataEditor extends CellMap {
 
   legendOf() {
     super.legendOf();
-    const mended = this.data.points.filter((point) => point[4] > 0).length;
+    const corrected = this.data.points.filter((point) => point[4] > 0).length;
     const forced = this.data.points.filter((point) => point[4] < 0).length;
-    this.root.querySelector('[data-do="helped"]').hidden = !(mended + forced);
-    if (mended) this.readout.before(key(`${mended} mended`, 'swatch helped', null));
-    if (forced) this.readout.before(key(`${forced} set by force`, 'swatch forced', null));
+    this.root.querySelector('[data-do="helped"]').hidden = !(corrected + forced);
+    if (corrected) this.readout.before(key(`${corrected} corrected`, 'swatch helped', null));
+    if (forced) this.readout.before(key(`${forced} forced`, 'swatch forced', null));
     this.readout.textContent = '';
   }
 
