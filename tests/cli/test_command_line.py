@@ -64,11 +64,9 @@ def test_every_parameter_has_its_option_and_its_help(capsys):
 
 @pytest.mark.parametrize("field", fields(Parameters), ids=lambda f: f.name)
 def test_every_option_reaches_its_parameter(tmp_path, field):
-    others = {
-        "template_size": 24, "overlap_size": 12, "wavelet_level": 1, "n_candidates": 3,
-        "method": "ccsim", "similarity": "correlation", "search_fraction": 0.5, "co_template": 1,
-        "template_variation": 0.25,
-    }  # fmt: skip
+    others = {"template_size": 24, "overlap_size": 12, "wavelet_level": 1, "n_candidates": 3}
+    others |= {"method": "ccsim", "similarity": "correlation", "search_fraction": 0.5}
+    others |= {"co_template": 1, "template_variation": 0.25}
     if field.name not in others and not isinstance(field.default, bool):
         pytest.skip(f"no second value of {field.name} is known to this test")
     row = next(row for row in settings_of("parameters") if row.fields == (field.name,))
@@ -320,11 +318,9 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path):
     import pty
 
     out, (ours, theirs) = tmp_path / "out.npz", pty.openpty()
-    line = ["simulate", "channels", "--grid", "256x256", "--realizations", "5000"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ccwsim", *line, "--workers", "1", "--output", str(out)],
-        cwd=ROOT, stderr=theirs, stdout=subprocess.DEVNULL,
-    )  # fmt: skip
+    line = [sys.executable, "-m", "ccwsim", "simulate", "channels", "--grid", "256x256"]
+    line += ["--realizations", "5000", "--workers", "1", "--output", str(out)]
+    process = subprocess.Popen(line, cwd=ROOT, stderr=theirs, stdout=subprocess.DEVNULL)
     os.close(theirs)
     deadline = threading.Timer(240, process.kill)
     deadline.start()
@@ -355,6 +351,7 @@ def test_summary_owns_up_to_data_that_are_not_honoured():
     data = HardData([[0, 0], [1, 1]], [1, 1])
     e = ccwsim.simulate(datasets.load("channels"), (40, 40), PARAMETERS, data)
     assert "2 of 2 honoured" in summary(e)
+    assert f"({100 * e.training_image.proportions[1]:.1f} %)." in summary(e)
     assert "2.0 of 2 NOT honoured" in summary(replace(e, indices=np.zeros_like(e.indices)))
 
 
@@ -425,9 +422,8 @@ def test_the_dashboard_is_found_and_its_options_are_passed_on(tmp_path, monkeypa
     assert app_file().is_file()
     assert (app_file().parent / ".streamlit" / "config.toml").is_file()
     line = command_line(app_file(), 8600, ("--server.headless=true",))
-    assert line[-3:] == [
-        "--server.showEmailPrompt=false", "--server.port=8600", "--server.headless=true"
-    ]  # fmt: skip
+    options = ["showEmailPrompt=false", "port=8600", "headless=true"]
+    assert line[-3:] == [f"--server.{option}" for option in options]
     monkeypatch.setattr(ccwsim, "__file__", str(tmp_path / "ccwsim" / "__init__.py"))
     with pytest.raises(ccwsim.CCWSIMError, match="no dashboard"):
         app_file()

@@ -27,7 +27,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of
 from tests.some import some
-from tests.ui.widgets import named
+from tests.ui.widgets import html, named, texts
 
 ROOT = Path(__file__).parents[2]
 SMALL = Choices(
@@ -51,14 +51,6 @@ def settled(app: AppTest) -> AppTest:
         app.run()
     assert not app.exception
     return app
-
-
-def texts(app: AppTest) -> str:
-    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
-
-
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
 
 
 def uploaded(name: str, content: bytes, **choice) -> ImageChoice:

@@ -1,10 +1,27 @@
-"""Find a widget of a page that was drawn without a browser."""
+"""Find what is on a page that was drawn without a browser."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from streamlit.testing.v1 import AppTest
+
 
 def named(widgets: Any, key: str) -> Any:
     """Return the widget of a key; one that took the place of another has spaces after it."""
     return next(widget for widget in widgets if (widget.key or "").rstrip() == key)
+
+
+def html(app: AppTest) -> str:
+    """All words that a page writes as HTML."""
+    return " ".join(element.proto.body for element in app.get("html"))
+
+
+def texts(app: AppTest) -> str:
+    """All errors and warnings of a page."""
+    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
+
+
+def charts(app: AppTest) -> set[str]:
+    """The keys of all charts of a page."""
+    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}

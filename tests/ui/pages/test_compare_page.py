@@ -25,7 +25,7 @@ from ccwsim.ui.compare.findings import (
 from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of, usual_others
 from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import named
+from tests.ui.widgets import charts, html, named, texts
 from tests.waiting import PATIENCE, wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "compare.py")
@@ -59,18 +59,6 @@ def settled(app: AppTest) -> AppTest:
     wait_until(at_rest, "the comparison")
     assert not app.exception
     return app
-
-
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
-
-
-def texts(app: AppTest) -> str:
-    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
-
-
-def charts(app: AppTest) -> set[str]:
-    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
 
 
 def state_of(app: AppTest) -> State:

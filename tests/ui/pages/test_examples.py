@@ -43,7 +43,7 @@ from ccwsim.ui.examples.quiz import (
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of
-from tests.ui.widgets import named
+from tests.ui.widgets import html, named
 from tests.waiting import wait_until
 
 PAGES = Path(__file__).parents[3] / "pages"
@@ -93,10 +93,6 @@ def quiet(app: AppTest) -> AppTest:
 
 def state_of(app: AppTest) -> State:
     return app.session_state[KEY]
-
-
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
 
 
 def run_until(app: AppTest, done) -> AppTest:
@@ -204,6 +200,7 @@ def test_pictures_are_of_the_study_and_keep_their_room():
         assert "aria-busy" in before
         assert "aria-busy" not in after
         assert after.count("<img") == before.count("<i>") == len(pictures)
+    assert small(Choices()).grid.shape == (300, 300)
     assert pictures_of(e, LIGHT).key != pictures_of(replace(e, others=()), LIGHT).key
 
 

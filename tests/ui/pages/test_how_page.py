@@ -20,7 +20,7 @@ from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import describe_shape, xy_of
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import named
+from tests.ui.widgets import html, named
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "how_it_works.py")
 OWN = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
@@ -45,10 +45,6 @@ def seen(app: AppTest) -> AppTest:
     assert not app.exception
     assert not app.error, [error.value for error in app.error]
     return app
-
-
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
 
 
 def text(app: AppTest) -> str:

@@ -19,7 +19,7 @@ from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.paper.page import describe_inputs, ended_text, progress_label, verdict_list
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import named
+from tests.ui.widgets import html, named
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "paper.py")
 ODD = "<b>&"
@@ -58,10 +58,6 @@ def launched(**changes) -> AppTest:
     app.run()
     assert not app.exception
     return app
-
-
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
 
 
 def test_the_cold_page_says_what_it_will_do_and_runs_nothing(monkeypatch):

@@ -34,7 +34,7 @@ from ccwsim.ui.sweep.plan import (
     use_setting,
     values_on_offer,
 )
-from tests.ui.widgets import named
+from tests.ui.widgets import html, named, texts
 from tests.waiting import wait_until
 
 PAGE = str(Path(__file__).parents[3] / "pages" / "sweep.py")
@@ -53,11 +53,15 @@ def state_of(choices: Choices = SMALL, ranges=FEW) -> State:
 def swept(**changes) -> State:
     state = state_of(**changes)
     start(state)
-    assert state.page(SweepState).run is not None
-    assert state.page(SweepState).run.job is not None
-    assert state.page(SweepState).run.job.wait(300)
-    assert state.page(SweepState).run.job.error is None
+    job = run_of(state).job
+    assert job.wait(300)
+    assert job.error is None
     return state
+
+
+def run_of(state: State) -> Any:
+    """The sweep that was started."""
+    return state.page(SweepState).run
 
 
 def launched(state: State) -> AppTest:
@@ -69,16 +73,8 @@ def launched(state: State) -> AppTest:
     return app
 
 
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
-
-
 def pills(app: AppTest) -> list[Any]:
     return list(app.get("button_group"))
-
-
-def warnings(app: AppTest) -> str:
-    return " ".join(element.value for element in app.warning)
 
 
 @pytest.fixture
@@ -116,10 +112,8 @@ def test_only_values_that_the_study_allows_are_on_offer():
     assert max(offered["template_size"]) <= 256
     assert "search_fraction" in offered
     assert "search_fraction" not in values_on_offer(replace(SMALL, data=DataChoice()))
-    assert (
-        37
-        in values_on_offer(replace(SMALL, parameters=Parameters(n_candidates=37)))["n_candidates"]
-    )
+    own = replace(SMALL, parameters=Parameters(n_candidates=37))
+    assert 37 in values_on_offer(own)["n_candidates"]
 
 
 def test_a_pill_changes_the_plan():
@@ -161,7 +155,7 @@ MANY = {
 )
 def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
     app = launched(state_of(ranges=ranges))
-    assert words in warnings(app)
+    assert words in texts(app)
     assert named(app.button, "sweep").disabled
     state = app.session_state[KEY]
     start(state)
@@ -187,12 +181,11 @@ def test_a_sweep_from_the_button_to_its_results():
     assert "Recommended: " in said
     assert "Patterns, full resolution" in said
     assert "Data not honoured" in said
-    assert not warnings(app)
+    assert not texts(app)
 
 
 def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
-    run = done.page(SweepState).run
-    assert run is not None
+    run = run_of(done)
     choice = recommended(run.found)
     app = launched(done)
     assert "<b>Recommended: " in html(app)
@@ -218,8 +211,7 @@ def test_it_is_drawn_for_any_training_image_without_data(name):
 
 
 def test_using_a_setting_puts_it_into_the_study(done):
-    run = done.page(SweepState).run
-    assert run is not None
+    run = run_of(done)
     other = (recommended(run.found).index + 1) % 4
     choose(done, other)
     app = launched(done)
@@ -247,8 +239,7 @@ def test_realizations_of_a_setting_can_be_gone_through(done):
 
 
 def test_numbers_are_said_beside_the_best_of_all(done):
-    run = done.page(SweepState).run
-    assert run is not None
+    run = run_of(done)
     rows = run.found.rows
     lines = {name: (own, best) for name, own, best in numbers_of(rows[1], rows, run)}
     best = min(1000 * row.quality.cpu_seconds for row in rows)
@@ -258,17 +249,15 @@ def test_numbers_are_said_beside_the_best_of_all(done):
 
 
 def test_the_table_has_every_row_and_number(done):
-    run = done.page(SweepState).run
-    assert run is not None
+    run = run_of(done)
     found = run.found
     lines = list(csv.DictReader(StringIO(sweep_csv(found, 2).decode())))
     assert len(lines) == 4
     for line, row in zip(lines, found.rows, strict=True):
         assert int(line["template_size"]) == row.parameters.template_size
-        assert float(line["pattern_full"]) == pytest.approx(
-            row.quality.pattern_distances[0], rel=1e-5
-        )
-        assert float(line["cpu_ms"]) == pytest.approx(1000 * row.quality.cpu_seconds, rel=1e-5)
+        q = row.quality
+        assert float(line["pattern_full"]) == pytest.approx(q.pattern_distances[0], rel=1e-5)
+        assert float(line["cpu_ms"]) == pytest.approx(1000 * q.cpu_seconds, rel=1e-5)
     assert [line["recommended"] for line in lines] == ["0", "0", "1", "0"]
     assert any(line["on_front"] == "1" for line in lines)
 
@@ -277,9 +266,7 @@ def test_a_stopped_sweep_keeps_what_is_finished():
     state = state_of(ranges={**FEW, "n_candidates": [1, 20, 100]})
     state.page(SweepState).n_realizations = 1
     start(state)
-    run = state.page(SweepState).run
-    assert run is not None
-    assert run.job is not None
+    run = run_of(state)
     wait_until(lambda: run.rows, "the first setting", every=0.005)
     run.job.cancel()
     assert run.job.wait(300)
@@ -288,12 +275,11 @@ def test_a_stopped_sweep_keeps_what_is_finished():
     app = launched(state)
     assert "Recommended" in html(app)
     if n < 12:  # a quick machine may have been through
-        assert f"Stopped after {n} of 12 settings; these are shown." in warnings(app)
+        assert f"Stopped after {n} of 12 settings; these are shown." in texts(app)
 
 
 def test_results_of_another_study_are_said_to_be(done):
-    run = done.page(SweepState).run
-    assert run is not None
+    run = run_of(done)
     assert is_current(run, done)
     done.change(grid=Grid(50, 64))
     assert not is_current(run, done)
@@ -301,18 +287,14 @@ def test_results_of_another_study_are_said_to_be(done):
 
 
 def test_an_error_of_the_sweep_is_said(done):
-    run = done.page(SweepState).run
-    assert run is not None
-    assert run.job is not None
+    run = run_of(done)
     run.job.result, run.job.error = None, RuntimeError("the disk is full")
     assert "The sweep ended early: an error, number" in describe_end(run)
-    assert "in the server's log" in warnings(launched(done))
+    assert "in the server's log" in texts(launched(done))
 
 
 def test_progress_says_settings_and_time(done):
-    run = done.page(SweepState).run
-    assert run is not None
-    assert run.job is not None
+    run = run_of(done)
     run.job.fraction, run.job.n_done = 0.5, 2
     assert progress_text(run.job).startswith("2 of 4 settings")
     run.job.cancel()
@@ -320,8 +302,6 @@ def test_progress_says_settings_and_time(done):
 
 
 def test_the_estimate_follows_the_pace_of_the_latest_run(done):
-    run = done.page(SweepState).run
-    assert run is not None
     plan = settings(SMALL.parameters, FEW)
     one = seconds_of(done, plan)
     done.page(SweepState).n_realizations *= 3
@@ -330,8 +310,7 @@ def test_the_estimate_follows_the_pace_of_the_latest_run(done):
 
 
 def test_kept_realizations_are_read_only_and_few(done):
-    run = done.page(SweepState).run
-    assert run is not None
+    run = run_of(done)
     for row in run.found.rows:
         assert row.realizations.shape == (2, 48, 64)
         assert not row.realizations.flags.writeable

@@ -41,7 +41,7 @@ from ccwsim.ui.validate.statistics import (
     transitions,
 )
 from tests.some import some
-from tests.ui.widgets import named
+from tests.ui.widgets import charts, html, named, texts
 from tests.waiting import PATIENCE, wait_until
 
 ROOT = Path(__file__).parents[3]
@@ -85,18 +85,6 @@ def settled(app: AppTest) -> AppTest:
     wait_until(at_rest, "all statistics of the page")
     assert not app.exception
     return app
-
-
-def html(app: AppTest) -> str:
-    return " ".join(element.proto.body for element in app.get("html"))
-
-
-def texts(app: AppTest) -> str:
-    return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
-
-
-def charts(app: AppTest) -> set[str]:
-    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
 
 
 @pytest.fixture(scope="module")
