@@ -19,50 +19,54 @@ from ccwsim.model.training_image import TrainingImage
 DEFAULT_SHAPE = (256, 256)
 NORTH, SOUTH = "north", "south"
 
-image_option = in_group("Reading the training image, where it is a file")
-data_option = in_group("Hard data")
-TI_AND_DATA = (
-    click.argument("training_image", metavar="[TI]", required=False),
-    in_group("A whole study")(
-        "--project", metavar="FILE",
-        help="take training image, grid, hard data, parameters, number of realizations and seed "
-        "from a project file (.ccwsim), as the dashboard saves it; parameters, --realizations and "
-        "--seed given here come first"),
-    image_option("--variable", metavar="NAME", help="which of several variables"),
-    image_option("--threshold", type=float, metavar="V",
-                 help="for grey or continuous values: facies 1 at or above V, 0 below"),
-    image_option("--classes", type=classes, metavar="N|E1,E2…|codes",
-                 help="for continuous values: N classes of equally many cells, or classes between "
-                 "these edges; 'codes' takes many whole numbers as facies codes"),
-    image_option("--shape", type=sizes, metavar="NXxNY[xNZ]",
-                 help="columns x rows of the image, where its file does not say them (classic "
-                 "GSLIB)"),
-    image_option("--slice", "slice_index", type=int, metavar="N",
-                 help="which slice of a 3-D image, from 0"),
-    image_option("--first-row", type=click.Choice([NORTH, SOUTH]),
-                 help="where the first row of the file lies (default: as its format has it: north "
-                 "in pictures and matrices, south in GSLIB and NumPy files)"),
-    image_option("--transpose", is_flag=True, help="exchange rows and columns"),
-    data_option("--hard-data", metavar="F",
-                help="cells whose facies is known: a file (columns x, y, facies or row, col, "
-                "facies; Geo-EAS points; a grid with gaps), or the name of bundled ones ('ccwsim "
-                "datasets' lists them)"),
-    data_option("--hard-variable", metavar="NAME", help="which column holds the facies"),
-    data_option("--hard-coordinates", type=click.Choice(["world", "cells"]),
-                help="whether two columns of unclear names are x and y, or row and column (from "
-                "0)"),
-    data_option("--hard-threshold", type=float, metavar="V",
-                help="for continuous values: facies 1 at or above V, as for the training image"),
-    data_option("--hard-classes", type=edges_or_codes, metavar="E1,E2…|codes",
-                help="for continuous values: the class edges of the training image"),
-    data_option("--on-collision", type=click.Choice(["error", "drop", "majority", "nearest"]),
-                help="two facies in one cell: stop, drop all data of the cell, keep the facies of "
-                "most, or that of the datum nearest to the centre (default: error)"),
-    data_option("--on-outside", type=click.Choice(["error", "drop"]),
-                help="data outside the grid (default: error)"),
-    data_option("--on-unknown", type=click.Choice(["error", "drop"]),
-                help="data of a facies not in the TI (default: error)"),
-)  # fmt: skip
+PROJECT_HELP = (
+    "take training image, grid, hard data, parameters, number of realizations and seed from a "
+    "project file (.ccwsim), as the dashboard saves it; parameters, --realizations and --seed "
+    "given here come first"
+)
+IMAGE_HELP = {
+    "--variable": "which of several variables",
+    "--threshold": "for grey or continuous values: facies 1 at or above V, 0 below",
+    "--classes": "for continuous values: N classes of equally many cells, or classes between "
+    "these edges; 'codes' takes many whole numbers as facies codes",
+    "--shape": "columns x rows of the image, where its file does not say them (classic GSLIB)",
+    "--slice": "which slice of a 3-D image, from 0",
+    "--first-row": "where the first row of the file lies (default: as its format has it: north "
+    "in pictures and matrices, south in GSLIB and NumPy files)",
+    "--transpose": "exchange rows and columns",
+}
+DATA_HELP = {
+    "--hard-data": "cells whose facies is known: a file (columns x, y, facies or row, col, "
+    "facies; Geo-EAS points; a grid with gaps), or the name of bundled ones ('ccwsim datasets' "
+    "lists them)",
+    "--hard-variable": "which column holds the facies",
+    "--hard-coordinates": "whether two columns of unclear names are x and y, or row and column "
+    "(from 0)",
+    "--hard-threshold": "for continuous values: facies 1 at or above V, as for the training image",
+    "--hard-classes": "for continuous values: the class edges of the training image",
+    "--on-collision": "two facies in one cell: stop, drop all data of the cell, keep the facies of "
+    "most, or that of the datum nearest to the centre (default: error)",
+    "--on-outside": "data outside the grid (default: error)",
+    "--on-unknown": "data of a facies not in the TI (default: error)",
+}
+VALUES: dict[str, dict[str, Any]] = {
+    "--variable": {"metavar": "NAME"},
+    "--threshold": {"metavar": "V", "type": float},
+    "--classes": {"metavar": "N|E1,E2…|codes", "type": classes},
+    "--shape": {"metavar": "NXxNY[xNZ]", "type": sizes},
+    "--slice": {"metavar": "N", "type": int},
+    "--first-row": {"type": click.Choice([NORTH, SOUTH])},
+    "--transpose": {"is_flag": True},
+    "--hard-data": {"metavar": "F"},
+    "--hard-variable": {"metavar": "NAME"},
+    "--hard-coordinates": {"type": click.Choice(["world", "cells"])},
+    "--hard-threshold": {"metavar": "V", "type": float},
+    "--hard-classes": {"metavar": "E1,E2…|codes", "type": edges_or_codes},
+    "--on-collision": {"type": click.Choice(["error", "drop", "majority", "nearest"])},
+    "--on-outside": {"type": click.Choice(["error", "drop"])},
+    "--on-unknown": {"type": click.Choice(["error", "drop"])},
+}
+"""What may stand behind each option that reads the training image or hard data."""
 READING_CELLS = ("shape", "slice_index", "first_row", "transpose")
 READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
 READING_DATA = {
@@ -100,9 +104,23 @@ def image_and_data_options(command: Any) -> Any:
     )
     own = [_option(row, "Parameters of the simulation") for row in settings_of("parameters")]
     run = [_option(row, "Run") for row in settings_of("study")]
-    for option in reversed([*TI_AND_DATA, *grid, file, *own, *run]):
+    for option in reversed([*_files(), *grid, file, *own, *run]):
         command = option(command)
     return command
+
+
+def _files() -> list[Any]:
+    """Return the argument and the options that say what is read."""
+    found = [
+        click.argument("training_image", metavar="[TI]", required=False),
+        in_group("A whole study")("--project", metavar="FILE", help=PROJECT_HELP),
+    ]
+    groups = {"Reading the training image, where it is a file": IMAGE_HELP, "Hard data": DATA_HELP}
+    for group, helps in groups.items():
+        for name, text in helps.items():
+            names = (name, "slice_index") if name == "--slice" else (name,)
+            found.append(in_group(group)(*names, help=text, **VALUES[name]))
+    return found
 
 
 def _option(row: Setting, group: str) -> Any:
@@ -119,13 +137,7 @@ def _option(row: Setting, group: str) -> Any:
 
 
 def inputs_of(options: Any) -> Inputs:
-    """Return what a command line says, by a project file or by its options.
-
-    Raises
-    ------
-    CCWSIMError
-        For a project and options that both say it, neither of them, or what cannot be read.
-    """
+    """Return what a command line says, by a project file or by its options."""
     options.transpose = options.transpose or None
     if options.project is not None:
         return _of_project(options)
