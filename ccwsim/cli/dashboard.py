@@ -43,13 +43,7 @@ def app_file() -> Path:
 
 
 def command_line(app: Path, port: int | None, options: tuple[str, ...]) -> list[str]:
-    """Return the command line that runs an app; options given later come first.
-
-    Examples
-    --------
-    >>> command_line(Path("app.py"), 8600, ())[-3:]
-    ['app.py', '--server.showEmailPrompt=false', '--server.port=8600']
-    """
+    """Return the command line that runs an app; options given later come first."""
     python = [sys.executable, "-P", "-m", "streamlit", "run", str(app)]
     ports = [] if port is None else [f"--server.port={port}"]
     return [*python, "--server.showEmailPrompt=false", *ports, *options]

@@ -52,15 +52,7 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def check_writable(path: str) -> None:
-    """Say before a long run that a file could not be written after it.
-
-    Examples
-    --------
-    >>> check_writable("no_such_folder/out.npz")
-    Traceback (most recent call last):
-        ...
-    ccwsim.model.errors.CCWSIMError: no_such_folder/out.npz: there is no folder no_such_folder; ...
-    """
+    """Say before a long run that a file could not be written after it."""
     folder = Path(path).parent
     if not folder.is_dir():
         raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")

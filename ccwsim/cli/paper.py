@@ -82,15 +82,7 @@ def command(
 
 
 def check_report(path: str) -> None:
-    """Say before a long run that the report could not be written after it.
-
-    Examples
-    --------
-    >>> check_report("report.pdf")
-    Traceback (most recent call last):
-        ...
-    ccwsim.model.errors.CCWSIMError: report.pdf: the report is HTML; call it report.html
-    """
+    """Say before a long run that the report could not be written after it."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")
     check_writable(path)

@@ -115,12 +115,6 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
 
     What is finished can so still be written. Outside the main thread, where signals cannot be
     caught, it never is.
-
-    Examples
-    --------
-    >>> with stop_on_interrupt() as stopped:
-    ...     stopped()
-    False
     """
     pressed = threading.Event()
 

@@ -114,15 +114,7 @@ def executor_of(options: Any) -> Iterator[Any]:
 
 
 def check_output(path: str) -> None:
-    """Say before a long run that a file could not be written after it.
-
-    Examples
-    --------
-    >>> check_output("out.bmp")
-    Traceback (most recent call last):
-        ...
-    ccwsim.model.errors.CCWSIMError: format 'bmp' cannot be written; choose one of dat, ...
-    """
+    """Say before a long run that a file could not be written after it."""
     from ccwsim.io.atomic import format_of
     from ccwsim.io.realizations import FORMATS
 
@@ -145,19 +137,7 @@ def streamed_output(paths: Sequence[str]) -> str | None:
 
 
 def summary(e: Ensemble) -> str:
-    """Return what an ensemble is: how many, how long, the data honoured, the proportions.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ccwsim import HardData, Parameters, TrainingImage, simulate
-    >>> ti, p = TrainingImage(np.eye(40), name="eye"), Parameters(template_size=8, overlap_size=4)
-    >>> e = simulate(ti, (20, 30), p, HardData([[3, 4]], [1]), n_realizations=2)
-    >>> print(summary(e))
-    2 realizations of 30 × 20 cells (eye, seed 0): ... ms of CPU time each, ... s in all.
-    Hard data: 1 of 1 honoured in every realization...
-    Proportions (training image): facies 0 ... % (97.5 %), facies 1 ... % (2.5 %).
-    """
+    """Return what an ensemble is: how many, how long, the data honoured, the proportions."""
     ti, n = e.training_image, e.hard_data.n
     milliseconds = 1e3 * median(e.cpu_seconds)
     lines = [

@@ -75,16 +75,7 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
 
 
 def describe_growth(name: str, timings: Sequence[Timing]) -> str:
-    """Return how the time of a setting grows with the cells; empty for a single size.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> took = [Timing(Parameters(), (n, n), 0, np.array([1e-7 * n * n]), np.zeros(1, int))
-    ...         for n in (256, 512)]
-    >>> describe_growth("level 2", took)
-    'Level 2: 0.1 µs a cell from 256² to 512²: linear (cells to the power 1.00).'
-    """
+    """Return how the time of a setting grows with the cells; empty for a single size."""
     if len({t.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
@@ -119,13 +110,7 @@ def describe_levels(timings: Sequence[Timing]) -> str:
 
 
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
-    """Return what a run will do and about how long it will take.
-
-    Examples
-    --------
-    >>> describe_plan(12, 3, 4.2)
-    '12 settings × 3 realizations on one thread: about 4 s.'
-    """
+    """Return what a run will do and about how long it will take."""
     each = "realization" if n_realizations == 1 else "realizations"
     return f"{n_cases} settings × {n_realizations} {each} on one thread: {about(seconds)}."
 

@@ -135,13 +135,7 @@ def start_timing(state: State, kind: Kind) -> None:
 
 
 def method_options() -> list[str]:
-    """Return the methods with levels that this program has; CCSIM is level 0 of CCWSIM.
-
-    Examples
-    --------
-    >>> method_options()[0]
-    'ccwsim'
-    """
+    """Return the methods with levels that this program has; CCSIM is level 0 of CCWSIM."""
     return [method for method in METHODS if method != "ccsim"]
 
 
@@ -152,13 +146,7 @@ def level_options(state: State) -> list[int]:
 
 
 def side_options(free_bytes: int | None) -> list[int]:
-    """Return the largest grids on offer: two sizes at least, and what memory allows.
-
-    Examples
-    --------
-    >>> side_options(100_000_000), side_options(None)[-1]
-    ([512, 1000, 2000], 5000)
-    """
+    """Return the largest grids on offer: two sizes at least, and what memory allows."""
     available = float("inf") if free_bytes is None else MAX_SHARE_OF_MEMORY * free_bytes
     return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
 

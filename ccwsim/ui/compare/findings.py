@@ -104,13 +104,7 @@ def _describe_data(found: Comparison) -> list[str]:
 
 
 def describe_ratio(row: PairRatio) -> str:
-    """Say a row of the table of ratios.
-
-    Examples
-    --------
-    >>> describe_ratio(PairRatio("B", "A", 1.1, 0.9, 1.22))
-    'B against A: more varied, nearer to the training image; better'
-    """
+    """Say a row of the table of ratios."""
     if not np.isfinite(row.ratio):
         return f"{row.name} and {row.other}: one realization has no variety"
     varied = _graded(row.between, "less varied", "as varied", "more varied")

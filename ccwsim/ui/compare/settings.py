@@ -99,13 +99,7 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
 
 
 def usual_others(own: Parameters, shape: tuple[int, int]) -> list[Parameters]:
-    """Return settings that are worth comparing with one's own, all of them different.
-
-    Examples
-    --------
-    >>> [describe_setting(p, Parameters()) for p in usual_others(Parameters(), (256, 256))][:2]
-    ['CCSIM', 'level 3']
-    """
+    """Return settings that are worth comparing with one's own, all of them different."""
     tried: list[dict] = [{"method": "ccsim"}]
     tried += [{"method": "ccwsim", "wavelet_level": k} for k in (3, 1, 2) if k in levels(shape)]
     tried += [{"method": method} for method in METHODS]

@@ -93,11 +93,6 @@ def class_link(choices: Choices, page: str) -> str:
     """Return the address that opens a study on Simulate, with another seed for everyone.
 
     `page` is the address of a page of the dashboard.
-
-    Examples
-    --------
-    >>> class_link(Choices(n_realizations=4, seed=7), "http://lab:8501/examples")
-    'http://lab:8501/simulate?realizations=4&class=1'
     """
     found = link_of(replace(choices, seed=0)) | {CLASS: ["1"]}
     start = page.split("?")[0].rpartition("/")[0]
@@ -204,13 +199,7 @@ def picture_worker() -> StatisticsWorker:
 
 
 def small(choices: Choices) -> Choices:
-    """Return a study on a grid that is small enough for a picture, with the data that are in it.
-
-    Examples
-    --------
-    >>> small(Choices()).grid.shape
-    (300, 300)
-    """
+    """Return a study on a grid that is small enough for a picture, with the data that are in it."""
     ny, nx = (min(side, MAX_SIDE) for side in choices.grid.shape)
     data = choices.data
     if data.source == "bundled":

@@ -95,13 +95,6 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
     """Draw a round; the same for the same arguments.
 
     Every piece is cut at random from inside its image, so that no edge and no location tells.
-
-    Examples
-    --------
-    >>> from ccwsim import datasets
-    >>> drawn = draw_round(datasets.load("channels"), Parameters(), seed=3)
-    >>> drawn.pictures.shape, drawn.shapes_at(drawn.answer)[1]
-    ((6, 96, 96), 0.0)
     """
     rng = np.random.default_rng(seed)
     side = piece_side(image.shape)
@@ -137,12 +130,6 @@ def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
     """Return one number a window of SIDE × SIDE cells, equal for equal windows.
 
     Two windows that differ have the same number about once in 10¹⁹.
-
-    Examples
-    --------
-    >>> hashes = window_hashes(np.tile([0, 1], (8, 4)))
-    >>> hashes.shape, len(np.unique(hashes))
-    ((3, 3), 2)
     """
     ny, nx = (n - SIDE + 1 for n in indices.shape)
     weights = np.random.default_rng(SIDE).integers(2**63, size=(SIDE, SIDE), dtype=np.uint64)
@@ -161,14 +148,6 @@ def new_shapes(
 
     `known` are the hashes of the windows of the training image; of each other window the four
     cells in its middle are marked.
-
-    Examples
-    --------
-    >>> stripes = np.tile([0, 0, 1, 1], (12, 6))
-    >>> shifted = np.vstack([stripes[:6], 1 - stripes[6:]])
-    >>> where, share = new_shapes(shifted, window_hashes(stripes))
-    >>> where.any(axis=1).nonzero()[0].tolist(), round(share, 2)
-    ([3, 4, 5, 6, 7, 8], 0.71)
     """
     new = ~np.isin(window_hashes(indices), known)
     where = np.zeros(indices.shape, bool)
@@ -251,13 +230,7 @@ def pick(quiz: Quiz, k: int) -> None:
 
 
 def describe_setting(quiz: Quiz) -> str:
-    """Return what a round is drawn with.
-
-    Examples
-    --------
-    >>> describe_setting(Quiz(level=3, refine=False))
-    'channels, level 3, K 20, no refine'
-    """
+    """Return what a round is drawn with."""
     name = pretty(quiz.image) if quiz.image else "your image"
     refine = [] if quiz.refine else ["no refine"]
     return ", ".join([name, f"level {quiz.level}", f"K {quiz.n_candidates}", *refine])

@@ -241,16 +241,7 @@ def _conditional_candidates(view: PatchView) -> str:
 
 
 def describe_window(w: ResimulatedWindow) -> str:
-    """Return what came of a window of local re-simulation.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> cells = np.zeros((8, 8), np.uint8)
-    >>> window = ResimulatedWindow(0, 8, 0, 0, cells, cells, cells.astype(np.int32), False, False)
-    >>> describe_window(window)
-    'Window of 8 cells: no patch of the image honours all its data and fits.'
-    """
+    """Return what came of a window of local re-simulation."""
     if w.size == 1:
         return "Forced: no window fitted, so the cell alone was changed."
     if not w.fits:

@@ -233,13 +233,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:
 
 
 def pace(ensemble: Ensemble | None) -> float:
-    """Return how many times longer than expected an ensemble took; 1 where there is none.
-
-    Examples
-    --------
-    >>> pace(None)
-    1.0
-    """
+    """Return how many times longer than expected an ensemble took; 1 where there is none."""
     if ensemble is None:
         return 1.0
     image, grid = ensemble.training_image, ensemble.grid
