@@ -8,23 +8,14 @@ from ccwsim.ui.hard_data.edits import needs_run
 from ccwsim.ui.hard_data.page import draw_editor
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, collect, follow_run, start_run
-from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.study.run import draw_news, start_run
 
 
 def data_page(state: State) -> None:
     """Draw the editor over the realizations of the study; simulate some where there are none."""
     if needs_run(state):
         start_run(state)
-    if state.job is not None and state.job.wait(PATIENCE):
-        collect(state)
-    with st.container(key="news"):  # always there, so that what is below never moves or blanks
-        if state.job is not None:
-            follow_run(state)
-            if state.ensemble is not None:
-                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
-        if state.message:
-            st.warning(plain(state.message))
+    draw_news(state)
     with st.container(key="results"):
         draw_editor(state)
 

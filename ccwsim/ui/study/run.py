@@ -25,6 +25,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
+from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import pair, step_note, step_title
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
@@ -271,3 +272,16 @@ def follow_run(state: State) -> None:
             has_news=lambda: job.partial is not None and job.partial is not state.ensemble,
             label=lambda: STORED if state.ensemble and state.ensemble.is_stored else "",
         )
+
+
+def draw_news(state: State) -> None:
+    """Take in a quick run, or follow a slow one above the earlier results; say what failed."""
+    if state.job is not None and state.job.wait(PATIENCE):
+        collect(state)
+    with st.container(key="news"):  # always there, so that what is below never moves or blanks
+        if state.job is not None:
+            follow_run(state)
+            if state.ensemble is not None:
+                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
+        if state.message:
+            st.warning(plain(state.message))

@@ -25,7 +25,7 @@ from ccwsim.ui.results.ghost import draw_ghost
 from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, collect, follow_run, problem_of, run_button, start_run
+from ccwsim.ui.study.run import draw_news, problem_of, run_button, start_run
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
 from ccwsim.ui.validate.reproduction import (
@@ -51,7 +51,6 @@ from ccwsim.ui.validate.statistics import (
 )
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import button, field
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
 from ccwsim.ui.widgets.steps import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -73,15 +72,7 @@ def draw_page(state: State) -> None:
     draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
     if state.ensemble is None and state.job is None and not state.message:
         start_run(state)
-    if state.job is not None and state.job.wait(PATIENCE):
-        collect(state)
-    with st.container(key="news"):  # always there, so that what is below never moves
-        if state.job is not None:
-            follow_run(state)
-            if state.ensemble is not None:
-                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
-        if state.message:
-            st.warning(plain(state.message))
+    draw_news(state)
     with st.container(key="results"):
         if state.ensemble is not None:
             _draw_validation(state, state.ensemble)
