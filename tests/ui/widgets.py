@@ -1,10 +1,23 @@
-"""Find what is on a page that was drawn without a browser."""
+"""Draw pages without a browser, and find what is on them."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from streamlit.testing.v1 import AppTest
+
+from ccwsim.ui.session.state import KEY, State
+
+PAGES = Path(__file__).parents[2] / "pages"
+
+
+def opened(name: str, state: State | None = None) -> AppTest:
+    """Return a page of the dashboard, not drawn yet; without a state its session is new."""
+    app = AppTest.from_file(str(PAGES / f"{name}.py"), default_timeout=180)
+    if state is not None:
+        app.session_state[KEY] = state
+    return app
 
 
 def named(widgets: Any, key: str) -> Any:

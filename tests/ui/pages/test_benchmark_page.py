@@ -7,7 +7,6 @@ import re
 import time
 from dataclasses import replace
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,9 +31,8 @@ from ccwsim.ui.benchmark.findings import (
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
 from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import charts, html, named
+from tests.ui.widgets import charts, html, named, opened
 
-PAGE = str(Path(__file__).parents[3] / "pages" / "benchmark.py")
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
 
 
@@ -44,10 +42,8 @@ def took(side: int, seconds: float, level: int = 1, n_data: int = 0, wrong: int 
 
 
 def launched(**changes) -> AppTest:
-    app = AppTest.from_file(PAGE, default_timeout=120)
     page_state = Benchmark(n_realizations=1, **changes)
-    app.session_state[KEY] = State(choices=SMALL, pages={Benchmark: page_state})
-    return app.run()
+    return opened("benchmark", State(choices=SMALL, pages={Benchmark: page_state})).run()
 
 
 def settled(app: AppTest) -> AppTest:
@@ -63,7 +59,7 @@ def settled(app: AppTest) -> AppTest:
 
 
 def test_it_opens_cold_and_teaches():
-    app = AppTest.from_file(PAGE, default_timeout=120).run()
+    app = opened("benchmark").run()
     assert not app.exception
     assert not app.error
     said = html(app)
@@ -114,9 +110,7 @@ def test_choices_are_kept_when_the_page_is_left():
     named(app.selectbox, "largest").set_value(512).run()
     named(app.button_group, "grid_levels").set_value([2]).run()
     assert app.session_state[KEY].page(Benchmark).grid_levels == [2]
-    again = AppTest.from_file(PAGE, default_timeout=120)
-    again.session_state[KEY] = app.session_state[KEY]
-    again.run()
+    again = opened("benchmark", app.session_state[KEY]).run()
     assert named(again.selectbox, "largest").value == 512
     assert "2 settings × 1 realization on" in html(again)
 

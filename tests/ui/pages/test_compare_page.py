@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from dataclasses import replace
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,25 +24,20 @@ from ccwsim.ui.compare.findings import (
 from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of, usual_others
 from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import charts, html, named, texts
+from tests.ui.widgets import charts, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
 
-PAGE = str(Path(__file__).parents[3] / "pages" / "compare.py")
 OWN = Parameters(template_size=16, overlap_size=4)
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN)
 CURVES = {f"{statistic}_{way[0]}" for statistic in STATISTICS for way in DIRECTIONS}
 FIGURES = CURVES | {"compared_times", "compared_proportions", "compared_mds"}
 
 
-def launched(choices: Choices = SMALL, n: int = 3, others: list | None = None) -> AppTest:
+def launched(choices: Choices = SMALL, n: int = 3) -> AppTest:
     """The page after its first comparison."""
-    app = AppTest.from_file(PAGE, default_timeout=120)
     state = State(choices=choices)
     state.page(Comparing).n = n
-    if others is not None:
-        state.page(Comparing).others = others
-    app.session_state[KEY] = state
-    return settled(app.run())
+    return settled(opened("compare", state).run())
 
 
 def settled(app: AppTest) -> AppTest:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
@@ -20,12 +19,7 @@ from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
 from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, example_named, next_example
-from ccwsim.ui.examples.opened import (
-    Examples,
-    back_to_own,
-    compare_example,
-    open_example,
-)
+from ccwsim.ui.examples.opened import Examples, back_to_own, compare_example, open_example
 from ccwsim.ui.examples.page import class_link, expected, pictures_html, pictures_of, small
 from ccwsim.ui.examples.quiz import (
     N_PICTURES,
@@ -43,11 +37,9 @@ from ccwsim.ui.examples.quiz import (
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of
-from tests.ui.widgets import html, named
+from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
 
-PAGES = Path(__file__).parents[3] / "pages"
-PAGE = str(PAGES / "examples.py")
 OWN = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(16, 4), seed=5)
 NAMES = [example.name for example in EXAMPLES]
 
@@ -59,14 +51,12 @@ def example(name: str) -> Example:
 
 
 def launched() -> AppTest:
-    app = AppTest.from_file(PAGE, default_timeout=120)
-    app.session_state[KEY] = State(choices=OWN)
-    return quiet(app.run())
+    return quiet(opened("examples", State(choices=OWN)).run())
 
 
 def followed(query: dict[str, str]) -> AppTest:
     """The page of a reader who follows a link."""
-    app = AppTest.from_file(PAGE, default_timeout=120)
+    app = opened("examples")
     for name, value in query.items():
         app.query_params[name] = value
     return quiet(app.run())
@@ -243,10 +233,9 @@ def test_a_click_opens_an_example_and_another_goes_back():
 
 
 def test_simulate_says_which_example_is_open():
-    app = AppTest.from_file(str(PAGES / "simulate.py"), default_timeout=120)
-    app.session_state[KEY] = state = State(choices=OWN)
+    state = State(choices=OWN)
     open_example(state, replace(example("delta"), choices=OWN))
-    quiet(app.run())
+    app = quiet(opened("simulate", state).run())
     assert "Example 11: A delta" in html(app)
     app.button(key="compare_opened").click().run()
     assert state.page(Comparing).others == list(example("delta").others)
@@ -364,9 +353,6 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
 
 
 def test_simulate_shows_the_seed_of_the_class():
-    app = AppTest.from_file(str(PAGES / "simulate.py"), default_timeout=120)
-    state = State(choices=replace(OWN, seed=4321))
-    state.own_seed = 4321
-    app.session_state[KEY] = state
-    quiet(app.run())
+    state = State(choices=replace(OWN, seed=4321), own_seed=4321)
+    app = quiet(opened("simulate", state).run())
     assert "Your own seed in this class is 4321" in html(app)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,9 +19,8 @@ from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import describe_shape, xy_of
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import html, named
+from tests.ui.widgets import html, named, opened
 
-PAGE = str(Path(__file__).parents[3] / "pages" / "how_it_works.py")
 OWN = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN)
 DATA = HardData([[5, 7], [20, 40], [22, 44], [40, 11], [30, 30]], [1, 0, 1, 1, 0])
@@ -33,12 +31,8 @@ MANY = replace(SMALL, data=DataChoice("placed", placed=EVERYWHERE))
 
 
 def launched(choices: Choices = SMALL, **how) -> AppTest:
-    app = AppTest.from_file(PAGE, default_timeout=180)
-    state = State(choices=choices)
-    for name, value in how.items():
-        setattr(state.page(How), name, value)
-    app.session_state[KEY] = state
-    return seen(app.run())
+    state = State(choices=choices, pages={How: How(**how)})
+    return seen(opened("how_it_works", state).run())
 
 
 def seen(app: AppTest) -> AppTest:
@@ -66,7 +60,7 @@ def press(app: AppTest, key: str) -> AppTest:
 
 
 def test_it_opens_cold_on_a_patch_that_shows_much():
-    app = seen(AppTest.from_file(PAGE, default_timeout=180).run())
+    app = seen(opened("how_it_works").run())
     trace = app.session_state[KEY].page(How).trace
     assert trace.patches[how(app).patch].shape == 3
     assert f"Patch {how(app).patch + 1} of {len(trace.patches)}" in text(app)
@@ -181,10 +175,8 @@ def test_ms_ccsim_is_declined_in_words_with_a_way_out():
 
 
 def test_a_study_that_cannot_be_simulated_is_said():
-    app = AppTest.from_file(PAGE, default_timeout=180)
     bad = replace(SMALL, data=DataChoice("placed", placed=HardData([[99, 2]], [1])))
-    app.session_state[KEY] = State(choices=bad)
-    app.run()
+    app = opened("how_it_works", State(choices=bad)).run()
     assert not app.exception
     assert len(app.error) == 1
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from streamlit.testing.v1 import AppTest
@@ -19,9 +18,8 @@ from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.paper.page import describe_inputs, ended_text, progress_label, verdict_list
 from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import html, named
+from tests.ui.widgets import html, named, opened
 
-PAGE = str(Path(__file__).parents[3] / "pages" / "paper.py")
 ODD = "<b>&"
 
 
@@ -53,9 +51,7 @@ def use(monkeypatch, chosen) -> None:
 
 
 def launched(**changes) -> AppTest:
-    app = AppTest.from_file(PAGE, default_timeout=60)
-    app.session_state[KEY] = State(pages={PaperState: PaperState(**changes)})
-    app.run()
+    app = opened("paper", State(pages={PaperState: PaperState(**changes)})).run()
     assert not app.exception
     return app
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from dataclasses import replace
 from io import StringIO
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,10 +33,9 @@ from ccwsim.ui.sweep.plan import (
     use_setting,
     values_on_offer,
 )
-from tests.ui.widgets import html, named, texts
+from tests.ui.widgets import html, named, opened, texts
 from tests.waiting import wait_until
 
-PAGE = str(Path(__file__).parents[3] / "pages" / "sweep.py")
 PLACED = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
 OWN = Parameters(template_size=16, overlap_size=4)
 SMALL = Choices(data=DataChoice("placed", placed=PLACED), grid=Grid(48, 64), parameters=OWN)
@@ -65,9 +63,7 @@ def run_of(state: State) -> Any:
 
 
 def launched(state: State) -> AppTest:
-    app = AppTest.from_file(PAGE, default_timeout=120)
-    app.session_state[KEY] = state
-    app.run()
+    app = opened("sweep", state).run()
     assert not app.exception
     assert not app.error
     return app
@@ -83,7 +79,7 @@ def done() -> State:
 
 
 def test_it_opens_cold_and_says_what_it_will_show():
-    app = AppTest.from_file(PAGE, default_timeout=120).run()
+    app = opened("sweep").run()
     assert not app.exception
     assert not app.error
     said = html(app)

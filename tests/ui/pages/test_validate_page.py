@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,11 +40,9 @@ from ccwsim.ui.validate.statistics import (
     transitions,
 )
 from tests.some import some
-from tests.ui.widgets import charts, html, named, texts
+from tests.ui.widgets import charts, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
 
-ROOT = Path(__file__).parents[3]
-PAGE = str(ROOT / "pages" / "validate.py")
 OWN = Parameters(template_size=16, overlap_size=4)
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN, n_realizations=3)
 CURVES = {"variogram_E", "variogram_N", "connectivity_E", "connectivity_N"}
@@ -60,11 +57,9 @@ def nothing(share: float) -> None:
 
 def launched(choices: Choices = SMALL, seen=ALL, **changes) -> AppTest:
     """The page after all that it shows was worked out."""
-    app = AppTest.from_file(PAGE, default_timeout=120)
     state = State(choices=choices, **changes)
     state.page(Validation).seen |= seen
-    app.session_state[KEY] = state
-    return settled(app.run())
+    return settled(opened("validate", state).run())
 
 
 def settled(app: AppTest) -> AppTest:
@@ -177,9 +172,7 @@ def test_advice_can_be_taken_into_the_study():
 def test_the_direction_is_kept_when_the_page_is_left():
     app = launched()
     settled(app.slider(key="azimuth").set_value(120).run())
-    again = AppTest.from_file(PAGE, default_timeout=120)
-    again.session_state[KEY] = app.session_state[KEY]
-    settled(again.run())
+    again = settled(opened("validate", app.session_state[KEY]).run())
     assert again.slider(key="azimuth").value == 120
     assert "Variogram 120°" in html(again)
 
