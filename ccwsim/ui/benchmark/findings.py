@@ -19,7 +19,6 @@ from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.scrolled import scrolled
 
-NAMES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
 TEACHING = (
     "Press Measure: a line for each level will show how the time of one realization grows with "
     "the grid. Straight at slope one, and flat in the time a cell, is linear growth. The red "
@@ -71,7 +70,7 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
     """
     method, level = setting
     several = len({method for method, _ in settings}) > 1
-    return f"{NAMES.get(method, method)} level {level}" if several else f"level {level}"
+    return f"{method.upper()} level {level}" if several else f"level {level}"
 
 
 def describe_growth(name: str, timings: Sequence[Timing]) -> str:
@@ -89,6 +88,13 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
         f"{name[:1].upper()}{name[1:]}: {three_digits(found.seconds_per_million)} µs a cell from "
         f"{low}² to {high}²: {how} (cells to the power {found.exponent:.2f}){why}."
     )
+
+
+def growth_lines(timings: Sequence[Timing]) -> list[str]:
+    """Return what the times say of each setting, and of the levels; nothing of a single size."""
+    found = by_setting(timings)
+    each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
+    return [line for line in (*each, describe_levels(timings)) if line]
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
@@ -196,7 +202,7 @@ def data_table(
         second += ["here", "paper"]
     rows = []
     for method, level in settings:
-        row = [NAMES.get(method, method), str(level)]
+        row = [method.upper(), str(level)]
         if 0 in numbers:
             row.append(_time(found.get((method, level, 0))))
         for n in shown:
@@ -215,7 +221,7 @@ def octave_table() -> str:
         took = NONE if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s"
         wrong = NONE if t.wrong_share is None else f"{100 * t.wrong_share:.1f} %"
         grid = f"{round((t.n_cells or 0) ** 0.5)}²"
-        case = [t.image, grid, str(t.n_data), NAMES[t.method], str(t.level)]
+        case = [t.image, grid, str(t.n_data), t.method.upper(), str(t.level)]
         rows.append([*case, took, wrong, t.note])
     head = ["image", "grid", "data", "method", "level", "CPU time", "data wrong", ""]
     return table_of([head], rows, words=(0, 3, 7))

@@ -15,38 +15,18 @@ from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import published_times as published
 from ccwsim.system.machine import this_machine
-from ccwsim.ui.benchmark.findings import (
-    DISTURBED,
-    NAMES,
-    TABLE_2_NOTE,
-    TEACHING,
-    WHAT_CAN_BE_COMPARED,
-    Setting,
-    by_setting,
-    data_table,
-    describe_growth,
-    describe_levels,
-    describe_plan,
-    describe_run,
-    grid_table,
-    name_of,
-    octave_table,
-    progress_label,
-    setting_of,
-    timings_csv,
-    why_ended,
-)
+from ccwsim.ui.benchmark import findings
 from ccwsim.ui.benchmark.run import (
     BYTES_PER_CELL,
     DATA_SIDES,
     NUMBERS,
     SIDES,
+    TIMED_METHODS,
     Benchmark,
     Kind,
     cases_of,
     expected,
     level_options,
-    method_options,
     number_options,
     settings,
     side_options,
@@ -58,7 +38,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import panel_title, step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("benchmark.css")
 LEVELS_HELP = (
@@ -73,11 +53,11 @@ MICRO = 1e6
 def draw_benchmark(state: State) -> None:
     """Draw both measurements."""
     page_state = state.page(Benchmark)
-    st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+    draw_style(STYLE)
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
         _draw_download(page_state)
-    step_note(WHAT_CAN_BE_COMPARED)
+    step_note(findings.WHAT_CAN_BE_COMPARED)
     if page_state.message:
         st.error(plain(page_state.message))
     st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
@@ -105,7 +85,7 @@ def _draw_download(page_state: Benchmark) -> None:
         return
 
     def content() -> bytes:
-        return timings_csv(runs, str(this_machine()))
+        return findings.timings_csv(runs, str(this_machine()))
 
     name, key = "times.csv", "download_times"
     st.download_button("Download CSV", content, name, "text/csv", key, on_click="ignore")
@@ -126,30 +106,25 @@ def _draw_numbers(page_state: Benchmark) -> None:
     options = {"options": list(DATA_SIDES), "format_func": _square, "width": 130}
     options["help"] = "The paper's Table 2 is of 512 × 512 cells."
     field(st.selectbox, "Grid", key="data_side", **bound_to(page_state, "side"), **options)
-    options = {
-        "options": number_options(page_state.side),
-        "format_func": lambda n: str(n or "none"),
-    }
+    numbers = number_options(page_state.side)
+    options = {"options": numbers, "format_func": lambda n: str(n or "none")}
     options["help"] = "They are sampled from an unconditional realization at random cells."
-    _draw_pills(page_state, "numbers", "Hard data", "numbers", options)
+    _draw_pills(page_state, "numbers", "Hard data", options)
 
 
 def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
-    page_state, methods = state.page(Benchmark), method_options()
-    if len(methods) > 1:
-        name = f"{which}_methods"
-        options = {"options": methods, "format_func": lambda m: NAMES.get(m, m)}
-        _draw_pills(page_state, name, "Methods", name, options)
-    name = f"{which}_levels"
+    page_state = state.page(Benchmark)
+    options = {"options": list(TIMED_METHODS), "format_func": str.upper}
+    _draw_pills(page_state, f"{which}_methods", "Methods", options)
     options = {"options": level_options(state), "help": LEVELS_HELP}
-    _draw_pills(page_state, name, "Levels", name, options)
+    _draw_pills(page_state, f"{which}_levels", "Levels", options)
 
 
-def _draw_pills(page_state: Benchmark, name: str, label: str, key: str, options: dict) -> None:
+def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> None:
     """Draw pills for a list of the choices; those chosen but not on offer now are not shown."""
     options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
     options["value"] = [one for one in options["value"] if one in options["options"]]
-    field(st.pills, label, key=key, **options)
+    field(st.pills, label, key=name, **options)
 
 
 def _draw_start(state: State, kind: Kind) -> None:
@@ -174,7 +149,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
         cases = cases_of(state, kind)
     except CCWSIMError as error:
         return str(error)
-    text = describe_plan(len(cases), page_state.n_realizations, expected(state, cases))
+    text = findings.describe_plan(len(cases), page_state.n_realizations, expected(state, cases))
     n_bytes = max(case.n_cells for case in cases) * BYTES_PER_CELL
     if n_bytes > LARGE:
         text += f" Up to {n_bytes / 1e6:.0f} MB of memory."
@@ -190,17 +165,17 @@ def _draw_part(state: State, kind: Kind) -> None:
 
     def draw() -> None:
         if run and run.disturbed:
-            step_note(DISTURBED)
+            step_note(findings.DISTURBED)
         draw_results = _draw_grids if kind == "grids" else _draw_data
         draw_results(state)
 
     with st.container(key=f"part_{kind}"):
         if run and run.going:
             keys = (f"progress_{kind}", f"cancel_{kind}")
-            follow(run.job, label=lambda: progress_label(run), draw=draw, keys=keys)
+            follow(run.job, label=lambda: findings.progress_label(run), draw=draw, keys=keys)
             return
-        if run and why_ended(run):
-            st.warning(plain(why_ended(run)))
+        if run and findings.why_ended(run):
+            st.warning(plain(findings.why_ended(run)))
         draw()
 
 
@@ -216,17 +191,14 @@ def _draw_grids(state: State) -> None:
     with right:
         _draw_chart(timings, sides, "CPU time a cell", "flat is linear", per_cell=True)
     if not timings:
-        step_note(TEACHING)
+        step_note(findings.TEACHING)
         return
     left, right = st.columns(2, gap="medium")
     with left:
-        st.html(grid_table(timings, sides))
+        st.html(findings.grid_table(timings, sides))
     with right:
-        found = by_setting(timings)
-        lines = [describe_growth(name_of(s, list(found)), own) for s, own in found.items()]
-        lines = [line for line in (*lines, describe_levels(timings)) if line]
-        step_note("\n".join(lines) or "One size says nothing on growth.")
-        step_note(describe_run(run))
+        step_note("\n".join(findings.growth_lines(timings)) or "One size says nothing on growth.")
+        step_note(findings.describe_run(run))
 
 
 def _draw_chart(
@@ -243,38 +215,38 @@ def _draw_data(state: State) -> None:
     """Draw times against the number of data in the layout of Table 2."""
     page_state, run = state.page(Benchmark), state.page(Benchmark).data
     if run:
-        chosen = list(dict.fromkeys(setting_of(case.parameters) for case in run.cases))
+        chosen = list(dict.fromkeys(findings.setting_of(case.parameters) for case in run.cases))
         numbers, side = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape[0]
     else:
         chosen, side = chosen_settings(state), page_state.side
         numbers = [n for n in NUMBERS if n in page_state.numbers]
     timings = list(run.timings) if run else []
     panel_title("CPU time of a realization", f"{side} × {side} cells")
-    st.html(data_table(timings, chosen, numbers, side))
-    step_note(TABLE_2_NOTE)
+    st.html(findings.data_table(timings, chosen, numbers, side))
+    step_note(findings.TABLE_2_NOTE)
     if timings:
-        step_note(describe_run(run))
+        step_note(findings.describe_run(run))
     with st.expander("The published codes in GNU Octave: times, and data they leave wrong"):
         step_note(f"{published.OCTAVE.reference}.\n{published.OCTAVE.machine}.")
-        st.html(octave_table())
+        st.html(findings.octave_table())
 
 
-def chosen_settings(state: State) -> list[Setting]:
+def chosen_settings(state: State) -> list[findings.Setting]:
     """Return the methods and levels that are chosen now, none where they do not fit."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []
-    return [setting_of(p) for p in settings(state, own.data_methods, own.data_levels)]
+    return [findings.setting_of(p) for p in settings(state, own.data_methods, own.data_levels)]
 
 
 def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSeries]:
     """Return a line for each setting: seconds, or microseconds per cell."""
-    found = by_setting(timings)
+    found = findings.by_setting(timings)
     lines = []
     for setting, own in found.items():
         cells = np.array([t.n_cells for t in own], float)
         values = np.maximum([t.seconds for t in own], 1e-6) / (cells / MICRO if per_cell else 1.0)
-        name = name_of(setting, list(found))
+        name = findings.name_of(setting, list(found))
         lines.append(TimeSeries(name, setting[1], cells, values, setting[0] != "ccwsim"))
     return lines
 

@@ -33,6 +33,8 @@ SIDES = (256, 512, 1000, 2000, 3000, 5000)
 """Of the square grids of Fig. 13's kind; the last has the paper's 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
+TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
+"""The methods with levels: CCSIM is level 0 of CCWSIM."""
 BYTES_PER_CELL = 10
 """Memory that a run needs, with a margin."""
 MAX_SHARE_OF_MEMORY = 0.5
@@ -134,11 +136,6 @@ def start_timing(state: State, kind: Kind) -> None:
     setattr(page_state, kind, run)
 
 
-def method_options() -> list[str]:
-    """Return the methods with levels that this program has; CCSIM is level 0 of CCWSIM."""
-    return [method for method in METHODS if method != "ccsim"]
-
-
 def level_options(state: State) -> list[int]:
     """Return the levels that the study's training image allows."""
     allowed = levels(image_of(state.choices.image).shape)
@@ -179,7 +176,7 @@ def settings(
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     found = [
         fitted(p, shape, method=method, wavelet_level=level)
-        for method in method_options()
+        for method in TIMED_METHODS
         for level in level_options(state)
         if method in methods and level in chosen_levels
     ]

@@ -27,16 +27,7 @@ from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARE
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.ui.compare.findings import (
-    colour_of,
-    describe_nearest,
-    figures_table,
-    ratio_table,
-    ratios_csv,
-    realizations_csv,
-    sentences,
-    settings_csv,
-)
+from ccwsim.ui.compare import findings
 from ccwsim.ui.compare.settings import (
     LETTERS,
     MAX_SETTINGS,
@@ -224,10 +215,10 @@ def _draw_run_row(state: State, problem: str) -> None:
         if (found := page_state.found) is not None:
             with st.popover("Download", key="downloads"):
                 label = "Settings and their figures, CSV"
-                csv_button(label, "settings", lambda: settings_csv(found))
+                csv_button(label, "settings", lambda: findings.settings_csv(found))
                 each = "compared_realizations"
-                csv_button("Every realization, CSV", each, lambda: realizations_csv(found))
-                csv_button("ANODI ratios, CSV", "anodi_ratios", lambda: ratios_csv(found))
+                csv_button("Every realization, CSV", each, lambda: findings.realizations_csv(found))
+                csv_button("ANODI ratios, CSV", "anodi_ratios", lambda: findings.ratios_csv(found))
         if not problem:
             step_note(describe_study(state))
 
@@ -272,7 +263,7 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
         if len(found.names) == len(asked.settings) or page_state.job is None:
             left, right = st.columns(2, gap="medium")
             with left:
-                lines = "".join(f"<p>{escape(text)}</p>" for text in sentences(found))
+                lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(found))
                 st.html(f'<div class="summary">{lines}</div>')
                 if page_state.job is None and asked.key != asked_of(state).key:
                     step_note(
@@ -280,7 +271,7 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
                         "again."
                     )
             with right:
-                st.html(scrolled(figures_table(found), "Settings in numbers"))
+                st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
     draw_maps(state, found, asked, facies_colours(image, dict(asked.image.colours)))
     with st.container(key="curves"):
         draw_curves(state, found)
@@ -303,7 +294,7 @@ def draw_name(letter: str, note: str) -> None:
     """Write the letter of a setting in its colour, and what it is."""
     text = escape(note)
     html = f'<b>{letter}</b><span title="{text}">{text}</span>'
-    st.html(f'<div class="setting" style="--own: {colour_of(letter)}">{html}</div>')
+    st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
 
 
 def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[str]) -> None:
@@ -378,7 +369,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         return
     lines = [("2px solid var(--reference)", "training image")]
     lines += [
-        (f"2px {BORDERS[dash]} {colour_of(letter)}", f"{letter}, median and 5–95 %")
+        (f"2px {BORDERS[dash]} {findings.colour_of(letter)}", f"{letter}, median and 5–95 %")
         for letter, dash in zip(found.names, DASHES, strict=False)
     ]
     draw_curve_key(lines)
@@ -400,7 +391,7 @@ def draw_curves(state: State, found: Comparison) -> None:
             for letter, band in zip(found.names, curves.bands, strict=True)
         }
         chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220)
-        note = describe_nearest(curves, found.names, tolerance)
+        note = findings.describe_nearest(curves, found.names, tolerance)
         alt = f"{title} of {name}: training image and the band of each setting"
         with column:
             titled_chart(title, note, chart, f"{statistic}_{way[0]}", alt)
@@ -421,7 +412,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
         _draw_mds(state, found)
     with right:
         panel_title("ANODI ratios", "every setting against each one before it")
-        st.html(scrolled(ratio_table(found), "ANODI ratios"))
+        st.html(scrolled(findings.ratio_table(found), "ANODI ratios"))
         weights = ", ".join(three_digits(w) for w in found.anodi.weights)
         size = found.anodi.pattern_size
         step_note(
@@ -442,8 +433,8 @@ def _draw_mds(state: State, found: Comparison) -> None:
 
     def draw(chart: Any, key: str, alt: str) -> None:
         entries = "".join(
-            f'<span><em style="color: {colour_of(letter)}">{GLYPHS[symbol]}</em>{letter}</span>'
-            for letter, symbol in zip(names, SYMBOLS, strict=False)
+            f'<span><em style="color: {findings.colour_of(name)}">{glyph}</em>{name}</span>'
+            for name, glyph in zip(names, GLYPHS.values(), strict=False)
         )
         st.html(f'<div class="curve-key points">{entries}</div>')
         draw_clickable_chart(chart, key, alt, choose, n_series=len(names))

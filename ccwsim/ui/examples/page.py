@@ -42,7 +42,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.steps import step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
@@ -58,7 +58,7 @@ N_LAGS = 80
 
 def draw_examples(state: State) -> None:
     """Draw the studies of the lecture plan, or the quiz."""
-    st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+    draw_style(STYLE)
     page_state = state.page(Examples)
     views = {"options": list(VIEWS), "format_func": lambda view: VIEWS[view]}
     views |= {"key": "examples_view", "label_visibility": "collapsed"}

@@ -17,41 +17,11 @@ from ccwsim.figures import DIFFERENCE
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.how_it_works.maps import (
-    PatchView,
-    Scale,
-    box_mark,
-    cut_map,
-    data_in,
-    error_map,
-    grid_map,
-    location_marks,
-    score_map,
-    value_map,
-)
+from ccwsim.ui.how_it_works import maps, words
+from ccwsim.ui.how_it_works.maps import PatchView, Scale
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
-from ccwsim.ui.how_it_works.run import (
-    How,
-    forget_own,
-    parameters_of,
-    set_own,
-    trace_of,
-    use_own,
-)
-from ccwsim.ui.how_it_works.words import (
-    describe_cut,
-    describe_draw,
-    describe_fate,
-    describe_inverse,
-    describe_overlap,
-    describe_path,
-    describe_scores,
-    describe_shape,
-    draw_locations,
-    is_rejected,
-    say,
-    say_candidates,
-)
+from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
+from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.facies import colours_of
 from ccwsim.ui.session.fitting import levels, overlap_sizes
 from ccwsim.ui.session.fragments import error_boundary
@@ -61,7 +31,7 @@ from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map
 from ccwsim.ui.widgets.steps import pair, panel_title
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
@@ -88,8 +58,7 @@ BANDS = {
 def draw_how(state: State) -> None:
     """Draw the page; while it plays, it draws itself again and again."""
     how = state.page(How)
-    own_colours = f":root {{ --drawn: {chart_theme().reference} }}"
-    st.html(f"<style>{own_colours}\n{STYLE.read_text('utf-8')}</style>")
+    draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING
     st.fragment(_draw, run_every=PLAY_SECONDS if how.playing else None)(state, how.playing)
     with st.container(key="how_after"):
@@ -193,7 +162,7 @@ def _position(trace: Trace, patch: Patch) -> str:
     at = f"row {patch.row + 1} of {path.n_rows}, column {patch.column + 1} of {path.n_columns}"
     facts = [
         f"<b>Patch {patch.number + 1} of {len(trace.patches)}</b>",
-        escape(describe_shape(trace, patch.shape)),
+        escape(words.describe_shape(trace, patch.shape)),
         f"{at} of the path",
     ]
     if patch.parts > 1:
@@ -252,8 +221,8 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
         left, right = st.columns([1, 1.6], gap="large")
     with left:
         panel_title("Candidates" if step.data is None else "Candidates and hard data")
-        say_candidates(view)
-        draw_locations(view)
+        words.say_candidates(view)
+        words.draw_locations(view)
     with right:
         _draw_bands(how, view)
 
@@ -266,8 +235,8 @@ def _draw_grid(how: How, view: PatchView) -> None:
         how.go(trace.patch_of_cell(row, column))
 
     options = {"grid": trace.study.grid, "max_height": LARGE, "name": "grid_so_far"}
-    draw_map(grid_map(view), "how_map_grid", on_cell=jump, **options)
-    say(describe_path(trace), "section 4.1 · Algorithm 1, line 3")
+    draw_map(maps.grid_map(view), "how_map_grid", on_cell=jump, **options)
+    say(words.describe_path(trace), "section 4.1 · Algorithm 1, line 3")
 
 
 def _draw_overlap(how: How, view: PatchView) -> None:
@@ -283,9 +252,9 @@ def _draw_overlap(how: How, view: PatchView) -> None:
         name = image.facies_names[facies]
         scale = Scale(f"cA of {name}:", 0.0, float(step.block_size), absent="not in the overlap")
         values = frame.patch_to_grid(step.approximation[plane])
-        shown = value_map(values, scale, view.theme, f"Approximation of {name}")
+        shown = maps.value_map(values, scale, view.theme, f"Approximation of {name}")
         draw_map(shown, "how_map_approximation", max_height=SMALL, tools=False)
-    say(describe_overlap(view), "section 4.2 · Algorithm 1, lines 8 and 9")
+    say(words.describe_overlap(view), "section 4.2 · Algorithm 1, lines 8 and 9")
 
 
 def _draw_scores(how: How, view: PatchView) -> None:
@@ -302,14 +271,14 @@ def _draw_scores(how: How, view: PatchView) -> None:
         shown = facies_map(image.indices, image, view.colours, alt)
         frame, scale = trace.image_frame, trace.search.block_size
     else:
-        shown = score_map(view, ground == "costs")
+        shown = maps.score_map(view, ground == "costs")
         frame, scale = view.block_frame, 1
     share = view.search_fraction
-    labels = [f"CCW {at.ccw:.4g}, {describe_fate(at, step, share)}" for at in view.locations]
-    shown.marks.extend(location_marks(view, frame, scale, labels))
+    labels = [f"CCW {at.ccw:.4g}, {words.describe_fate(at, step, share)}" for at in view.locations]
+    shown.marks.extend(maps.location_marks(view, frame, scale, labels))
     draw_map(shown, "how_map_score", max_height=LARGE, name="ccw_score_map")
-    st.html(MARKS.format(REJECTED_MARK if any(map(is_rejected, view.locations)) else ""))
-    say(describe_scores(step), "section 4.3 · Algorithm 1, line 10")
+    st.html(MARKS.format(REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""))
+    say(words.describe_scores(step), "section 4.3 · Algorithm 1, line 10")
 
 
 def _draw_pasting(view: PatchView) -> None:
@@ -320,20 +289,20 @@ def _draw_pasting(view: PatchView) -> None:
     inside = frame.box_to_grid(p.y0, p.x0, p.size, p.size)
     shown = {
         "drawn patch": view.patch_map(new, "The drawn patch"),
-        "error surface": error_map(view),
-        "cut": cut_map(view),
+        "error surface": maps.error_map(view),
+        "cut": maps.cut_map(view),
         "pasted": view.patch_map(after, "The grid with the patch pasted"),
     }
     if inside.height == inside.width == p.size:  # whole: data can be shown where they are
-        shown["pasted"].points.extend([*at, 0] for at in data_in(view.trace, inside))
+        shown["pasted"].points.extend([*at, 0] for at in maps.data_in(view.trace, inside))
     with st.container(key="how_small_maps"):
         places = [*pair(), *pair()]
     for place, (title, small) in zip(places, shown.items(), strict=True):
         with place:
             st.html(f'<p class="caption">{title}</p>')
             draw_map(small, f"how_map_{title.replace(' ', '_')}", max_height=SMALL, tools=False)
-    say(describe_draw(view), "section 4.4 · Algorithm 1, line 12")
-    say(describe_cut(step), "section 2 (the cut) · Algorithm 1, line 14")
+    say(words.describe_draw(view), "section 4.4 · Algorithm 1, line 12")
+    say(words.describe_cut(step), "section 2 (the cut) · Algorithm 1, line 14")
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
@@ -354,21 +323,21 @@ def _draw_bands(how: How, view: PatchView) -> None:
     bands = _bands(image.digest, how.facies, level, image)
     box = view.trace.image_frame.box_to_grid(*view.step.drawn_place, *view.step.cells.shape)
     in_blocks = box._replace(**{side: size / unit for side, size in box._asdict().items()})
-    mark = box_mark(in_blocks, view.theme.reference, "the drawn patch")
+    mark = maps.box_mark(in_blocks, view.theme.reference, "the drawn patch")
     with st.container(key="how_bands"):
         places = st.columns(4, gap="medium")
     for place, (name, meaning) in zip(places, BANDS.items(), strict=True):
         with place:
             panel_title(f"{name}{SUBSCRIPTS[level]}", meaning)
             scale = _band_scale(name, bands[name], unit)
-            shown = value_map(bands[name], scale, view.theme, f"{name}, {meaning}")
+            shown = maps.value_map(bands[name], scale, view.theme, f"{name}, {meaning}")
             shown.marks.append(mark)
             key, group = f"how_map_{name}", "how_bands"
             draw_map(shown, key, max_height=300, scale=group, link=group, name=name)
     say(
         f"Each block of {unit} × {unit} cells gives one number a band. The approximation is what "
         f"the search compares; the three details are what it leaves out, and what the inverse "
-        f"transform puts back. {describe_inverse(view.step, _largest_difference(how, view))}",
+        f"transform puts back. {words.describe_inverse(view.step, _largest_difference(how, view))}",
         "sections 3.1 and 4.2, Figs. 2 and 4 · Algorithm 1, lines 2 and 13",
     )
 
