@@ -17,13 +17,7 @@ STORED = ASSETS / "default_study.npz"
 
 
 def stored_ensemble() -> Ensemble:
-    """Return the realizations of `Choices()`, with NaN for the CPU time of each.
-
-    Examples
-    --------
-    >>> stored_ensemble().realizations.shape
-    (12, 512, 512)
-    """
+    """Return the realizations of `Choices()`, with NaN for the CPU time of each."""
     choices = Choices()
     shape = choices.n_realizations, *choices.grid.shape
     with np.load(STORED) as stored:

@@ -57,13 +57,7 @@ def simulate_realization(
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
-    """Return the random numbers of a realization.
-
-    Examples
-    --------
-    >>> random_numbers(0, 3).random() == random_numbers(0, 3).random()
-    True
-    """
+    """Return the random numbers of a realization."""
     sequence = np.random.SeedSequence(seed, spawn_key=(number,))
     return np.random.Generator(np.random.PCG64(sequence))
 

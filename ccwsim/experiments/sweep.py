@@ -174,13 +174,6 @@ def expected_seconds(
     """Return the expected seconds of one realization, its judgement included.
 
     Right within a factor of about three; the relation between settings is what matters.
-
-    Examples
-    --------
-    >>> fine, coarse = Parameters(wavelet_level=1), Parameters(wavelet_level=3)
-    >>> shapes = (256, 256), (512, 512)
-    >>> expected_seconds(fine, *shapes) > expected_seconds(coarse, *shapes)
-    True
     """
     p, shrunk = parameters, 2**parameters.level
     size, overlap = p.template_size, p.overlap_size
@@ -388,14 +381,6 @@ def recommended(sweep: Sweep) -> Recommendation:
     ------
     CCWSIMError
         Where no setting is finished.
-
-    Examples
-    --------
-    >>> from ccwsim import Parameters, TrainingImage
-    >>> from ccwsim.experiments.sweep import sweep
-    >>> noise = TrainingImage(np.random.default_rng(0).integers(0, 2, (64, 64)))
-    >>> recommended(sweep(noise, (40, 40), [Parameters(8, 2, 1)], n_realizations=2)).index
-    0
     """
     if not sweep.rows:
         raise CCWSIMError("no setting is finished yet: let the sweep go on")

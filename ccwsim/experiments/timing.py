@@ -75,13 +75,6 @@ def typical_seconds(training_image: TrainingImage, case: TimingCase) -> float:
     """Return the CPU seconds of one realization on a typical core, from a count of operations.
 
     Right within a factor of about three; `expected_seconds` corrects it by measurements.
-
-    Examples
-    --------
-    >>> ti = TrainingImage([[0, 1]] * 256)
-    >>> small, large = (TimingCase(Parameters(), (n, 512)) for n in (512, 1024))
-    >>> typical_seconds(ti, large) < 2 * typical_seconds(ti, small)
-    True
     """
     p, (ny, nx) = case.parameters, training_image.shape
     block_size = 2**p.level
@@ -341,15 +334,6 @@ def growth(timings: Sequence[Timing]) -> Growth:
     ------
     CCWSIMError
         Where all grids have the same number of cells.
-
-    Examples
-    --------
-    >>> from ccwsim.model.parameters import Parameters
-    >>> def took(side, seconds):
-    ...     return Timing(Parameters(), (side, side), 0, np.array([seconds]), np.zeros(1, int))
-    >>> found = growth([took(1000, 0.2), took(2000, 0.8)])
-    >>> round(found.seconds_per_million, 3), round(found.exponent, 3), found.linear
-    (0.2, 1.0, True)
     """
     cells = np.array([t.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
@@ -366,17 +350,7 @@ def expected_seconds(
     n_realizations: int = 1,
     measured: Sequence[Timing] = (),
 ) -> float:
-    """Return the expected CPU seconds of timing the cases.
-
-    Examples
-    --------
-    >>> from ccwsim.model.parameters import Parameters
-    >>> ti = TrainingImage(np.eye(64, dtype=int))
-    >>> p = Parameters(wavelet_level=1)
-    >>> one = Timing(p, (500, 500), 0, np.array([0.3]), np.zeros(1, int))
-    >>> round(expected_seconds(ti, [one.case], 10, [one]), 6)
-    3.0
-    """
+    """Return the expected CPU seconds of timing the cases."""
     each = (
         typical_seconds(training_image, case) * _slowdown(training_image, case, measured)
         for case in cases

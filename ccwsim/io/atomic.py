@@ -13,16 +13,7 @@ from ccwsim.model.errors import CCWSIMError
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:
-    """Write to a path, by a temporary file beside it and a rename, or to an open binary file.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> file = BytesIO()
-    >>> write_bytes(file, b"0 1")
-    >>> file.getvalue()
-    b'0 1'
-    """
+    """Write to a path, by a temporary file beside it and a rename, or to an open binary file."""
     if not isinstance(path_or_file, (str, os.PathLike)):
         path_or_file.write(content)
         return

@@ -107,13 +107,7 @@ def check_time(name: str) -> None:
 
 
 def check_cells(name: str, shape: tuple[int, ...]) -> int:
-    """Return how many values `shape` has, or say that they are none or too many.
-
-    Examples
-    --------
-    >>> check_cells("ti.npy", (20, 30))
-    600
-    """
+    """Return how many values `shape` has, or say that they are none or too many."""
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
         raise CCWSIMError(f"{name}: a grid of {said} cells is empty; every size must be 1 or more")
@@ -139,12 +133,7 @@ def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
 
 
 def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
-    """Say so where so much comes out of so little that it can be no data.
-
-    Examples
-    --------
-    >>> check_packing("ti.npz", 5000, 600_000)
-    """
+    """Say so where so much comes out of so little that it can be no data."""
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
             f"{name}: {n_bytes} bytes packed into {n_packed} hold nothing; save it without packing"

@@ -151,17 +151,7 @@ class Ensemble:
 
 
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
-    """Return the realizations of several runs of one study as one ensemble, in their order.
-
-    Examples
-    --------
-    >>> from ccwsim import simulate
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> parts = [simulate(stripes, (40, 50), p, first_realization=r) for r in (0, 1)]
-    >>> joined(parts).digest == simulate(stripes, (40, 50), p, n_realizations=2).digest
-    True
-    """
+    """Return the realizations of several runs of one study as one ensemble, in their order."""
     if not parts:
         raise CCWSIMError("no realizations to join; give one ensemble at least")
     first = parts[0]

@@ -166,12 +166,6 @@ def inputs_in(folder: str | Path | None) -> Inputs:
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:
-    """Return the data that are in a grid.
-
-    Examples
-    --------
-    >>> inside(HardData([[0, 0], [9, 0]], [1, 1]), (5, 5))
-    HardData(n=1)
-    """
+    """Return the data that are in a grid."""
     kept = (data.cells < shape).all(axis=1)
     return HardData(data.cells[kept], data.facies[kept])

@@ -72,14 +72,7 @@ def median_seconds(ensemble: Ensemble) -> float:
 
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
-    """Return the share of the data that realizations (facies indices) do not honour, mean.
-
-    Examples
-    --------
-    >>> ti = TrainingImage([[0, 1]])
-    >>> wrong_share(np.array([[[0, 1]], [[1, 1]]]), ti, HardData([[0, 0]], [0]))
-    0.5
-    """
+    """Return the share of the data that realizations (facies indices) do not honour, mean."""
     wrong = [data.n_mismatched(image.codes[one]) for one in images]
     return float(np.mean(wrong) / max(data.n, 1))
 

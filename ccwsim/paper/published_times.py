@@ -185,15 +185,7 @@ ALL_TIMES = (*TABLE_2, *FIGURE_13, *SINGLE_TIMES, *OCTAVE_TIMES, *ENGINE_TIMES)
 def published_time(
     source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
 ) -> PublishedTime | None:
-    """Return what a source reports for one case, None where it reports nothing.
-
-    Examples
-    --------
-    >>> published_time(PAPER, "ccwsim", 1, 512 * 512, 2000).cpu_seconds
-    23.09
-    >>> published_time(OCTAVE, "ccwsim", 1, 512 * 512, 2000).wrong_share
-    0.048
-    """
+    """Return what a source reports for one case, None where it reports nothing."""
     wanted = source, method, level, n_cells, n_data, image
     for t in ALL_TIMES:
         if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:

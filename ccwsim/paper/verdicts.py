@@ -24,28 +24,14 @@ def judged(claim: str, found: str, word: str) -> Judgement:
 
 
 def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
-    """Return how our number compares with theirs.
-
-    Examples
-    --------
-    >>> compared(2.0, 1.0, more_is_better=False), compared(1.1, 1.0, more_is_better=True)
-    ('behind', 'agrees')
-    """
+    """Return how our number compares with theirs."""
     if max(ours, theirs) <= alike * min(ours, theirs):
         return AGREES
     return BETTER if (ours > theirs) == more_is_better else BEHIND
 
 
 def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
-    """Judge a CPU time of ours against one of the paper, which is of another machine.
-
-    Examples
-    --------
-    >>> of_time("a realization", 0.05, 2.42, "Fig. 7").word
-    'less time'
-    >>> of_time("a realization", 5.0, 2.42, "Fig. 7").tone
-    'bad'
-    """
+    """Judge a CPU time of ours against one of the paper, which is of another machine."""
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
     found = (
@@ -67,13 +53,6 @@ def of_order(claim: str, found: str, ours: float, theirs: float) -> Judgement:
 
     A ratio within `ALIKE` of 1 in the paper says that the two are alike, which is found where it
     is within the square of that here.
-
-    Examples
-    --------
-    >>> of_order("A takes half as long as B", "0.7 times as long", 0.7, 0.5).word
-    'agrees'
-    >>> of_order("A takes half as long as B", "as long", 1.0, 0.5).word
-    'differs'
     """
     if 1 / ALIKE <= theirs <= ALIKE:
         holds = 1 / ALIKE**2 <= ours <= ALIKE**2
@@ -83,26 +62,14 @@ def of_order(claim: str, found: str, ours: float, theirs: float) -> Judgement:
 
 
 def of_ratio(claim: str, ours: float, theirs: float, *, alike: float = 1.5) -> Judgement:
-    """Judge a ratio within our run against the same ratio within the paper's.
-
-    Examples
-    --------
-    >>> of_ratio("level 1 takes 4.2 times as long as level 3", 4.0, 4.2).word
-    'agrees'
-    """
+    """Judge a ratio within our run against the same ratio within the paper's."""
     found = f"Here {ours:.2f} times; in the paper {theirs:.2f} times."
     near = max(ours, theirs) <= alike * min(ours, theirs)
     return judged(claim, found, AGREES if near else DIFFERS)
 
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
-    """Judge the share of data not honoured against that of the published code, where known.
-
-    Examples
-    --------
-    >>> of_data(0.0, 397, 0.065).word
-    'better'
-    """
+    """Judge the share of data not honoured against that of the published code, where known."""
     found = (
         f"Every one of {n_data} data is honoured at full resolution in every realization."
         if wrong == 0

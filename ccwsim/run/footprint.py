@@ -25,14 +25,6 @@ def footprint(
     """Return about how many bytes `simulate` takes for n realizations, with what it returns.
 
     The arguments are those of `simulate`.
-
-    Examples
-    --------
-    >>> from ccwsim import Grid, Parameters, TrainingImage
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> study = Study(stripes, Grid(1000, 1000), Parameters(16, 4, 1))
-    >>> footprint(study, 20) > footprint(study, 10) > 10 * 1000 * 1000
-    True
     """
     cells, threads = study.grid.ny * study.grid.nx, min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1

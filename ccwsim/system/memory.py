@@ -18,12 +18,6 @@ def free_memory(root: Path = ROOT) -> int | None:
 
     That is the least of what the machine and the control groups of this process leave. `root` has
     the folders /proc and /sys.
-
-    Examples
-    --------
-    >>> free = free_memory()
-    >>> free is None or free > 0
-    True
     """
     found = [_of_machine(root), *_of_groups(root)]
     known = [free for free in found if free is not None]

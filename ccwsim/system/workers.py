@@ -60,16 +60,7 @@ def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
 
 
 def check_stop() -> None:
-    """Raise `Cancelled` where the work of this thread was asked to stop; long loops call it.
-
-    Examples
-    --------
-    >>> check_stop()
-    >>> with stoppable(lambda: True):
-    ...     check_stop()
-    Traceback (most recent call last):
-    ccwsim.model.errors.Cancelled: stopped
-    """
+    """Raise `Cancelled` where the work of this thread was asked to stop; long loops call it."""
     asked = _asked_to_stop.get()
     if asked is not None and asked():
         raise Cancelled("stopped")

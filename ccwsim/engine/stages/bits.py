@@ -27,11 +27,6 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     """Return the bits of facies indices, shape (n_planes, ny, n_words).
 
     A row has one word more than it needs, so that 64 bits can be read from any cell on.
-
-    Examples
-    --------
-    >>> bin(to_bits(np.array([[1, 0, 1, 1]], np.uint8))[0, 0, 0])
-    '0b1101'
     """
     ny, nx = image.shape
     planes = max(int(image.max()).bit_length(), 1)

@@ -78,11 +78,6 @@ def legal_splits(template: int, overlap: int) -> list[int]:
 
     The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
     T itself, the overlap is at most half of a part.
-
-    Examples
-    --------
-    >>> legal_splits(32, 8), legal_splits(32, 16)
-    ([1, 2, 3], [1])
     """
     step = template - overlap
     return [n for n in range(1, step + 1) if step % n == 0 and step // n >= overlap]

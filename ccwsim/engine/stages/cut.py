@@ -31,13 +31,7 @@ class CutWorkspace(NamedTuple):
 
 
 def make_cut(size: int, overlap: int) -> CutWorkspace:
-    """Return the workspace for boxes of at most `size` cells with an overlap of at most `overlap`.
-
-    Examples
-    --------
-    >>> make_cut(32, 8).cost.shape
-    (32, 9)
-    """
+    """Return the workspace for boxes of at most `size` cells and overlaps of at most `overlap`."""
     return CutWorkspace(
         np.zeros((size, size), np.bool_),
         np.zeros((size, overlap), np.uint8),

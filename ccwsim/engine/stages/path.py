@@ -17,13 +17,7 @@ N_ORIENTATIONS = 8
 
 
 def to_path(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image`, shape (ny, nx), as the path sees it.
-
-    Examples
-    --------
-    >>> to_path(np.array([[1, 2, 3], [4, 5, 6]]), 5)
-    array([[3, 6], [2, 5], [1, 4]])
-    """
+    """Return a view of `image`, shape (ny, nx), as the path sees it."""
     oriented = image.T if orientation & 4 else image
     oriented = oriented[::-1] if orientation & 1 else oriented
     return oriented[:, ::-1] if orientation & 2 else oriented
@@ -50,13 +44,7 @@ def cells_to_path(
 
 
 def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
-    """Return how many patches cover `length` cells.
-
-    Examples
-    --------
-    >>> n_tiles(512, 32, 8)
-    21
-    """
+    """Return how many patches cover `length` cells."""
     step = template_size - overlap_size
     return max(1, -(-(length - overlap_size) // step))
 

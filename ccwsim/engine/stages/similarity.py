@@ -19,13 +19,7 @@ ROWS_AT_ONCE = 16
 
 
 def score_type(level: int, template_size: int, overlap_size: int) -> type[np.signedinteger]:
-    """Return the smallest integer type that no score can leave.
-
-    Examples
-    --------
-    >>> score_type(2, 32, 8).__name__, score_type(3, 32, 8).__name__
-    ('int16', 'int32')
-    """
+    """Return the smallest integer type that no score can leave."""
     cells = 2 * template_size * overlap_size
     bound = 2 * 4**level * cells
     return next(t for t in (np.int16, np.int32, np.int64) if bound <= np.iinfo(t).max)

@@ -40,16 +40,7 @@ def serialized(study: Study) -> bytes:
 
 
 def deserialized(content: bytes) -> Study:
-    """Return a study made anew, with read-only arrays, so that kernels know their types.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ccwsim.model.grid import Grid
-    >>> study = Study(TrainingImage(np.eye(40)), Grid(50, 60), seed=3)
-    >>> study_key(deserialized(serialized(study))) == study_key(study)
-    True
-    """
+    """Return a study made anew, with read-only arrays, so that kernels know their types."""
     (array, name, facies_names), data, grid, parameters, seed = pickle.loads(content)
     image = TrainingImage(array, name=name, facies_names=facies_names)
     return Study(image, grid, parameters, HardData(*data), seed)
