@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.lags import Direction, as_lags, check_offsets, lag_offsets
+from ccwsim.metrics.lags import Direction, Lags, lags_within
 from ccwsim.metrics.stack import Fraction, as_image, as_stack, in_pieces, map_parallel
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
@@ -84,7 +83,7 @@ def connectivity(
     images: ArrayLike,
     facies: int,
     direction: Direction = "E-W",
-    lags: int | Sequence[int] | NDArray[np.integer] = 100,
+    lags: Lags = 100,
     neighbours: int = 8,
     progress: Fraction | None = None,
 ) -> Connectivity:
@@ -124,9 +123,7 @@ def connectivity(
     array([[1., 0.]])
     """
     stack = as_stack(images)
-    steps = as_lags(lags)
-    offsets = lag_offsets(direction, steps)
-    check_offsets(offsets, stack.shape[1:])
+    steps, offsets = lags_within(stack.shape[1:], direction, lags)
 
     def one(k: int) -> NDArray[np.integer]:
         labels = connected_geobodies(stack[k], facies, neighbours)[0]

@@ -20,6 +20,9 @@ MAX_STEPS = 1_000_000
 Direction = str | float | tuple[int, int]
 """A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag."""
 
+Lags = int | Sequence[int] | NDArray[np.integer]
+"""The largest lag, or the lags."""
+
 
 def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.int64]:
     """Return the (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
@@ -52,7 +55,7 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
     return np.outer(lags, step.astype(np.int64))
 
 
-def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64]:
+def as_lags(lags: Lags) -> NDArray[np.int64]:
     """Return 0 … lags for a number, or the given lags as an array.
 
     Examples
@@ -68,8 +71,12 @@ def as_lags(lags: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64
     return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
 
 
-def check_offsets(offsets: NDArray[np.int64], shape: tuple[int, int]) -> None:
-    """Raise `CCWSIMError` for the first lag that is longer than the image."""
+def lags_within(
+    shape: tuple[int, ...], direction: Direction, lags: Lags
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return lags and their offsets; raise `CCWSIMError` for the first longer than the image."""
+    steps = as_lags(lags)
+    offsets = lag_offsets(direction, steps)
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))
     if len(far):
         rows, columns = offsets[far[0]]
@@ -77,6 +84,7 @@ def check_offsets(offsets: NDArray[np.int64], shape: tuple[int, int]) -> None:
             f"lag no. {far[0]} of {rows} rows and {columns} columns does not fit an image of "
             f"{shape[0]} × {shape[1]}; give a smaller largest lag"
         )
+    return steps, offsets
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:

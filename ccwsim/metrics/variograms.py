@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.lags import (
     Direction,
-    as_lags,
-    check_offsets,
-    lag_offsets,
+    Lags,
     lags_of_map,
+    lags_within,
     overlap_sums,
     pairs_of_map,
     product_sums,
@@ -61,7 +59,7 @@ def variogram(
     images: ArrayLike,
     facies: int,
     direction: Direction = "E-W",
-    lags: int | Sequence[int] | NDArray[np.integer] = 100,
+    lags: Lags = 100,
     progress: Fraction | None = None,
 ) -> Variogram:
     """Return γ(h) = ½ E[(I(x) − I(x + h))²] of a facies, over all pairs of cells.
@@ -95,9 +93,7 @@ def variogram(
     array([[0.        , 0.16666667, 0.5       ]])
     """
     stack = as_stack(images)
-    steps = as_lags(lags)
-    offsets = lag_offsets(direction, steps)
-    check_offsets(offsets, stack.shape[1:])
+    steps, offsets = lags_within(stack.shape[1:], direction, lags)
 
     def one(k: int) -> NDArray[np.integer]:
         inside = (stack[k] == facies).view(np.uint8)
@@ -186,7 +182,7 @@ def transiograms(
     images: ArrayLike,
     n_facies: int,
     direction: Direction = "E-W",
-    lags: int | Sequence[int] | NDArray[np.integer] = 100,
+    lags: Lags = 100,
     progress: Fraction | None = None,
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
@@ -217,9 +213,7 @@ def transiograms(
            [0. , 1. ]])
     """
     stack = as_indices(images, n_facies)
-    steps = as_lags(lags)
-    offsets = lag_offsets(direction, steps)
-    check_offsets(offsets, stack.shape[1:])
+    steps, offsets = lags_within(stack.shape[1:], direction, lags)
     counted = map_parallel(
         lambda k: _count_transitions(stack[k], n_facies, offsets), len(stack), progress
     )
