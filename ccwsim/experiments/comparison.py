@@ -10,7 +10,8 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics import Anodi, Band, Scaling, anodi, band, connectivity, variogram
+from ccwsim.metrics import Anodi, Band, Scaling, anodi, band
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -60,35 +61,30 @@ def compared_curves(
     if not 0 <= facies < n_facies:
         raise CCWSIMError(f"facies {facies} must be from 0 to {n_facies - 1}")
     wanted = [(facies, s, d) for s in STATISTICS for d in DIRECTIONS]
-
-    def part(k: int) -> Callable[[float], None]:
-        return lambda share: progress((k + share) / len(wanted))
-
-    return {key: _compared(ensembles, key, part(k)) for k, key in enumerate(wanted)}
+    n = len(wanted)
+    return {key: _compared(ensembles, key, _part(progress, k, n)) for k, key in enumerate(wanted)}
 
 
 def _compared(
     ensembles: Sequence[Ensemble], key: tuple[int, str, str], progress: Callable[[float], None]
 ) -> ComparedCurves:
     image, grid = ensembles[0].training_image, ensembles[0].grid
-    axis = 1 if key[2] == "E-W" else 0
+    facies, name, direction = key
+    statistic: Statistic = "variogram" if name == "variogram" else "connectivity"
+    axis = 1 if direction == "E-W" else 0
     side = min(image.shape[axis], grid.shape[axis])
     lags = np.arange(min(MAX_LAG, side // 2) + 1) if side > 1 else np.zeros(1, int)
     bands = []
     for k, ensemble in enumerate(ensembles):
-        each = _curve(key, ensemble.indices, lags, _part(progress, k, len(ensembles)))
+        part = _part(progress, k, len(ensembles))
+        each = curves_of(statistic, ensemble.indices, facies, direction, lags, part)
         bands.append(band(each, LOW, HIGH))
-    return ComparedCurves(lags, _curve(key, image.indices, lags)[0], tuple(bands))
-
-
-def _curve(key, images, lags, progress=None) -> NDArray[np.float64]:
-    facies, statistic, direction = key
-    if statistic == "variogram":
-        return variogram(images, facies, direction, lags, progress).gamma
-    return connectivity(images, facies, direction, lags, progress=progress).tau
+    reference = curves_of(statistic, image.indices, facies, direction, lags)[0]
+    return ComparedCurves(lags, reference, tuple(bands))
 
 
 def _part(progress: Callable[[float], None], k: int, n: int) -> Callable[[float], None]:
+    """Return the progress of part k of n."""
     return lambda share: progress((k + share) / n)
 
 

@@ -1,14 +1,35 @@
-"""The spread of curves over an ensemble, of all at once or one by one."""
+"""Curves of an ensemble, and their spread: of all at once or one by one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.metrics.connectivity import connectivity
+from ccwsim.metrics.lags import Direction, Lags
+from ccwsim.metrics.stack import Fraction
+from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_floats
 from ccwsim.model.errors import CCWSIMError, shown
+
+Statistic = Literal["variogram", "connectivity"]
+
+
+def curves_of(
+    statistic: Statistic,
+    images: ArrayLike,
+    facies: int,
+    direction: Direction,
+    lags: Lags,
+    progress: Fraction | None = None,
+) -> NDArray[np.float64]:
+    """Return γ or τ of a facies along a direction, one row for each image."""
+    if statistic == "variogram":
+        return variogram(images, facies, direction, lags, progress).gamma
+    return connectivity(images, facies, direction, lags, progress=progress).tau
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
+from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.lags import Direction
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
@@ -16,7 +17,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Run
 from ccwsim.report import Chart, Picture
-from ccwsim.report.pictures import curves_of, map_picture
+from ccwsim.report.pictures import map_picture
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle
 from ccwsim.metrics import etype
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
@@ -39,7 +40,7 @@ from ccwsim.paper.verdicts import (
     seconds,
 )
 from ccwsim.report import Block, Judgement, Row, Table, Text
-from ccwsim.report.pictures import Statistic, bundle_chart, bundle_of, share_picture
+from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 SHOWN = 3

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, Bundle, Dots, curves_chart, data_map_png, share_png
-from ccwsim.metrics import band, connectivity, variogram
+from ccwsim.metrics import band
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Chart, Picture
 
 Floats = NDArray[np.float64]
-Statistic = Literal["variogram", "connectivity"]
 SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
 LEGEND = (
     ("training image", LIGHT.reference),
@@ -51,15 +50,6 @@ def share_picture(shares: Floats, caption: str) -> Picture:
     return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
 
 
-def curves_of(
-    statistic: Statistic, images: NDArray, facies: int, way: Direction, lags: NDArray
-) -> Floats:
-    """Return γ or τ of images (one or a stack), one row each."""
-    if statistic == "variogram":
-        return variogram(images, facies, way, lags).gamma
-    return connectivity(images, facies, way, lags).tau
-
-
 def bundle_of(
     statistic: Statistic,
     images: NDArray,
@@ -71,8 +61,20 @@ def bundle_of(
     """Return a statistic of all realizations and of the training image."""
     reference = curves_of(statistic, image.indices, facies, way, lags)[0]
     each = curves_of(statistic, images, facies, way, lags)
+    return bundle_of_curves(lags.astype(float), reference, each)
+
+
+def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
+    """Return a bundle with its quantiles; a lag where no realization has a value stays empty.
+
+    Examples
+    --------
+    >>> each = np.array([[0.0, np.nan], [2.0, np.nan]])
+    >>> bundle_of_curves(np.arange(2.0), np.zeros(2), each).median
+    array([ 1., nan])
+    """
     spread = band(each, 0.05, 0.95)
-    return Bundle(lags.astype(float), reference, each, spread.low, spread.median, spread.high)
+    return Bundle(lags, reference, each, spread.low, spread.median, spread.high)
 
 
 def bundle_chart(

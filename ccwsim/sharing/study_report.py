@@ -8,6 +8,7 @@ import numpy as np
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.codec import settings_of
@@ -26,7 +27,7 @@ from ccwsim.report import (
     Text,
     surroundings,
 )
-from ccwsim.report.pictures import Statistic, bundle_chart, bundle_of, map_picture, share_picture
+from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
 from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 

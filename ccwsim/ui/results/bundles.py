@@ -10,9 +10,10 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle
-from ccwsim.metrics import EType, band, connectivity, etype, variogram
+from ccwsim.metrics import EType, connectivity, etype, variogram
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.pictures import bundle_of_curves
 
 SMALL_SHARES = 4_000_000
 """Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
@@ -55,25 +56,13 @@ def _bundle(
     of_image = (key[0], image.digest, *key[3:], lags)
     reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
     each = _curve(_ensemble.indices[:MAX_CURVES], lags)
-    return bundle_of(np.arange(len(reference), dtype=float), reference, each)
+    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
 
 
 @st.cache_resource(max_entries=64, show_spinner=False)
 def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
     """Return the image's own curve, which is the same for all its ensembles."""
     return _curve()
-
-
-def bundle_of(lags: Floats, reference: Floats, each: Floats) -> Bundle:
-    """Return a bundle with its quantiles; a lag where no realization has a value stays empty.
-
-    Examples
-    --------
-    >>> bundle_of(np.arange(2.0), np.zeros(2), np.array([[0.0, np.nan], [2.0, np.nan]])).median
-    array([ 1., nan])
-    """
-    spread = band(each, 0.05, 0.95)
-    return Bundle(lags, reference, each, spread.low, spread.median, spread.high)
 
 
 def e_type_of(ensemble: Ensemble) -> EType:

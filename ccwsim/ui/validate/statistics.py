@@ -36,9 +36,10 @@ from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
-from ccwsim.ui.results.bundles import bundle_of, e_type_of
+from ccwsim.ui.results.bundles import e_type_of
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
@@ -110,7 +111,7 @@ def curves(ensemble: Ensemble, statistic: str, facies: int, direction: Direction
     def work(progress: Fraction) -> Bundle:
         each = curve(ensemble.indices[:MAX_CURVES], progress)
         reference = curve(ensemble.training_image.indices)[0]
-        return bundle_of(distances, reference, each)
+        return bundle_of_curves(distances, reference, each)
 
     return Task((statistic, *study_key(ensemble), facies, direction), work)
 
@@ -139,7 +140,7 @@ def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int
         each = transiograms(ensemble.indices[:MAX_CURVES], n, direction, lags, progress)
         image = transiograms(ensemble.training_image.indices, n, direction, lags).probability[0]
         return {
-            (tail, head): bundle_of(
+            (tail, head): bundle_of_curves(
                 lags.astype(float), image[tail, head], each.probability[:, tail, head]
             )
             for tail in range(n)
