@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -38,3 +40,8 @@ def texts(app: AppTest) -> str:
 def charts(app: AppTest) -> set[str]:
     """The keys of all charts of a page."""
     return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
+
+
+def csv_rows(content: bytes) -> list[dict[str, str]]:
+    """The lines of a CSV file, by the names in its head."""
+    return list(csv.DictReader(StringIO(content.decode())))

@@ -61,13 +61,7 @@ def setting_of(p: Parameters) -> Setting:
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
-    """Return what a setting is called among others: the method only where there are several.
-
-    Examples
-    --------
-    >>> name_of(("ccwsim", 2), [("ccwsim", 1), ("ccwsim", 2)])
-    'level 2'
-    """
+    """Return what a setting is called among others: the method only where there are several."""
     method, level = setting
     several = len({method for method, _ in settings}) > 1
     return f"{method.upper()} level {level}" if several else f"level {level}"
@@ -122,13 +116,7 @@ def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
 
 
 def about(seconds: float) -> str:
-    """Return a rough time.
-
-    Examples
-    --------
-    >>> about(0.2), about(34.0), about(400.0)
-    ('about 1 s', 'about 34 s', 'about 7 min')
-    """
+    """Return a rough time: "about 34 s", "about 7 min"."""
     if seconds < 100:
         return f"about {max(round(seconds), 1)} s"
     return f"about {round(seconds / 60)} min"

@@ -60,23 +60,19 @@ def draw_benchmark(state: State) -> None:
     step_note(findings.WHAT_CAN_BE_COMPARED)
     if page_state.message:
         st.error(plain(page_state.message))
+    row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
     st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
-    with _row("grids"):
+    with st.container(key="controls_grids", **row):
         _draw_largest(page_state)
         _draw_choices(state, "grid")
         _draw_start(state, "grids")
     _draw_part(state, "grids")
     st.html('<h2 class="part">CPU time and the number of data <span>as in Table 2</span></h2>')
-    with _row("data"):
+    with st.container(key="controls_data", **row):
         _draw_numbers(page_state)
         _draw_choices(state, "data")
         _draw_start(state, "data")
     _draw_part(state, "data")
-
-
-def _row(kind: Kind):
-    key = f"controls_{kind}"
-    return st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key=key)
 
 
 def _draw_download(page_state: Benchmark) -> None:

@@ -222,14 +222,7 @@ def expected(example: Example) -> list[tuple[str, int, int]]:
 
 
 def labels(example: Example) -> list[str]:
-    """Return what is said below each picture but that of the training image.
-
-    Examples
-    --------
-    >>> from ccwsim.ui.examples.catalogue import EXAMPLES
-    >>> labels(EXAMPLES[0])
-    ['realization 1', 'realization 2']
-    """
+    """Return what is said below each picture but that of the training image."""
     settings = example.settings
     if len(settings) == 1:
         return [SHOWN[name] for name in example.shows]

@@ -107,7 +107,8 @@ def draw_page(state: State) -> None:
             if not problem_of(state):
                 plan = plan_of(state).fitting
                 panel_title("Settings", "what will be tried: one realization of each will be here")
-                draw_planned_tiles(plan, names_of(plan), state.choices.grid)
+                tiles = _to_come(plan, names_of(plan), "")
+                _draw_tiles(tiles, -1, state.choices.grid, lambda: None)
     with st.container(key="run_bar"):
         _sweep_button(state, "sweep_below")
 
@@ -381,12 +382,8 @@ def draw_tiles(
     _draw_tiles(tiles, marked[0], run.grid, chosen)
 
 
-def draw_planned_tiles(settings: Sequence[Parameters], names: list[str], grid: Grid) -> None:
-    """Draw outlines of the settings that are going to be tried."""
-    _draw_tiles(_to_come(settings, names, ""), -1, grid, lambda: None)
-
-
 def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, Any]]:
+    """Return outlines of the settings that are going to be tried."""
     return [{"label": label(p, names), "note": note} for p in settings]
 
 

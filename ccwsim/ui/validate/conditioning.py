@@ -31,11 +31,8 @@ RIGHT_COLOUR, WRONG_COLOUR = "#D9D6CF", "#A63A26"
 
 def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw probability of the chosen facies, most likely facies and entropy."""
-
-    def draw(found: EType) -> None:
-        draw_e_type_maps(found, state, ensemble, colours)
-
-    panel(state, "uncertainty", statistics.e_type(ensemble), draw)
+    task = statistics.e_type(ensemble)
+    panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
 
 
 def draw_e_type_maps(

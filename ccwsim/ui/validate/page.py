@@ -201,20 +201,17 @@ class Section(NamedTuple):
     draw: Callable[[State, Ensemble, Sequence[str]], None]
 
 
-SECTIONS = tuple(
-    Section(*each)
-    for each in (
-        ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
-        ("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
-        ("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
-        ("data", "Hard data", "whether and how they are honoured", draw_data),
-        ("directions", "Any direction", "variograms over all lags", draw_directions),
-        ("transitions", "Transiograms", "which facies follows which", draw_transitions),
-        ("reuse", "Copying", "what was copied from the training image", draw_copying),
-        ("truth", "Reference field", "scores where it is known", draw_reference),
-        ("image", "Training image", "what it is like, and what suits it", draw_image),
-        ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
-    )
+SECTIONS = (
+    Section("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
+    Section("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
+    Section("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
+    Section("data", "Hard data", "whether and how they are honoured", draw_data),
+    Section("directions", "Any direction", "variograms over all lags", draw_directions),
+    Section("transitions", "Transiograms", "which facies follows which", draw_transitions),
+    Section("reuse", "Copying", "what was copied from the training image", draw_copying),
+    Section("truth", "Reference field", "scores where it is known", draw_reference),
+    Section("image", "Training image", "what it is like, and what suits it", draw_image),
+    Section("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
 )
 
 
@@ -253,29 +250,28 @@ class Finding:
 
 def findings(state: State, ensemble: Ensemble) -> list[Finding]:
     """Return what can be said with what is known so far."""
-    facies = state.facies
-    name = ensemble.training_image.facies_names[facies]
-    bundles = {
-        (statistic, way): known(state, curves(ensemble, statistic, facies, way))
-        for statistic in ("connectivity", "variogram")
-        for way in ("E-W", "N-S")
-    }
     found = [of_data(ensemble)]
     worker = state.page(Validation).worker
     worker.ask(proportions(ensemble))
     shares = worker.wait_for(proportions(ensemble), MOMENT_SECONDS)
     if shares is not None and not isinstance(shares, Failure):
         found.append(of_proportions(shares, ensemble.training_image.proportions))
-    joined = [b for (s, _), b in bundles.items() if s == "connectivity" and b is not None]
-    if len(joined) == 2:
+    name = ensemble.training_image.facies_names[state.facies]
+    if joined := _known_curves(state, ensemble, "connectivity"):
         found.append(of_connectivity(joined, name))
-    varied = [b for (s, _), b in bundles.items() if s == "variogram" and b is not None]
-    if len(varied) == 2:
+    if varied := _known_curves(state, ensemble, "variogram"):
         found.append(of_variograms(varied))
     compared = known(state, patterns(ensemble))
     if compared is not None and ensemble.n > 1:
         found.append(of_patterns(compared))
     return found
+
+
+def _known_curves(state: State, ensemble: Ensemble, statistic: str) -> list[Bundle]:
+    """Return the curves along both axes where both are worked out already, else none."""
+    tasks = (curves(ensemble, statistic, state.facies, way) for way in ("E-W", "N-S"))
+    found = [bundle for task in tasks if (bundle := known(state, task)) is not None]
+    return found if len(found) == 2 else []
 
 
 def of_data(ensemble: Ensemble) -> Finding:

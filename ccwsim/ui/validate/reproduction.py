@@ -107,11 +107,8 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
     name = ensemble.training_image.facies_names[state.facies]
-
-    def draw(found: LagMaps) -> None:
-        _draw_lag_maps(found, name, azimuth)
-
-    panel(state, "lag_maps", statistics.lag_maps(ensemble, state.facies), draw)
+    task = statistics.lag_maps(ensemble, state.facies)
+    panel(state, "lag_maps", task, lambda found: _draw_lag_maps(found, name, azimuth))
 
 
 def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import time
 from dataclasses import replace
-from io import StringIO
 
 import numpy as np
 import pytest
@@ -19,6 +17,7 @@ from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.benchmark import run as benchmark_run
 from ccwsim.ui.benchmark.findings import (
+    about,
     data_table,
     describe_growth,
     describe_levels,
@@ -31,7 +30,7 @@ from ccwsim.ui.benchmark.findings import (
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
 from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import charts, html, named, opened
+from tests.ui.widgets import charts, csv_rows, html, named, opened
 
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
 
@@ -193,6 +192,7 @@ def test_settings_fit_the_study():
 
 
 def test_words_say_linear_or_not():
+    assert [about(t) for t in (0.2, 34.0, 400.0)] == ["about 1 s", "about 34 s", "about 7 min"]
     linear = [took(n, 1e-7 * n**2) for n in (100, 1000)]
     square = [took(n, 1e-9 * n**4) for n in (100, 1000)]
     constant = [took(n, 1.0) for n in (100, 1000)]
@@ -218,13 +218,14 @@ def test_tables_have_measured_and_published_times_side_by_side():
     assert cells_of(table)[-1][9:] == ["2.50", "2.21"]
     assert "10.45" not in data_table(timings, [("ccwsim", 1)], [1000, 2000], 256)
     rows = cells_of(grid_table([took(256, 0.2, 1), took(256, 0.1, 2)], [256, 512]))
+    assert rows[0] == ["cells", "level 1", "level 2"]
     assert rows[1:] == [["256²", "200 ms", "100 ms"], ["paper, 5000²", "56 s", "32 s"]]
     assert "crashes always" in octave_table()
 
 
 def test_csv_has_a_line_a_realization():
     run = TimingRun(datasets.load("channels"), [], 1, 3, [took(64, 0.25, 2, 7, 1), took(32, 1.0)])
-    rows = list(csv.DictReader(StringIO(timings_csv([run], "a, b").decode())))
+    rows = csv_rows(timings_csv([run], "a, b"))
     assert [row["cpu_seconds"] for row in rows] == ["0.25", "1"]
     assert (rows[0]["n_data"], rows[0]["level"], rows[0]["machine"]) == ("7", "2", "a, b")
     assert why_ended(run) == ""

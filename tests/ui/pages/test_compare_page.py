@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
-from io import StringIO
 
 import numpy as np
 import pytest
@@ -24,7 +22,7 @@ from ccwsim.ui.compare.findings import (
 from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of, usual_others
 from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
-from tests.ui.widgets import charts, html, named, opened, texts
+from tests.ui.widgets import charts, csv_rows, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
 
 OWN = Parameters(template_size=16, overlap_size=4)
@@ -215,19 +213,12 @@ def test_data_that_a_setting_leaves_wrong_are_counted():
 
 
 def test_the_files_have_the_figures(found):
-    def rows(content: bytes) -> list[dict[str, str]]:
-        return list(csv.DictReader(StringIO(content.decode())))
-
-    settings, each, ratios = (
-        rows(settings_csv(found)),
-        rows(realizations_csv(found)),
-        rows(ratios_csv(found)),
-    )
+    files = settings_csv(found), realizations_csv(found), ratios_csv(found)
+    settings, each, ratios = map(csv_rows, files)
     assert [row["setting"] for row in settings] == ["A", "B"]
     assert [row["method"] for row in settings] == ["ccwsim", "ccsim"]
-    assert float(settings[1]["distance_to_image_bits"]) == pytest.approx(
-        found.distance[1], rel=1e-5
-    )
+    distance = float(settings[1]["distance_to_image_bits"])
+    assert distance == pytest.approx(found.distance[1], rel=1e-5)
     assert len(each) == 6
     own = [float(row["distance_to_image_bits"]) for row in each if row["setting"] == "B"]
     np.testing.assert_allclose(own, found.distances[1], rtol=1e-5)

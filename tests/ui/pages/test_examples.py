@@ -191,6 +191,7 @@ def test_pictures_are_of_the_study_and_keep_their_room():
         assert "aria-busy" not in after
         assert after.count("<img") == before.count("<i>") == len(pictures)
     assert small(Choices()).grid.shape == (300, 300)
+    assert [said for said, *_ in expected(EXAMPLES[0])][1:] == ["realization 1", "realization 2"]
     assert pictures_of(e, LIGHT).key != pictures_of(replace(e, others=()), LIGHT).key
 
 

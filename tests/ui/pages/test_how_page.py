@@ -61,7 +61,7 @@ def press(app: AppTest, key: str) -> AppTest:
 
 def test_it_opens_cold_on_a_patch_that_shows_much():
     app = seen(opened("how_it_works").run())
-    trace = app.session_state[KEY].page(How).trace
+    trace = how(app).trace
     assert trace.patches[how(app).patch].shape == 3
     assert f"Patch {how(app).patch + 1} of {len(trace.patches)}" in text(app)
     assert "cH₂" in text(app)
@@ -135,22 +135,19 @@ def test_the_setting_is_the_pages_own_until_it_is_used():
     named(app.selectbox, "how_level").select(2).run()
     named(app.number_input, "how_candidates").set_value(5).run()
     seen(app)
-    state = app.session_state[KEY]
-    assert state.choices.parameters == OWN
-    assert (state.page(How).parameters.wavelet_level, state.page(How).parameters.n_candidates) == (
-        2,
-        5,
-    )
-    assert state.page(How).trace is not first
+    assert app.session_state[KEY].choices.parameters == OWN
+    assert how(app).parameters.wavelet_level == 2
+    assert how(app).parameters.n_candidates == 5
+    assert how(app).trace is not first
     assert "K = 5 locations" in text(app)
     assert "cA₂" in text(app)
     press(app, "how_use")
-    state = app.session_state[KEY]
-    assert (state.choices.parameters.wavelet_level, state.page(How).parameters) == (2, None)
+    assert app.session_state[KEY].choices.parameters.wavelet_level == 2
+    assert how(app).parameters is None
 
     named(app.selectbox, "how_overlap").select(8).run()
     press(app, "how_back")
-    assert app.session_state[KEY].page(How).parameters is None
+    assert how(app).parameters is None
 
 
 def test_level_0_has_no_sub_bands_and_another_realization_another_path():

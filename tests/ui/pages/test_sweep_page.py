@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
-from io import StringIO
 from typing import Any
 
 import numpy as np
@@ -33,7 +31,7 @@ from ccwsim.ui.sweep.plan import (
     use_setting,
     values_on_offer,
 )
-from tests.ui.widgets import html, named, opened, texts
+from tests.ui.widgets import csv_rows, html, named, opened, texts
 from tests.waiting import wait_until
 
 PLACED = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
@@ -247,7 +245,7 @@ def test_numbers_are_said_beside_the_best_of_all(done):
 def test_the_table_has_every_row_and_number(done):
     run = run_of(done)
     found = run.found
-    lines = list(csv.DictReader(StringIO(sweep_csv(found, 2).decode())))
+    lines = csv_rows(sweep_csv(found, 2))
     assert len(lines) == 4
     for line, row in zip(lines, found.rows, strict=True):
         assert int(line["template_size"]) == row.parameters.template_size
