@@ -21,36 +21,21 @@ def command(name: str | None, output: str | None) -> None:
     """List the bundled training images and hard data, or write one of them to a file."""
     from ccwsim import datasets
 
+    described = {name: datasets.describe(name) for name in datasets.names()}
+    data = {name: datasets.describe_hard_data(name) for name in datasets.hard_data_names()}
     if name is None:
         if output is not None:
             raise click.UsageError("--output needs the NAME of what to write")
-        click.echo(_listing())
-    elif name not in (*datasets.names(), *datasets.hard_data_names()):
-        there = ", ".join([*datasets.names(), *datasets.hard_data_names()])
-        raise CCWSIMError(f"there is no {name}; there are {there}")
+        for title, texts in (("Training images:", described), ("\nHard data:", data)):
+            click.echo("\n".join([title, *(f"  {own:20} {text}" for own, text in texts.items())]))
+    elif name not in described | data:
+        raise CCWSIMError(f"there is no {name}; there are {', '.join(described | data)}")
     elif output is None:
-        click.echo(_described(name))
+        click.echo((described | data)[name])
     else:
         check_writable(output)
         _write(name, output)
         click.echo(f"Written: {output}", err=True)
-
-
-def _listing() -> str:
-    from ccwsim import datasets
-
-    lines = ["Training images:"]
-    lines += [f"  {name:20} {_described(name)}" for name in datasets.names()]
-    lines += ["", "Hard data:"]
-    lines += [f"  {name:20} {_described(name)}" for name in datasets.hard_data_names()]
-    return "\n".join(lines)
-
-
-def _described(name: str) -> str:
-    from ccwsim import datasets
-
-    is_image = name in datasets.names()
-    return datasets.describe(name) if is_image else datasets.describe_hard_data(name)
 
 
 def _write(name: str, output: str) -> None:

@@ -61,13 +61,7 @@ def check_writable(path: str) -> None:
 
 
 def sizes(text: str) -> tuple[int, ...]:
-    """Return `NXxNY` or `NXxNYxNZ` as an array's shape: (ny, nx) or (nz, ny, nx).
-
-    Examples
-    --------
-    >>> sizes("640x480")
-    (480, 640)
-    """
+    """Return `NXxNY` or `NXxNYxNZ` as an array's shape: (ny, nx) or (nz, ny, nx)."""
     found = re.fullmatch(r"(\d+)[x×](\d+)(?:[x×](\d+))?", text.strip().lower())
     if not found:
         raise click.BadParameter(
@@ -85,24 +79,12 @@ def grid_shape(text: str) -> tuple[int, ...]:
 
 
 def classes(text: str) -> Classes:
-    """Return a number of classes, their inner edges, or "codes".
-
-    Examples
-    --------
-    >>> classes("3"), classes("0.1,0.25"), classes("codes")
-    (3, [0.1, 0.25], 'codes')
-    """
+    """Return a number of classes, their inner edges, or "codes"."""
     return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)
 
 
 def edges_or_codes(text: str) -> Classes:
-    """Return inner edges of classes, or "codes".
-
-    Examples
-    --------
-    >>> edges_or_codes("128")
-    [128.0]
-    """
+    """Return inner edges of classes, or "codes"."""
     if text == "codes":
         return "codes"
     try:

@@ -50,14 +50,7 @@ def program() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line and return its exit code: 0, 2 for bad input, 130 where it was stopped.
-
-    Examples
-    --------
-    >>> main(["--version"])
-    ccwsim ...
-    0
-    """
+    """Run one command line and return its exit code: 0, 2 for bad input, 130 for Ctrl-C."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a text must not fail for an old code page

@@ -63,18 +63,9 @@ class ProgressLine:
         if self._bar is None:  # from here on: compiling comes before and says nothing of the pace
             self.clear()
             columns = min(100, get_terminal_size().columns)  # also where the width is unknown
-            self._bar = tqdm(
-                desc=done,
-                total=1.0,
-                initial=fraction,
-                file=self._stream,
-                bar_format=BAR,
-                smoothing=0,
-                miniters=0,
-                ncols=columns,
-                nrows=20,
-                leave=False,
-            )
+            look = {"bar_format": BAR, "ncols": columns, "nrows": 20, "leave": False}
+            pace = {"initial": fraction, "smoothing": 0, "miniters": 0}
+            self._bar = tqdm(desc=done, total=1.0, file=self._stream, **pace, **look)
         self._bar.set_description_str(done, refresh=False)
         self._bar.update(fraction - self._bar.n)
 
@@ -94,13 +85,7 @@ class ProgressLine:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in words.
-
-    Examples
-    --------
-    >>> duration(8.4), duration(75), duration(7260)
-    ('8 s', '1 min 15 s', '2 h 1 min')
-    """
+    """Return a time in words: "8 s", "1 min 15 s", "2 h 1 min"."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

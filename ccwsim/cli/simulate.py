@@ -73,16 +73,8 @@ def command(**given: Any) -> int:
     with executor_of(options) as executor, stop_on_interrupt() as stopped:
         ensemble, message = None, ""
         try:
-            ensemble = simulate(
-                *inputs.study,
-                inputs.n_realizations,
-                inputs.seed,
-                options.workers,
-                progress,
-                stopped,
-                executor=executor,
-                out=streamed,
-            )
+            run = inputs.n_realizations, inputs.seed, options.workers, progress, stopped
+            ensemble = simulate(*inputs.study, *run, executor=executor, out=streamed)
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
         finally:

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from dataclasses import fields, replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -251,56 +252,50 @@ def test_no_command_and_version(capsys):
     assert ccwsim.__version__ in capsys.readouterr().out
 
 
-class Terminal:
+class Terminal(StringIO):
     """A stream that says it is a terminal, or not, and keeps what it is given."""
 
     def __init__(self, is_terminal: bool) -> None:
+        super().__init__()
         self.is_terminal = is_terminal
-        self.text = ""
 
     def isatty(self) -> bool:
         return self.is_terminal
 
-    def write(self, text: str) -> int:
-        self.text += text
-        return len(text)
-
-    def flush(self) -> None:
-        pass
-
 
 def test_a_terminal_has_a_bar_that_goes_away():
     stream = Terminal(True)
-    line = ProgressLine(10, stream)  # type: ignore[arg-type]
+    line = ProgressLine(10, stream)
     line(0.0, 0)
-    assert stream.text.endswith(STARTING)
+    assert stream.getvalue().endswith(STARTING)
     for fraction in (0.05, 0.25, 1.0):
         time.sleep(0.11)
         line(fraction, int(10 * fraction))
-    assert "2 of 10 realizations" in stream.text
+    assert "2 of 10 realizations" in stream.getvalue()
     line.write("first")
     line.clear()
-    assert "\r" in stream.text
-    assert stream.text.count("\n") == 1
+    assert "\r" in stream.getvalue()
+    assert stream.getvalue().count("\n") == 1
 
 
 def test_elsewhere_a_line_is_written_every_few_seconds(monkeypatch):
     clock = iter([0.0, 100.0, 103.0, 110.0])
     monkeypatch.setattr(time, "monotonic", lambda: next(clock))
     stream = Terminal(False)
-    line = ProgressLine(4, stream)  # type: ignore[arg-type]
+    line = ProgressLine(4, stream)
     line(0.0, 0)
     line(0.2, 0)
     line(0.3, 1)
     line(0.4, 1)  # 0.2 of the work took 10 s, 0.6 are left
     line.clear()
-    assert stream.text == "20 %, 0 of 4 realizations\n40 %, 1 of 4 realizations, 30 s left\n"
+    assert stream.getvalue() == "20 %, 0 of 4 realizations\n40 %, 1 of 4 realizations, 30 s left\n"
 
 
 def test_times_and_sizes_in_words():
-    assert duration(59.7) == "1 min 0 s"
-    assert sizes("3×2x4") == (4, 2, 3)
-    assert classes("0.5") == [0.5]
+    said = ["8 s", "1 min 0 s", "1 min 15 s", "2 h 1 min"]
+    assert [duration(seconds) for seconds in (8.4, 59.7, 75, 7260)] == said
+    assert (sizes("640x480"), sizes("3×2x4")) == ((480, 640), (4, 2, 3))
+    assert [classes(text) for text in ("3", "0.1,0.25", "codes")] == [3, [0.1, 0.25], "codes"]
 
 
 def test_ctrl_c_is_caught_once_and_only_inside():
