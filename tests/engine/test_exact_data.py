@@ -40,10 +40,10 @@ def scattered(n: int, seed: int = 0) -> HardData:
     return HardData(np.stack(np.divmod(flat, SHAPE[1]), axis=1), rng.choice(IMAGE.codes, n))
 
 
-@given(
-    st.sampled_from(METHODS), st.integers(0, 300), st.integers(0, 2**20), st.booleans(),
-    st.sampled_from([0.0, 0.3]),
-)  # fmt: skip
+NUMBERS, SEEDS, VARIATIONS = st.integers(0, 300), st.integers(0, 2**20), st.sampled_from([0.0, 0.3])
+
+
+@given(st.sampled_from(METHODS), NUMBERS, SEEDS, st.booleans(), VARIATIONS)
 def test_each_datum_is_told_as_met_or_wrong(method, n, seed, refine, variation):
     data = scattered(n, seed)
     p = steering(method, refine=refine, template_variation=variation)
@@ -140,9 +140,11 @@ def test_pages_say_how_many_are_wrong():
 
 
 SMALL = Choices(
-    data=DataChoice("bundled", "channels_60_wells"), n_realizations=2, grid=Grid(512, 512),
+    data=DataChoice("bundled", "channels_60_wells"),
+    n_realizations=2,
+    grid=Grid(512, 512),
     parameters=Parameters(16, 8, 3, method="ms-ccsim", exact_data=False),
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("page", ["pages/simulate.py", "pages/data.py", "pages/validate.py"])

@@ -15,6 +15,7 @@ from tests.small_images import blobs, noise
 
 CODES = np.array([7, -12, 300])
 THREE_FACIES = TrainingImage(CODES[blobs((45, 61), 3)])
+SEEDS = st.integers(0, 2**20)
 
 
 def multiscale(template: int = 16, overlap: int = 8, level: int = 2, **others) -> Parameters:
@@ -28,10 +29,7 @@ def some_data(shape: tuple[int, int], n: int, seed: int = 0) -> HardData:
 
 
 class TestUpgridding:
-    @given(
-        st.integers(0, 2**20), st.integers(1, 4), st.integers(1, 13), st.integers(1, 13),
-        st.integers(1, 4),
-    )  # fmt: skip
+    @given(SEEDS, st.integers(1, 4), st.integers(1, 13), st.integers(1, 13), st.integers(1, 4))
     def test_a_block_has_the_facies_of_most_of_its_cells(self, seed, n_facies, ny, nx, unit):
         image = np.random.default_rng(seed).integers(0, n_facies, (ny, nx)).astype(np.uint8)
         coarse = upgrid(image, unit)
@@ -47,7 +45,7 @@ class TestUpgridding:
         assert upgrid(image, 2).mean() == pytest.approx(0.5, abs=0.01)
         np.testing.assert_array_equal(upgrid(1 - image, 2), 1 - upgrid(image, 2))
 
-    @given(st.integers(0, 2**20), st.integers(0, 40), st.integers(1, 5))
+    @given(SEEDS, st.integers(0, 40), st.integers(1, 5))
     def test_a_block_has_the_facies_of_most_of_its_data(self, seed, n, unit):
         rng = np.random.default_rng(seed)
         cells = np.stack(np.divmod(rng.choice(12 * 9, n, replace=False), 9), axis=1)
@@ -65,11 +63,11 @@ class TestUpgridding:
         assert set(found) == {tuple(cell) for cell in (cells // unit).tolist()}
 
 
-@given(
-    st.integers(0, 2**20), st.integers(1, 70), st.integers(1, 70),
-    st.sampled_from([0.0, 0.02, 0.3, 1.0]), st.sampled_from([(16, 8, 3), (16, 4, 2), (8, 2, 1)]),
-    st.booleans(),
-)  # fmt: skip
+SIDES, SHARES = st.integers(1, 70), st.sampled_from([0.0, 0.02, 0.3, 1.0])
+SIZES = st.sampled_from([(16, 8, 3), (16, 4, 2), (8, 2, 1)])
+
+
+@given(SEEDS, SIDES, SIDES, SHARES, SIZES, st.booleans())
 def test_data_are_honoured_on_any_grid_however_they_contradict(seed, ny, nx, share, sizes, refine):
     n = round(share * ny * nx)
     data = some_data((ny, nx), n, seed)
@@ -135,10 +133,8 @@ def test_sources_tell_where_each_cell_came_from_over_all_tiles():
 
 def test_progress_never_goes_back_and_cancel_stops_within_a_realization():
     seen: list[float] = []
-    simulate(
-        THREE_FACIES, (1500, 1500), multiscale(), n_realizations=2,
-        progress=lambda share, _: seen.append(share),
-    )  # fmt: skip
+    study = THREE_FACIES, (1500, 1500), multiscale(), None, 2
+    simulate(*study, progress=lambda share, _: seen.append(share))
     assert seen == sorted(seen)
     assert seen[-1] == 1
     with pytest.raises(Cancelled, match="0 of 1"):
@@ -147,9 +143,12 @@ def test_progress_never_goes_back_and_cancel_stops_within_a_realization():
 
 @pytest.mark.parametrize(
     ("level", "most", "least"),
-    [(1, (0.0025, 0.015, 0.045), 0.87), (2, (0.0040, 0.0180, 0.0525), 0.79),
-     (3, (0.0075, 0.0265, 0.0700), 0.57)],
-)  # fmt: skip
+    [
+        (1, (0.0025, 0.015, 0.045), 0.87),
+        (2, (0.0040, 0.0180, 0.0525), 0.79),
+        (3, (0.0075, 0.0265, 0.0700), 0.57),
+    ],
+)
 def test_patterns_and_connection_are_in_the_range_of_the_published_code(
     data_dir: Path, level, most, least
 ):

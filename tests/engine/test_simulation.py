@@ -123,10 +123,8 @@ def test_realizations_do_not_depend_on_how_facies_are_numbered(n_facies, match, 
     data = some_data((50, 47), np.arange(n_facies), n_data)
     names = np.array([7, -12, 1000, 2, -1][:n_facies])
     plain = simulate(TrainingImage(image), (50, 47), p, data, 4, seed=3)
-    renamed = simulate(
-        TrainingImage(names[image]), (50, 47), p, HardData(data.cells, names[data.facies]), 4,
-        seed=3,
-    )  # fmt: skip
+    same_data = HardData(data.cells, names[data.facies])
+    renamed = simulate(TrainingImage(names[image]), (50, 47), p, same_data, 4, seed=3)
     np.testing.assert_array_equal(names[plain.realizations], renamed.realizations)
 
 
@@ -181,15 +179,19 @@ def test_the_inputs_are_not_changed():
         np.testing.assert_array_equal(one, other)
 
 
+NONSENSE = {
+    "n_realizations": (0, 2.0, None),
+    "n_workers": (0, -1, "all"),
+    "seed": (-1, None),
+    "grid_shape": ((0, 5), "large"),
+    "parameters": ("ccwsim",),
+    "hard_data": ("none",),
+}
+
+
 @pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("n_realizations", 0), ("n_realizations", 2.0), ("n_realizations", None),
-        ("n_workers", 0), ("n_workers", -1), ("n_workers", "all"), ("seed", -1), ("seed", None),
-        ("grid_shape", (0, 5)), ("grid_shape", "large"), ("parameters", "ccwsim"),
-        ("hard_data", "none"),
-    ],
-)  # fmt: skip
+    ("name", "value"), [(name, value) for name, values in NONSENSE.items() for value in values]
+)
 def test_arguments_that_make_no_sense_are_refused_by_name(name, value):
     arguments = {"grid_shape": (20, 20), "parameters": SMALL, name: value}
     with pytest.raises(CCWSIMError, match=name.removesuffix("_shape")):
@@ -198,10 +200,8 @@ def test_arguments_that_make_no_sense_are_refused_by_name(name, value):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [
-        ("hard_data", np.zeros((3, 3))), ("hard_data", []), ("parameters", {}), ("parameters", 0),
-    ],
-)  # fmt: skip
+    [("hard_data", np.zeros((3, 3))), ("hard_data", []), ("parameters", {}), ("parameters", 0)],
+)
 def test_empty_values_of_another_type_do_not_pass_for_none(name, value):
     arguments = {"grid_shape": (20, 20), "parameters": SMALL, name: value}
     with pytest.raises(CCWSIMError, match=name):
@@ -220,10 +220,8 @@ class TestProgress:
     def test_it_never_goes_back_and_ends_at_all(self, workers, n_data):
         seen: list[tuple[float, int]] = []
         data = some_data((400, 400), TWO_FACIES.codes, n_data)
-        simulate(
-            TWO_FACIES, (400, 400), SMALL, data, 12, n_workers=workers,
-            progress=lambda *now: seen.append(now),
-        )  # fmt: skip
+        study = TWO_FACIES, (400, 400), SMALL, data, 12
+        simulate(*study, n_workers=workers, progress=lambda *now: seen.append(now))
         fractions, done = zip(*seen, strict=True)
         assert list(fractions) == sorted(fractions)
         assert list(done) == sorted(done)
@@ -248,13 +246,10 @@ class TestProgress:
 class TestCancel:
     @pytest.mark.parametrize("n_data", [0, 50_000])
     def test_it_stops_within_one_large_realization(self, n_data):
-        data = some_data((3000, 3000), TWO_FACIES.codes, n_data)
+        study = TWO_FACIES, (3000, 3000), SMALL, some_data((3000, 3000), TWO_FACIES.codes, n_data)
         seen: list[float] = []
         with pytest.raises(Cancelled, match="0 of 1") as stopped:
-            simulate(
-                TWO_FACIES, (3000, 3000), SMALL, data, cancel=lambda: True,
-                progress=lambda fraction, _: seen.append(fraction),
-            )  # fmt: skip
+            simulate(*study, progress=lambda share, _: seen.append(share), cancel=lambda: True)
         assert stopped.value.ensemble is None
         assert len(seen) == 1
 
@@ -265,16 +260,14 @@ class TestCancel:
             done[0] = n_done
 
         data = some_data((90, 80), TWO_FACIES.codes, 10)
+        study = TWO_FACIES, (90, 80), SMALL, data
         with pytest.raises(Cancelled) as stopped:
-            simulate(
-                TWO_FACIES, (90, 80), SMALL, data, 5000, seed=6, n_workers=1, progress=note,
-                cancel=lambda: done[0] >= 2,
-            )  # fmt: skip
+            simulate(*study, 5000, 6, 1, progress=note, cancel=lambda: done[0] >= 2)
         ensemble = stopped.value.ensemble
         assert ensemble is not None
         assert 2 <= ensemble.n < 5000
         assert f"{ensemble.n} of 5000" in str(stopped.value)
-        assert same(ensemble, simulate(TWO_FACIES, (90, 80), SMALL, data, ensemble.n, seed=6))
+        assert same(ensemble, simulate(*study, ensemble.n, seed=6))
         assert ensemble.cpu_seconds.shape == (ensemble.n,)
         assert ensemble.data_status.shape == (ensemble.n, data.n)
 

@@ -25,15 +25,15 @@ from tests.io import sample_files as sample
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning:PIL")
 
 SAMPLES = {
-    **sample.training_images(), **{f"hard {k}": v for k, v in sample.hard_data().items()},
-    "two variables": sample.two_variables(), "table": sample.gslib_table(),
+    **sample.training_images(),
+    **{f"hard {k}": v for k, v in sample.hard_data().items()},
+    "two variables": sample.two_variables(),
+    "table": sample.gslib_table(),
     "jpeg": sample.picture("JPEG"),
-}  # fmt: skip
+}
 TI = TrainingImage(sample.FACIES)
-WORDS = (
-    b"-1", b"0", b"99999999999999999999", b"nan", b"inf", b"1e308", b"1e999", b"1_0", b"\xc2\xb2",
-    b"\n", b"\x00", b",", b";", b"\t", b"\xff\xff\xff\xff", b"",
-)  # fmt: skip
+NUMBERS = b"-1 0 99999999999999999999 nan inf 1e308 1e999 1_0 \xc2\xb2".split()
+WORDS = (*NUMBERS, b"\n", b"\x00", b",", b";", b"\t", b"\xff\xff\xff\xff", b"")
 
 
 @pytest.fixture
@@ -108,11 +108,10 @@ def test_texts_that_end_early_say_so(name):
         cio.read_training_image(io.BytesIO(content))
 
 
-starts = st.sampled_from(
-    [b"", b"\x93NUMPY\x01\x00", b"PK\x03\x04", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"GIF89a",
-     b"II*\x00", b"MATLAB 5.0 MAT-file".ljust(126) + b"IM", b"3 3 1\n1\na\n", b"ncols ", b"t\n2\n",
-     b"\xff\xfe", b"x,y,facies\n"]
-)  # fmt: skip
+ARRAYS = (b"\x93NUMPY\x01\x00", b"PK\x03\x04", b"MATLAB 5.0 MAT-file".ljust(126) + b"IM")
+PICTURES = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff", b"GIF89a", b"II*\x00")
+TEXTS = (b"3 3 1\n1\na\n", b"ncols ", b"t\n2\n", b"\xff\xfe", b"x,y,facies\n")
+starts = st.sampled_from((b"", *ARRAYS, *PICTURES, *TEXTS))
 
 
 @settings(max_examples=150)
@@ -252,7 +251,7 @@ def test_pickles_are_never_loaded(tmp_path):
         (sample.npy(np.zeros((0, 4))), "is empty"),
         (sample.picture()[:60], "picture"),
     ],
-)  # fmt: skip
+)
 def test_errors_name_the_trouble(content, message):
     with pytest.raises(CCWSIMError, match=message):
         cio.read_training_image(io.BytesIO(content))

@@ -124,12 +124,17 @@ SAID = {
 
 
 READ = {
-    "png of remarks": (1, 9, 9), "jpeg of camera data": (1, 3, 4), "gif of remarks": (1, 3, 4),
-    "gif of frames": (1, 3, 4), "npy at the limit": (1, 2000, 2000),
-    "png at the limit": (1, 2000, 2000), "matrix at the limit": (1, 2000, 2000),
-    "text at the limit": (1, 2000, 2000), "table of words": (160_000,),
+    "png of remarks": (1, 9, 9),
+    "jpeg of camera data": (1, 3, 4),
+    "gif of remarks": (1, 3, 4),
+    "gif of frames": (1, 3, 4),
+    "npy at the limit": (1, 2000, 2000),
+    "png at the limit": (1, 2000, 2000),
+    "matrix at the limit": (1, 2000, 2000),
+    "text at the limit": (1, 2000, 2000),
+    "table of words": (160_000,),
     "table of colliding points": (100_000,),
-}  # fmt: skip
+}
 """What is read nevertheless: without what is not needed to see it, or as just not too large."""
 
 

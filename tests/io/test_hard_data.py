@@ -74,8 +74,9 @@ def test_several_unknown_columns_ask_which():
 
 @given(
     arrays(np.float64, st.tuples(st.integers(1, 30), st.just(2)), elements=st.floats(0, 0.999)),
-    st.floats(0.1, 1000), st.floats(-1e6, 1e6),
-)  # fmt: skip
+    st.floats(0.1, 1000),
+    st.floats(-1e6, 1e6),
+)
 def test_world_points_fall_in_their_cells(fractions, size, shift):
     grid = Grid(7, 5, cell_size=(size, 2 * size), origin=(shift, -shift))
     x = shift + fractions[:, 0] * 5 * size

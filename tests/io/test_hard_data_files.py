@@ -14,12 +14,11 @@ from ccwsim.io.hard_data.files import hard_data_as_bytes, write_hard_data
 
 SIZES = st.floats(0.01, 500.0)
 ORIGINS = st.floats(-1e6, 1e6)
+SEEDS, NUMBERS = st.integers(0, 999), st.integers(1, 30)
+KINDS = st.sampled_from(["csv", "gslib", "dat"])
 
 
-@given(
-    st.integers(0, 999), st.integers(1, 30), st.tuples(SIZES, SIZES), st.tuples(ORIGINS, ORIGINS),
-    st.sampled_from(["csv", "gslib", "dat"]),
-)  # fmt: skip
+@given(SEEDS, NUMBERS, st.tuples(SIZES, SIZES), st.tuples(ORIGINS, ORIGINS), KINDS)
 def test_what_is_written_is_read_again(seed, n, cell_size, origin, kind):
     rng = np.random.default_rng(seed)
     grid = Grid(1000, 80, cell_size=cell_size, origin=origin)

@@ -166,10 +166,10 @@ def test_a_packed_variable_is_unpacked_in_parts():
         cio.read_training_image(io.BytesIO(bytes(content)))
 
 
-@pytest.mark.parametrize(
-    "value", [10**5000, -(10**5000), "x" * 10**6, {"a": "b" * 500}],
-    ids=["large", "small", "long", "other"],
-)  # fmt: skip
+LONG = {"large": 10**5000, "small": -(10**5000), "long": "x" * 10**6, "other": {"a": "b" * 500}}
+
+
+@pytest.mark.parametrize("value", LONG.values(), ids=LONG)
 def test_what_is_too_long_to_be_written_is_named_in_a_few_letters(value):
     picture = io.BytesIO(sample.picture())
     points = cio.read_points(io.BytesIO(sample.csv()))

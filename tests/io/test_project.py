@@ -37,8 +37,8 @@ def a_project(**changes) -> Project:
     image = TrainingImage(array, name="the wall", facies_names=["<mud>", "sand", "Kies & Löss"])
     data = HardData([[3, 4], [20, 30], [0, 0]], [0, 7, -7])
     study = Study(image, Grid(24, 40, (5.0, 2.5), (-10.0, 1e-7)), PARAMETERS, data, seed=11)
-    given = {"colours": ((-7, "#112233"),), "shown": Shown(1, 2, "entropy"),
-             "link": {"ti": ["own"]}, "versions": {"Program": "x"}}  # fmt: skip
+    given = {"colours": ((-7, "#112233"),), "shown": Shown(1, 2, "entropy")}
+    given |= {"link": {"ti": ["own"]}, "versions": {"Program": "x"}}
     return Project(study, 3, **{**given, **changes})
 
 
@@ -85,8 +85,8 @@ def test_the_command_line_gives_the_same_from_a_project(tmp_path):
     assert main(["simulate", "--project", str(path), "-q", "--output", str(out)]) == 0
     with np.load(out) as saved:
         np.testing.assert_array_equal(saved["realizations"], a_project().simulate().realizations)
-    assert main(["simulate", "--project", str(path), "-q", "--seed", "12", "--realizations", "1",
-                 "--candidates", "3", "--output", str(out)]) == 0  # fmt: skip
+    changes = ["--seed", "12", "--realizations", "1", "--candidates", "3"]
+    assert main(["simulate", "--project", str(path), "-q", *changes, "--output", str(out)]) == 0
     with np.load(out) as saved:
         assert (int(saved["seed"]), len(saved["realizations"])) == (12, 1)
         assert json.loads(str(saved["parameters"]))["n_candidates"] == 3
@@ -102,6 +102,7 @@ def test_a_project_and_its_parts_are_not_given_together(line, capsys):
 
 
 ODD_MAP = {"realization": 0, "facies": 1, "e_type": []}
+CLASHING = np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]])
 BROKEN = {
     "no zip": (lambda: BytesIO(b"hello"), "is no project"),
     "cut": (lambda: BytesIO(project_as_bytes(a_project())[:200]), "broken"),
@@ -122,12 +123,11 @@ BROKEN = {
     "map": (lambda: changed(study=settings(shown=ODD_MAP)), "e_type is none of"),
     "link": (lambda: changed(study=settings(link={"ti": [3]})), "list of words"),
     "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are promised"),
-    "clash": (lambda: changed(hard_data=npy(np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]]))),
-              "two facies"),
+    "clash": (lambda: changed(hard_data=npy(CLASHING)), "two facies"),
     "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "no numbers"),
     "floats": (lambda: changed(training_image=npy(np.zeros((40, 40)))), "whole numbers"),
     "short": (lambda: changed(training_image=npy(np.zeros((40, 40), np.uint8))[:-9]), "ends"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", BROKEN)

@@ -50,8 +50,9 @@ def test_geo_eas_points_of_other_tools(data_dir: Path):
         (dy, dx): np.mean(
             np.roll(reference.array, (dy, dx), (0, 1))[rows, columns] == wells.hard_data.facies
         )
-        for dy in (-1, 0, 1) for dx in (-1, 0, 1)
-    }  # fmt: skip
+        for dy in (-1, 0, 1)
+        for dx in (-1, 0, 1)
+    }
     assert max(agreeing, key=agreeing.get) == (0, 0), "neither shifted nor turned"
     assert agreeing[0, 0] > 0.8
     written = cio.read_points(data_dir / "formats" / "mps_2d_hard_data.dat")

@@ -18,13 +18,9 @@ from tests.io.sample_files import FACIES
 
 SAMPLES = sample.training_images()
 
-small_codes = arrays(
-    np.uint8, array_shapes(min_dims=2, max_dims=2, max_side=9), elements=st.integers(0, 15)
-)
-any_codes = arrays(
-    np.int64, array_shapes(min_dims=2, max_dims=2, max_side=9),
-    elements=st.sampled_from([-5, 0, 1, 2, 77, 300, 10**12]),
-)  # fmt: skip
+SHAPES = array_shapes(min_dims=2, max_dims=2, max_side=9)
+small_codes = arrays(np.uint8, SHAPES, elements=st.integers(0, 15))
+any_codes = arrays(np.int64, SHAPES, elements=st.sampled_from([-5, 0, 1, 2, 77, 300, 10**12]))
 
 
 def read(content: bytes, **choices) -> np.ndarray:

@@ -133,11 +133,15 @@ def test_places_that_cannot_be_written_say_so(tmp_path):
 @given(
     st.builds(
         Parameters,
-        template_size=st.sampled_from([16, 32, 48]), overlap_size=st.sampled_from([4, 8]),
-        n_candidates=st.integers(1, 99), search_fraction=st.floats(0.001, 1),
-        template_variation=st.floats(0, 0.5), random_path=st.booleans(), refine=st.booleans(),
+        template_size=st.sampled_from([16, 32, 48]),
+        overlap_size=st.sampled_from([4, 8]),
+        n_candidates=st.integers(1, 99),
+        search_fraction=st.floats(0.001, 1),
+        template_variation=st.floats(0, 0.5),
+        random_path=st.booleans(),
+        refine=st.booleans(),
     )
-)  # fmt: skip
+)
 def test_parameters_round_trip(parameters):
     assert cio.parameters_from_json(cio.parameters_to_json(parameters)) == parameters
 

@@ -153,11 +153,21 @@ def test_parameters_cannot_be_changed():
 def test_every_parameter_is_part_of_the_digest():
     base = Parameters(template_size=64, overlap_size=16)
     others = {
-        "template_size": 32, "overlap_size": 8, "wavelet_level": 1, "n_candidates": 3,
-        "method": "ccsim", "similarity": "correlation", "search_fraction": 0.5, "co_template": 3,
-        "random_path": False, "template_variation": 0.1, "match_proportions": True,
-        "refine": False, "exact_data": False, "location_weight": 1.0,
-    }  # fmt: skip
+        "template_size": 32,
+        "overlap_size": 8,
+        "wavelet_level": 1,
+        "n_candidates": 3,
+        "method": "ccsim",
+        "similarity": "correlation",
+        "search_fraction": 0.5,
+        "co_template": 3,
+        "random_path": False,
+        "template_variation": 0.1,
+        "match_proportions": True,
+        "refine": False,
+        "exact_data": False,
+        "location_weight": 1.0,
+    }
     assert set(others) == set(NAMES)
     digests = {replace(base, **{name: value}).digest for name, value in others.items()}
     assert len({base.digest, *digests}) == len(others) + 1

@@ -18,20 +18,20 @@ from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
 from ccwsim.sharing import left_out, link_of, packed, read_link, unpacked
 from ccwsim.sharing.link import KEYS
 
-NAMES = st.text(
-    st.characters(exclude_categories=("Cs",)), min_size=1, max_size=40
-).filter(str.strip)  # fmt: skip
+LETTERS = st.characters(exclude_categories=("Cs",))
+NAMES = st.text(LETTERS, min_size=1, max_size=40).filter(str.strip)
 CODES = st.integers(-(10**9), 10**9)
 COLOURS = st.from_regex(r"\A#[0-9a-f]{6}\Z")
 ORIGINS = st.floats(-1e12, 1e12, allow_nan=False)
 SIZES = st.floats(1e-9, 1e12, allow_nan=False)
+SIDES = st.integers(1, 10_000)
+SEEDS = st.integers(0, 2**31 - 1)
+CELLS = st.tuples(st.integers(0, 9999), st.integers(0, 9999))
 
 
 @st.composite
 def hard_data(draw) -> HardData:
-    cells = draw(st.lists(
-        st.tuples(st.integers(0, 9999), st.integers(0, 9999)), max_size=MAX_LINK_DATA, unique=True
-    ))  # fmt: skip
+    cells = draw(st.lists(CELLS, max_size=MAX_LINK_DATA, unique=True))
     facies = draw(st.lists(CODES, min_size=len(cells), max_size=len(cells)))
     return HardData(cells, facies)
 
@@ -55,7 +55,7 @@ def data_choices(draw) -> DataChoice:
         name = draw(st.sampled_from(datasets.hard_data_names()))
         return DataChoice("bundled", name, None, given)
     if source == "sampled":
-        n, seed = draw(st.integers(1, 100_000)), draw(st.integers(0, 2**31 - 1))
+        n, seed = draw(st.integers(1, 100_000)), draw(SEEDS)
         return DataChoice("sampled", answers=given, n_sampled=n, seed_sampled=seed)
     if source == "placed":
         return DataChoice("placed", answers=given, placed=draw(hard_data()))
@@ -68,10 +68,13 @@ def parameters(draw) -> Parameters:
     used = 0 if method == "ccsim" else level
     template = draw(st.sampled_from(legal_sizes(used, max(4, 2 * 2**used), 1024)))
     numbers = {
-        "n_candidates": st.integers(1, 10**6), "search_fraction": st.floats(0, 1, exclude_min=True),
-        "similarity": st.sampled_from(SIMILARITIES), "co_template": st.integers(1, 4),
-        "template_variation": st.floats(0, 0.5), "location_weight": st.floats(0, 10),
-    }  # fmt: skip
+        "n_candidates": st.integers(1, 10**6),
+        "search_fraction": st.floats(0, 1, exclude_min=True),
+        "similarity": st.sampled_from(SIMILARITIES),
+        "co_template": st.integers(1, 4),
+        "template_variation": st.floats(0, 0.5),
+        "location_weight": st.floats(0, 10),
+    }
     overlap = draw(st.sampled_from(legal_sizes(used, 1, template // 2)))
     given = {"template_size": template, "overlap_size": overlap, "wavelet_level": level}
     given["method"] = method
@@ -81,16 +84,12 @@ def parameters(draw) -> Parameters:
     return Parameters(**given)
 
 
+GRIDS = st.builds(Grid, SIDES, SIDES, st.tuples(SIZES, SIZES), st.tuples(ORIGINS, ORIGINS))
 STUDIES = st.builds(
-    Choices, images(), data_choices(),
-    st.builds(Grid, st.integers(1, 10_000), st.integers(1, 10_000), st.tuples(SIZES, SIZES),
-              st.tuples(ORIGINS, ORIGINS)),
-    parameters(), st.integers(1, 1000), st.integers(0, 2**31 - 1),
-)  # fmt: skip
-SHOWN = st.builds(
-    Shown, st.integers(0, 999), st.integers(0, 253),
-    st.sampled_from(["probability", "most likely", "entropy"]),
-)  # fmt: skip
+    Choices, images(), data_choices(), GRIDS, parameters(), st.integers(1, 1000), SEEDS
+)
+MAPS = st.sampled_from(["probability", "most likely", "entropy"])
+SHOWN = st.builds(Shown, st.integers(0, 999), st.integers(0, 253), MAPS)
 
 
 def plain(choices: Choices) -> tuple:
@@ -124,7 +123,7 @@ def test_what_is_read_from_a_link_is_what_was_written(choices, shown):
         max_size=8,
     )
 )
-def test_any_address_gives_a_study(query):  # fmt: skip
+def test_any_address_gives_a_study(query):
     choices, shown, _ = read_link(query)
     again, seen, notes = read_link(as_address(link_of(choices, shown)))
     assert (plain(again), seen, notes) == (plain(choices), shown, ())

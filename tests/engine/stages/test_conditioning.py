@@ -70,12 +70,9 @@ def test_missed_data_cost_what_a_plain_loop_counts(level, co_template, n, seed):
     totals = rng.integers(-1000, 1000, places)
     weights = DENSE if seed % 2 else SPARSE
     expected = totals.copy()
-    plain_loop(
-        image, grid, cells, facies, (y0, x0, template), co_template * template, unit, 7,
-        weights, proportions, expected,
-    )  # fmt: skip
+    ahead, part = co_template * template, (y0, x0, template)
+    plain_loop(image, grid, cells, facies, part, ahead, unit, 7, weights, proportions, expected)
     data = place_data(cells, facies, grid.shape)
-    ahead = co_template * template
     box = Box(y0, x0, template, 0, 1)
     add_missed(phases, grid, data, box, ahead, proportions, weights, 7, totals)
     np.testing.assert_array_equal(totals, expected)

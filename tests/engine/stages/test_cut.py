@@ -131,10 +131,8 @@ def kept_cells(grid, data, patch, y0, x0, overlap, sides) -> np.ndarray:
 
 def strips_of(shape, overlap: int, sides: int) -> np.ndarray:
     inside = np.zeros(shape, bool)
-    for bit, part in (
-        (1, np.s_[:, :overlap]), (2, np.s_[:overlap]), (4, np.s_[:, -overlap:]),
-        (8, np.s_[-overlap:]),
-    ):  # fmt: skip
+    parts = np.s_[:, :overlap], np.s_[:overlap], np.s_[:, -overlap:], np.s_[-overlap:]
+    for bit, part in zip((1, 2, 4, 8), parts, strict=True):
         if sides & bit:
             inside[part] = True
     return inside

@@ -23,10 +23,7 @@ from tests.small_images import blobs, noise
 SHAPES = [LEFT, TOP, L_SHAPE]
 
 
-def compiled_scores(
-    image: NDArray, grid: NDArray, place: tuple[int, int], sizes: tuple[int, int, int],
-    shape: int, n_planes: int, similarity: str = "ssd",
-) -> tuple[NDArray, int]:  # fmt: skip
+def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"):
     """Return the scores of every place, and ΣB², as the simulation loop gets them."""
     template, overlap, level = sizes
     unit = 2**level
@@ -48,10 +45,7 @@ def haar(image: NDArray, facies: int, level: int) -> NDArray:
     return pywt.wavedec2(plane, "haar", "periodization", level)[0]
 
 
-def brute_force(
-    image: NDArray, grid: NDArray, place: tuple[int, int], sizes: tuple[int, int, int],
-    shape: int, n_planes: int,
-) -> tuple[NDArray, NDArray]:  # fmt: skip
+def brute_force(image, grid, place, sizes, shape, n_planes):
     """Return SSD and ΣA·B of orthonormal Haar coefficients at every place."""
     template, overlap, level = sizes
     unit = 2**level

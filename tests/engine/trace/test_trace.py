@@ -31,10 +31,8 @@ def traced(parameters: Parameters, data: HardData | None = None, number: int = 0
 
 def simulated(trace: Trace):
     s = trace.study
-    return simulate(
-        s.training_image, s.grid, s.parameters, s.hard_data, 1, s.seed, 1,
-        first_realization=trace.number, keep_sources=True,
-    )  # fmt: skip
+    study = s.training_image, s.grid, s.parameters, s.hard_data, 1, s.seed, 1
+    return simulate(*study, first_realization=trace.number, keep_sources=True)
 
 
 CASES = {
@@ -261,9 +259,9 @@ def test_a_frame_puts_everything_where_it_lies(orientation):
     part = world[box.row : box.row + box.height, box.column : box.column + box.width]
     assert np.array_equal(part, frame.patch_to_grid(numbers[2:5, 1:3]))
     first, second = np.argwhere(world == numbers[0, 0])[0], np.argwhere(world == numbers[0, 1])[0]
-    corners = {"south": first[0] == 0, "north": first[0] == 5,
-               "west": first[1] == 0, "east": first[1] == 8}  # fmt: skip
-    assert all(corners[side] for side in frame.origin.split("-"))
+    sides = {"south": (0, 0), "north": (0, 5), "west": (1, 0), "east": (1, 8)}
+    corners = [sides[side] for side in frame.origin.split("-")]
+    assert all(first[axis] == at for axis, at in corners)
     ways = {(0, 1): "east", (0, -1): "west", (1, 0): "north", (-1, 0): "south"}
     assert frame.direction == ways[tuple((second - first).tolist())]
 
