@@ -8,8 +8,7 @@ from ccwsim.ui.examples.opened import draw_opened
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.history import draw_history
-from ccwsim.ui.simulate.live import dim_and_wait, keep_up
-from ccwsim.ui.simulate.results import draw_results
+from ccwsim.ui.simulate.results import dim_and_wait, draw_results, keep_up
 from ccwsim.ui.study.run import follow_run, run_button
 from ccwsim.ui.study.study_column import study_column
 from ccwsim.ui.widgets.literal import plain

@@ -15,8 +15,7 @@ from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.session.past_runs import PastRun, PastRuns
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.simulate.changes import changes_between, study_name
-from ccwsim.ui.simulate.history import go_back, place_of
+from ccwsim.ui.simulate.history import changes_between, go_back, place_of, study_name
 from ccwsim.ui.study.run import collect, first_part, in_parts, part_of, part_size, start_run
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named

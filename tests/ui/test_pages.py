@@ -20,7 +20,7 @@ from ccwsim.model.parameters import parameter_table
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.page import PAGES
-from ccwsim.ui.results.bundles import alike_up_to
+from ccwsim.ui.results.curves import alike_up_to
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.fitting import fitted, overlap_sizes, template_sizes
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data

@@ -13,7 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
-from ccwsim.ui.results.facies import pretty
+from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.results.tables import as_csv
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.facts import seconds, three_digits

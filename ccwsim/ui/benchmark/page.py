@@ -32,7 +32,7 @@ from ccwsim.ui.benchmark.run import (
     side_options,
     start_timing,
 )
-from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, field

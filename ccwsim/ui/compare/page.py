@@ -50,14 +50,17 @@ from ccwsim.ui.compare.settings import (
     want_curves,
 )
 from ccwsim.ui.jobs.limits import Demand, check_limits
-from ccwsim.ui.results.charts import draw_clickable_chart
-from ccwsim.ui.results.curves_panel import draw_curve_key
-from ccwsim.ui.results.e_type import choose, e_type_field, uncertainty_map
-from ccwsim.ui.results.facies import pretty
-from ccwsim.ui.results.gallery import step_buttons
-from ccwsim.ui.results.ghost import ghost_panel
+from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
+from ccwsim.ui.results.curves import draw_curve_key
+from ccwsim.ui.results.maps import (
+    choose,
+    e_type_field,
+    ghost_panel,
+    pretty,
+    step_buttons,
+    uncertainty_map,
+)
 from ccwsim.ui.results.tables import csv_button
-from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fitting import levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.fragments import error_boundary

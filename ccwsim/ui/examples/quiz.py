@@ -28,7 +28,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.results.facies import pretty
+from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import image_of

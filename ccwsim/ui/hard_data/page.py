@@ -20,9 +20,13 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, answer, fits, is_revised, needs_run, take, take_edits
 from ccwsim.ui.hard_data.menus import draw_export, draw_import, draw_problem, draw_sampling
 from ccwsim.ui.hard_data.table import draw_table
-from ccwsim.ui.results.e_type import draw_e_type, uncertainty_map
-from ccwsim.ui.results.facies import colours_of
-from ccwsim.ui.results.gallery import draw_gallery
+from ccwsim.ui.results.maps import (
+    colours_of,
+    draw_e_type,
+    draw_gallery,
+    draw_realization,
+    uncertainty_map,
+)
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
@@ -32,7 +36,7 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.maps import CANVAS, CellMap, draw_map, facies_map, map_content, points_of
+from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of
 from ccwsim.ui.widgets.steps import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -80,8 +84,10 @@ def _editor(state: State) -> None:
         if ensemble is not None:  # below, where its length moves no map under the pointer
             step_note(describe_answer(state, ensemble))
     with middle:
-        if ensemble is not None:
-            _beside(state, ensemble, colours)
+        if ensemble is not None and state.page(Editor).ground == "e_type":
+            draw_realization(ensemble, colours, state.shown)
+        elif ensemble is not None:
+            draw_e_type(state, ensemble, colours)
         else:
             panel_title("Realizations and E-type")
             step_note("They answer every edit here, once the study has been simulated.")
@@ -137,18 +143,6 @@ def _ground(page_state: Editor) -> None:
         ground = bound_to(page_state, "ground") | options_of(GROUNDS)
         ground["label_visibility"] = "collapsed"
         field(st.segmented_control, "What is under the data", key="ground", **ground)
-
-
-def _beside(state: State, ensemble: Ensemble, colours: list[str]) -> None:
-    if state.page(Editor).ground != "e_type":
-        draw_e_type(state, ensemble, colours)
-        return
-    image, r = ensemble.training_image, state.shown
-    panel_title(f"Realization {r + 1} of {ensemble.n}")
-    shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
-    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
-    name = f"realization_{r + 1}"
-    draw_map(shown, "map_realization", link="grid", scale="maps", name=name)
 
 
 def draw_canvas(

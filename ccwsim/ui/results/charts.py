@@ -1,4 +1,4 @@
-"""Put a chart on the page, in the same way everywhere."""
+"""Put a chart on the page, in the same way everywhere; a menu saves it as PNG, SVG or CSV."""
 
 from __future__ import annotations
 
@@ -9,26 +9,18 @@ import streamlit as st
 
 from ccwsim.ui.session.state import session_state
 from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets.maps import canvas_component
+from ccwsim.ui.widgets.steps import panel_title
+
+SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:
     """Draw a plotly figure that already has its own style; its one button saves it."""
     kind = session_state().chart_format
-    st.plotly_chart(
-        chart,
-        key=f"chart_{key}",
-        theme=None,
-        alt=alt,
-        config={
-            "displaylogo": False,
-            "modeBarButtons": [["toImage"]],
-            "toImageButtonOptions": {
-                "format": kind,
-                "filename": key,
-                "scale": 3 if kind == "png" else 1,
-            },
-        },
-    )
+    saved = {"format": kind, "filename": key, "scale": 3 if kind == "png" else 1}
+    config = {**SAVE_BUTTON, "toImageButtonOptions": saved}
+    st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=config)
 
 
 def draw_clickable_chart(
@@ -49,7 +41,30 @@ def draw_clickable_chart(
             choose(int(numbers[0]))
 
     select: Any = {"on_select": catch_callback_errors(clicked), "selection_mode": "points"}
-    config: dict = {"displayModeBar": False}
-    if mode_bar:
-        config = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
+    config = SAVE_BUTTON if mode_bar else {"displayModeBar": False}
     st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=config, **select)
+
+
+def titled_chart(
+    title: str,
+    note: str,
+    chart: Any,
+    key: str,
+    alt: str,
+    draw: Callable[[Any, str, str], None] = draw_chart,
+) -> None:
+    """Draw title, note, menu and chart, which is put on the page by draw(chart, key, alt).
+
+    The `key` is unique on the page and also the file name; `alt` is for those who cannot see it.
+    """
+    with st.container(key=f"panel_{key}"):
+        with st.container(horizontal=True, gap="small", key=f"title_{key}"):
+            panel_title(title, note)
+            chart_menu(title, key)
+        draw(chart, key, alt)
+
+
+def chart_menu(title: str, key: str) -> None:
+    """Draw the menu that saves the chart of that key."""
+    data = {"title": title, "chart": f"chart_{key}", "name": key}
+    canvas_component("chart_menu")(key=f"menu_{key}", data=data, width="content")

@@ -10,17 +10,17 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.bundles import connection_bundle, variogram_bundle
+from ccwsim.ui.results.curves import connectivity_bundle, variogram_bundle
 
 
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
-    """Return variograms and connection of a facies: one line a lag, one column a realization."""
+    """Return variograms and connectivity of a facies: one line a lag, one column a realization."""
     n = 0
     lines = []
     for statistic, direction, bundle in (
         ("variogram", "E-W", variogram_bundle(ensemble, facies, "E-W")),
         ("variogram", "N-S", variogram_bundle(ensemble, facies, "N-S")),
-        ("connection", "E-W", connection_bundle(ensemble, facies, "E-W")),
+        ("connection", "E-W", connectivity_bundle(ensemble, facies, "E-W")),
     ):
         n = len(bundle.each)
         for k, lag in enumerate(bundle.lags):
@@ -34,11 +34,10 @@ def realizations_csv(ensemble: Ensemble) -> bytes:
     """Return one line a realization: CPU time, data not honoured, facies proportions."""
     codes = ensemble.training_image.codes
     head = ["realization", "cpu_seconds", "data_not_honoured"]
-    lines = [
-        [r + 1, f"{ensemble.cpu_seconds[r]:.6g}", int(ensemble.n_mismatched[r]),
-         *(f"{share:.6g}" for share in ensemble.proportions[r])]
-        for r in range(ensemble.n)
-    ]  # fmt: skip
+    lines = []
+    for r, seconds in enumerate(ensemble.cpu_seconds):
+        shares = (f"{share:.6g}" for share in ensemble.proportions[r])
+        lines.append([r + 1, f"{seconds:.6g}", int(ensemble.n_mismatched[r]), *shares])
     return as_csv([*head, *(f"proportion_{code}" for code in codes)], lines)
 
 

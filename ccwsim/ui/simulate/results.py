@@ -1,26 +1,57 @@
-"""The results: maps side by side, the contact sheet, and what the charts say."""
+"""The results: maps, charts and files, kept up with the study or dimmed while it runs."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import streamlit as st
 
+from ccwsim.figures import map_png
 from ccwsim.figures.proportions import proportions_height
+from ccwsim.io import parameters_to_json, realizations_as_bytes
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.curves_panel import draw_curves, draw_proportions
-from ccwsim.ui.results.e_type import draw_e_type
-from ccwsim.ui.results.facies import colours_of_ran, pretty
-from ccwsim.ui.results.gallery import draw_gallery
-from ccwsim.ui.results.ghost import SMALLEST_IMAGE, draw_ghost
+from ccwsim.ui.results.curves import draw_curves, draw_proportions
+from ccwsim.ui.results.maps import (
+    SMALLEST_IMAGE,
+    colours_of_ran,
+    draw_e_type,
+    draw_gallery,
+    draw_ghost,
+    draw_realization,
+    draw_training_image,
+)
+from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.simulate.downloads import draw_downloads
+from ccwsim.ui.study.run import PATIENCE, collect, problem_of, start_run, stop_run
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.fields import bound_to, field
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
 """Pixels of a realization on a usual screen, and of the title of the proportions."""
+MIME = {
+    "npz": "application/octet-stream",
+    "gslib": "text/plain",
+    "png": "image/png",
+    "json": "application/json",
+    "csv": "text/csv",
+}
+WAIT_SECONDS = 0.05
+"""Seconds between two chances for a change of the user's to end the waiting."""
+UP_TO_DATE = "<i></i>"
+SOON_OLD = """<i></i><style>
+.st-key-results { opacity: 0.4; transition: opacity 0.1s 0.15s }
+</style>"""
+"""A run as quick as the eye dims nothing."""
+OLD = """<i></i><style>
+.st-key-results { opacity: 0.4 }
+.st-key-facts_row { display: none }
+</style>"""
+"""The old results are dimmed, and progress takes the place of their facts."""
+PARTLY = """<i></i><style>.st-key-facts_row { display: none }</style>"""
 
 
 @st.fragment
@@ -40,27 +71,22 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
+    below = room_below_image(ensemble)
     share = ensemble.training_image.shape[1] / ensemble.grid.nx
     widths = [min(max(share, SMALLEST_IMAGE), 1.0), 1.08, 1.0]
     with st.container(key="maps"):
         left, middle, right = st.columns(widths, gap="medium")
     with middle:  # first, so that it is the first to be seen
-        _realization(state, ensemble, colours)
+        draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)
     with left:
-        _image(ensemble, colours)
+        link = {"link": "image", "scale": "maps", "leads": False}
+        draw_training_image(ensemble.training_image, colours, **link)
+        if below:
+            draw_proportions(ensemble, colours)
     draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
-    draw_curves(ensemble, state.facies, None if room_below_image(ensemble) else colours)
-
-
-def _image(ensemble: Ensemble, colours: list[str]) -> None:
-    image = ensemble.training_image
-    panel_title("Training image", pretty(image.name))
-    shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-    draw_map(shown, "map_image", name="training_image", link="image", scale="maps", leads=False)
-    if room_below_image(ensemble):
-        draw_proportions(ensemble, colours)
+    draw_curves(ensemble, state.facies, None if below else colours)
 
 
 def room_below_image(ensemble: Ensemble) -> bool:
@@ -70,17 +96,72 @@ def room_below_image(ensemble: Ensemble) -> bool:
     return left > PROPORTIONS_TITLE + proportions_height(image.n_facies)
 
 
-def _realization(state: State, ensemble: Ensemble, colours: list[str]) -> None:
-    image, r = ensemble.training_image, state.shown
-    panel_title(f"Realization {r + 1} of {ensemble.n}")
-    shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
-    points = points_of(ensemble.hard_data, image, ensemble.realizations[r])
-    shown.points.extend(points)
-    draw_map(
-        shown,
-        "map_realization",
-        grid=ensemble.grid,
-        link="grid",
-        scale="maps",
-        name=f"realization_{r + 1}",
-    )
+def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw a menu of files; each is made when it is asked for."""
+    shown = state.shown
+
+    def all_as(kind: str) -> bytes:
+        return realizations_as_bytes(ensemble, kind, colours=colours)
+
+    files: dict[str, tuple[str, Callable[[], bytes]]] = {
+        "realizations.npz": ("All realizations, NumPy", lambda: all_as("npz")),
+        "realizations.gslib": ("All realizations, GSLIB", lambda: all_as("gslib")),
+        "realizations.png": ("All realizations, one picture", lambda: all_as("png")),
+        f"realization_{shown + 1}.png": (
+            f"Realization {shown + 1}, PNG",
+            lambda: map_png(ensemble.indices[shown], colours, scale=2),
+        ),
+        "parameters.json": (
+            "Parameters, JSON",
+            lambda: parameters_to_json(ensemble.parameters).encode(),
+        ),
+        "curves.csv": ("Curves, CSV", lambda: curves_csv(ensemble, state.facies)),
+        "realizations.csv": ("Times and proportions, CSV", lambda: realizations_csv(ensemble)),
+    }
+    with st.popover("Download", key="downloads"):
+        for name, (label, content) in files.items():
+            options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]], "width": "stretch"}
+            key = f"download_{name.replace('.', '_')}"
+            st.download_button(label, content, name, key=key, on_click="ignore", **options)
+        kind = bound_to(state, "chart_format") | {"options": ["svg", "png"]}
+        label = "The camera on a chart saves"
+        field(st.segmented_control, label, key="chart_format", format_func=str.upper, **kind)
+
+
+def keep_up(state: State) -> bool:
+    """Start the first run of a session, and with `live` on one after every change.
+
+    Return whether one was started or stopped.
+    """
+    first = state.ensemble is None and state.job is None and not state.message
+    latest = state.job.about if state.job else state.ran
+    changed = state.choices not in (latest, state.tried)  # a run that failed is not tried again
+    if not first and not (state.live and changed):
+        return False
+    job = state.job
+    if first or not problem_of(state):
+        start_run(state)
+    else:
+        stop_run(state)  # it is of a study that is no more
+    return state.job is not job
+
+
+def dim_and_wait(state: State) -> None:
+    """Give a run that is going a moment to bring results; the old ones are dimmed meanwhile.
+
+    What dims them is replaced in place, so that nothing on the page moves.
+    """
+    place, job = st.empty(), state.job
+    if job is None:
+        place.html(UP_TO_DATE)
+        return
+    end = time.monotonic() + PATIENCE
+    while True:
+        place.html(SOON_OLD)
+        if job.wait_first(WAIT_SECONDS) or time.monotonic() > end:
+            break
+    collect(state)  # a run that finishes from here on is collected where it is followed
+    if state.job is None:
+        place.html(UP_TO_DATE)
+    else:
+        place.html(OLD if job.partial is None else PARTLY)

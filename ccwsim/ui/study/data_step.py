@@ -17,7 +17,7 @@ from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.ui.results.facies import colours_of, pretty
+from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import THUMB

@@ -11,7 +11,7 @@ from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.steps import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme

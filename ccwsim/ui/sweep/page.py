@@ -29,11 +29,9 @@ from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.results.charts import draw_clickable_chart
-from ccwsim.ui.results.gallery import step_buttons
-from ccwsim.ui.results.ghost import ghost_panel
+from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
+from ccwsim.ui.results.maps import ghost_panel, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
-from ccwsim.ui.results.titled_chart import chart_menu
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of

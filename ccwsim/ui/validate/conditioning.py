@@ -15,7 +15,7 @@ from ccwsim.metrics import Calibration, EType, ReferenceScores, data_match
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.statistics import panel

@@ -20,7 +20,7 @@ from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
 from ccwsim.ui.jobs.job import Cancel, Job
 from ccwsim.ui.jobs.limits import demand_of
-from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed

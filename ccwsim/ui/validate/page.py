@@ -17,12 +17,8 @@ from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.jobs.statistics import Failure
-from ccwsim.ui.results.charts import draw_clickable_chart
-from ccwsim.ui.results.e_type import choose, draw_e_type
-from ccwsim.ui.results.facies import colours_of_ran
-from ccwsim.ui.results.gallery import step_buttons
-from ccwsim.ui.results.ghost import draw_ghost
-from ccwsim.ui.results.titled_chart import titled_chart
+from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
+from ccwsim.ui.results.maps import choose, colours_of_ran, draw_e_type, draw_ghost, step_buttons
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_news, problem_of, run_button, start_run

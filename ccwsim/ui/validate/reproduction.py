@@ -24,9 +24,9 @@ from ccwsim.figures import (
 )
 from ccwsim.metrics import Anodi, Copying, Diagnosis
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.curves_panel import describe_fit, draw_band_key
+from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.results.curves import describe_fit, draw_band_key
 from ccwsim.ui.results.tables import numbers_table
-from ccwsim.ui.results.titled_chart import titled_chart
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice

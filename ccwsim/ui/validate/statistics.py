@@ -39,7 +39,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
-from ccwsim.ui.results.bundles import e_type_of
+from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE

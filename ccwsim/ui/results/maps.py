@@ -1,0 +1,186 @@
+"""Maps of results: colours of the facies, E-type, gallery, and what is there before a run."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any
+
+import streamlit as st
+
+from ccwsim import datasets
+from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.grid import Grid
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.results.curves import e_type_of
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.fields import button, field, options_of
+from ccwsim.ui.widgets.maps import (
+    CellMap,
+    canvas_component,
+    draw_map,
+    facies_map,
+    points_of,
+    share_map,
+)
+from ccwsim.ui.widgets.steps import panel_title
+
+OTHERS = ("most likely", "entropy")
+ROW_WIDTH = 1040
+"""Pixels that one row of tiles may take on a wide screen."""
+SMALLEST_IMAGE = 0.5
+"""The training image is never narrower than this share of a realization on the page."""
+
+
+def colours_of(state: State) -> list[str]:
+    """Return the colours of the facies, the user's own where there are some."""
+    choice = state.choices.image
+    return facies_colours(image_of(choice), dict(choice.colours))
+
+
+def pretty(name: str) -> str:
+    """Return a bundled data set's name as words, and the name of a file as it is."""
+    bundled = {*datasets.names(), *datasets.hard_data_names()}
+    return name.replace("_", " ") if name in bundled else name or "unnamed"
+
+
+def colours_of_ran(state: State) -> list[str]:
+    """Return the facies colours for the results, which may be of another image than the study."""
+    assert state.ensemble is not None
+    image = state.ensemble.training_image
+    chosen = dict(state.choices.image.colours) if state.ran else {}
+    return facies_colours(image, chosen)
+
+
+def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the map and the choice of what it shows."""
+    names = ensemble.training_image.facies_names
+    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
+        panel_title("E-type")
+        e_type_field(state, names, lambda option: choose(state, option))
+    shown = uncertainty_map(state, ensemble, colours)
+    shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
+    name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
+    draw_map(shown, "map_e_type", link="grid", scale="maps", name=name)
+
+
+def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
+    """Draw the choice of what the uncertainty map shows."""
+    shown = state.facies if state.e_type == "probability" else state.e_type
+    options: list[int | str] = [*range(len(names)), *OTHERS]
+    choice = options_of({option: map_name(option, names) for option in options})
+    choice |= {"value": shown, "write": write, "label_visibility": "collapsed", "width": 220}
+    field(st.selectbox, "What the uncertainty map shows", key="e_type", **choice)
+
+
+def map_name(option: int | str, names: Sequence[str]) -> str:
+    """Return what a choice of the map is called.
+
+    Examples
+    --------
+    >>> map_name(1, ["mud", "sand"]), map_name("entropy", [])
+    ('probability of sand', 'entropy')
+    """
+    if isinstance(option, int):
+        return f"probability of {names[option]}"
+    return "most likely facies" if option == "most likely" else option
+
+
+def choose(state: State, option: int | str) -> None:
+    """Take a choice of the map; a facies also chooses whose curves are shown."""
+    if isinstance(option, int):
+        state.facies, state.e_type = option, "probability"
+    else:
+        state.e_type = "most likely" if option == "most likely" else "entropy"
+
+
+def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) -> CellMap:
+    """Return the map that is chosen."""
+    image, found = ensemble.training_image, e_type_of(ensemble)
+    if state.e_type == "most likely":
+        return facies_map(found.most_likely, image, colours, "Most likely facies")
+    if state.e_type == "entropy":
+        options = {"colours": ENTROPY, "point_colours": colours}
+        return share_map(found.entropy, "entropy", "Entropy", **options)
+    name, shares = image.facies_names[state.facies], found.probability[state.facies]
+    alt = f"Probability of {name}"
+    return share_map(shares, f"P({name}) =", alt, point_colours=colours)
+
+
+def draw_training_image(image: TrainingImage, colours: Sequence[str], **options: Any) -> None:
+    """Draw the training image under its name; `options` are those of `draw_map`."""
+    panel_title("Training image", pretty(image.name))
+    shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
+    draw_map(shown, "map_image", name="training_image", **options)
+
+
+def draw_realization(
+    ensemble: Ensemble, colours: Sequence[str], r: int, grid: Grid | None = None
+) -> None:
+    """Draw realization `r` with the data on it; the coordinates of `grid` along its edges."""
+    image, title = ensemble.training_image, f"Realization {r + 1}"
+    panel_title(f"{title} of {ensemble.n}")
+    shown = facies_map(ensemble.indices[r], image, colours, title)
+    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+    name = f"realization_{r + 1}"
+    draw_map(shown, "map_realization", grid=grid, link="grid", scale="maps", name=name)
+
+
+def draw_gallery(
+    ensemble: Ensemble, colours: Sequence[str], shown: int, choose: Callable[[int], None]
+) -> None:
+    """Draw all realizations; `choose` is called with the number of the one that is clicked."""
+    longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
+    width, height = tile_size(ensemble.grid.shape, longest)
+    png, columns = _sheet(ensemble.digest, tuple(colours), 2 * longest, ensemble)
+    key = "gallery"
+
+    def chosen() -> None:
+        number = st.session_state[key].chosen
+        if number is not None:
+            choose(int(number))
+
+    data = {"png": png, "n": ensemble.n, "columns": columns, "shown": shown}
+    data |= {"width": width, "height": height}
+    canvas_component("sheet")(key=key, data=data, on_chosen_change=chosen)
+
+
+@st.cache_data(max_entries=16, show_spinner=False)
+def _sheet(
+    digest: str, colours: tuple[str, ...], longest: int, _ensemble: Ensemble
+) -> tuple[str, int]:
+    png, columns = contact_sheet(_ensemble.indices, colours, longest=longest)
+    return b64encode(png).decode(), columns
+
+
+def step_buttons(key: str, step: Callable[[int], None], *, disabled: bool, note: str = "") -> None:
+    """Draw two arrows; `step` is called with -1 or 1."""
+    for way, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
+        options: dict = {"disabled": disabled, "help": f"The {name} realization{note}"}
+        button(sign, key=f"{key}_{name}", on_click=step, args=(way,), **options)
+
+
+def draw_ghost(state: State) -> None:
+    """Show where the results will be, and what they will say, before there are any."""
+    image, grid = image_of(state.choices.image), state.choices.grid
+    with st.container(key="maps"):
+        left, middle, right = st.columns([SMALLEST_IMAGE, 1.08, 1.0], gap="medium")
+    with left:
+        draw_training_image(image, colours_of(state))
+    shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
+    with middle:
+        text = "A field that looks like the training image and honours the data"
+        ghost_panel(text, shape, "Realization", "ghost large")
+    with right:
+        text = "How often each cell has a facies in all realizations: its probability"
+        ghost_panel(text, shape, "E-type")
+
+
+def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
+    """Draw the outline of a result that is still to come; `shape` is its size in CSS."""
+    if title:
+        panel_title(title)
+    st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')
