@@ -81,14 +81,14 @@ def _top(title: str, state: State) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
-    if state.told:
+    if state.notes:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
-            st.warning("\n".join(f"- {plain(note)}" for note in state.told))
+            st.warning("\n".join(f"- {plain(note)}" for note in state.notes))
             button("Close", key="told_close", on_click=_read, args=(state,))
 
 
 def _read(state: State) -> None:
-    state.told = ()
+    state.notes = ()
 
 
 def _nothing() -> None:

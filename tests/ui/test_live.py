@@ -12,9 +12,8 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Cancelled, Grid, Parameters, simulate
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.session.past_runs import PastRun, PastRuns
 from ccwsim.ui.session.resolve import image_of
-from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
 from ccwsim.ui.simulate.history import changes_between, go_back, place_of, study_name
 from ccwsim.ui.study.run import collect, first_part, in_parts, part_of, part_size, start_run
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
@@ -216,11 +215,11 @@ def test_a_live_run_that_was_stopped_or_failed_starts_again_only_after_a_change(
 
 def test_the_latest_runs_are_kept_within_their_number_and_memory():
     ensemble = one_run(SMALL)
-    runs = PastRuns(most_runs=4, most_bytes=3 * PastRun.of(SMALL, ensemble).nbytes)
+    runs = PastRuns(max_runs=4, max_bytes=3 * PastRun.of(SMALL, ensemble).nbytes)
     for seed in range(6):
         runs.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
     assert [run.choices.seed for run in runs.runs] == [5, 4, 3]
-    runs.most_bytes = 1
+    runs.max_bytes = 1
     runs.remember(PastRun.of(replace(SMALL, seed=9), ensemble))
     assert [run.choices.seed for run in runs.runs] == [9]
     many = PastRuns()

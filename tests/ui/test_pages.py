@@ -22,8 +22,14 @@ from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.page import PAGES
 from ccwsim.ui.results.curves import alike_up_to
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
-from ccwsim.ui.session.fitting import fitted, overlap_sizes, template_sizes
-from ccwsim.ui.session.resolve import data_of, image_of, imported_data
+from ccwsim.ui.session.resolve import (
+    data_of,
+    fitted,
+    image_of,
+    imported_data,
+    overlap_sizes,
+    template_sizes,
+)
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of

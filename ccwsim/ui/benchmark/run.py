@@ -24,8 +24,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import Demand, demand_of
 from ccwsim.ui.jobs.queue import server_queue
-from ccwsim.ui.session.fitting import fitted, levels
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 
 Kind = Literal["grids", "data"]

@@ -62,9 +62,8 @@ from ccwsim.ui.results.maps import (
 )
 from ccwsim.ui.results.tables import csv_button
 from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.fitting import levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.study.study_column import parameter_field

@@ -18,9 +18,8 @@ from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import Demand, demand_of
-from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters

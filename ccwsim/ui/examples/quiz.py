@@ -29,9 +29,8 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE, failed
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of

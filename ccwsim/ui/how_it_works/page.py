@@ -23,9 +23,8 @@ from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
-from ccwsim.ui.session.fitting import levels, overlap_sizes
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.literal import plain

@@ -11,8 +11,7 @@ from ccwsim.engine.stages.box import L_SHAPE
 from ccwsim.engine.trace import Trace
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.ui.session.fitting import fitted
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, fitted, image_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4

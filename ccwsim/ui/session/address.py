@@ -13,8 +13,7 @@ from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing import link_of, meant, read_link
-from ccwsim.ui.session.fitting import fitted_to_image
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
 
 CLASS = "class"
@@ -27,7 +26,7 @@ def take_address(state: State) -> None:
     """Start a study from the address of the page; what cannot be taken is said in words."""
     choices, shown, notes = read_link(_query())
     choices, more = made_consistent(own_seed(state, choices))
-    state.choices, state.told = choices, (*notes, *more)
+    state.choices, state.notes = choices, (*notes, *more)
     show(state, shown)
 
 

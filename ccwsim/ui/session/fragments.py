@@ -28,12 +28,8 @@ TOGETHER = 1.0
 def error_boundary(whole: bool = False) -> Iterator[None]:
     """Say errors in words and keep the state; for the body of a page and of each fragment.
 
-    What was changed goes into the address.
-
-    Parameters
-    ----------
-    whole : bool
-        Whether this is the whole body of a page: a way back to what could be drawn is offered.
+    What was changed goes into the address. Around a `whole` page a way back to what could be
+    drawn is offered.
     """
     if TROUBLE in st.session_state:
         st.error(st.session_state.pop(TROUBLE))
@@ -79,22 +75,10 @@ def follow(
 ) -> None:
     """Show the progress of a job, with a way to stop it, and draw the page again at its end.
 
-    Parameters
-    ----------
-    job : Job
-        Where it has no number of pieces, only what it does is said.
-    on_finished : callable
-        Called before the page is drawn again, to take in what the job gives.
-    has_news : callable
-        Returns whether the page is to be drawn again already for a part of the results.
-    label : callable
-        Returns what is said in place of how many pieces are done.
-    draw : callable
-        Draws what is known so far, below the progress.
-    keys : tuple of str
-        Of the progress and of the button that stops the job.
-    cancel : str
-        What is on that button.
+    `on_finished` takes in what the job gives before the page is drawn again, `has_news` says
+    whether it is to be drawn already for a part of the results. `label` returns what is said in
+    place of the number of finished pieces, and `draw` draws what is known so far below that.
+    `keys` are those of the progress and of the button to stop, `cancel` is on that button.
     """
     follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
     follower(job, on_finished, has_news, label, draw, keys, cancel)
@@ -124,17 +108,9 @@ def follow_tasks(
     since: float,
     draw: Callable[[int], None] | None = None,
 ) -> None:
-    """Draw the page again when values that it waits for are there, some together.
+    """Draw the page again when values of `tasks` are there, some together.
 
-    Parameters
-    ----------
-    worker : StatisticsWorker
-    tasks : sequence of Task
-        What the page waits for.
-    since : float
-        When the page was drawn, of `time.monotonic`.
-    draw : callable
-        Called with the number of values that are missing.
+    The page was drawn at `since`, of `time.monotonic`; `draw` gets the number of missing values.
     """
     with error_boundary():
         ready = [worker.cache.get(task.key) is not None for task in tasks]

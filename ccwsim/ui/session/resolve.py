@@ -1,11 +1,13 @@
-"""From what was chosen to what `simulate` takes; cached by content, never by large arrays."""
+"""From what was chosen to what `simulate` takes: read, cached by content, and made to fit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -21,10 +23,11 @@ from ccwsim.io import (
     resolve_points,
 )
 from ccwsim.io.limits import limited, upload_limits
+from ccwsim.model.bounds import MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -36,13 +39,7 @@ SETTLED = ("on_outside", "on_unknown")
 
 
 def image_of(choice: ImageChoice) -> TrainingImage:
-    """Return the training image of a choice, turned and named as the user wants it.
-
-    Raises
-    ------
-    CCWSIMError
-        Where the file cannot be read, or a question of the reader is open.
-    """
+    """Return the training image of a choice; an error where a question of the reader is open."""
     return _image(choice.digest, choice)
 
 
@@ -77,24 +74,12 @@ def opened(upload: Upload) -> Iterator[BytesIO]:
 
 
 def data_of(choices: Choices) -> HardData:
-    """Return the hard data of a study on its grid.
-
-    Raises
-    ------
-    CCWSIMError
-        Where the file cannot be read, or data do not fit the grid or the training image.
-    """
+    """Return the hard data of a study on its grid; an error where they do not fit."""
     return imported_data(choices).hard_data
 
 
 def imported_data(choices: Choices) -> HardDataImport:
-    """Return the hard data of a study with a report of what happened on the way.
-
-    Raises
-    ------
-    CCWSIMError
-        As `data_of`.
-    """
+    """Return the hard data of a study with a report of what happened on the way."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.upload is not None:
         key = (choice.upload.digest, choice.answers, repr(grid), image.digest)
@@ -102,7 +87,8 @@ def imported_data(choices: Choices) -> HardDataImport:
     if choice.source == "bundled":
         data = datasets.load_hard_data(choice.bundled)
     elif choice.source == "sampled":
-        data = sampled_data(image, grid, choices.parameters, choice)
+        p, n, seed = choices.parameters, choice.n_sampled, choice.seed_sampled
+        data = _sampled((image.digest, grid.shape, p.digest, n, seed), image, grid, p)
     else:
         data = choice.placed if choice.source == "placed" and choice.placed else HardData()
     return _settled(data, choice, grid, image)
@@ -119,26 +105,70 @@ def _of_file(
 def _settled(
     data: HardData, choice: DataChoice, grid: Grid, image: TrainingImage
 ) -> HardDataImport:
-    points = ImportedPoints(
-        places=data.cells.astype(float), values=data.facies.astype(float),
-        lines=np.arange(1, data.n + 1), world=False, counted="datum",
-        name="hard data", variable="facies",
-    )  # fmt: skip
+    cells, values = data.cells.astype(float), data.facies.astype(float)
+    named = {"counted": "datum", "name": "hard data", "variable": "facies"}
+    lines = np.arange(1, data.n + 1)
+    points = ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
     answers = {name: how for name, how in choice.answers if name in SETTLED}
     return resolve_points(place_points(points, grid, image, classes="codes"), **answers)
 
 
-def sampled_data(
-    image: TrainingImage, grid: Grid, parameters: Parameters, choice: DataChoice
-) -> HardData:
-    """Return data read off a fresh unconditional realization, as section 5.2 of the paper does."""
-    key = (image.digest, grid.shape, parameters.digest, choice.n_sampled, choice.seed_sampled)
-    return _sampled(key, image, grid, parameters)
-
-
-@st.cache_resource(max_entries=32, show_spinner="Drawing a reference to sample …")
+@st.cache_resource(max_entries=32, show_spinner="Simulating a reference to sample …")
 def _sampled(key: tuple, _image: TrainingImage, _grid: Grid, _parameters: Parameters) -> HardData:
+    """Read data off a fresh unconditional realization, as section 5.2 of the paper does."""
     n, seed = key[-2:]
     demand = demand_of(Study(_image, _grid, _parameters), 1)
     reference = result_in_turn(partial(simulate, _image, _grid, _parameters, seed=seed), demand)
     return sample_random(reference.realizations[0], n, seed)
+
+
+def template_sizes(level: int, shape: tuple[int, int]) -> list[int]:
+    """Return the template sizes that a level and a training image of (ny, nx) cells allow.
+
+    Examples
+    --------
+    >>> template_sizes(3, (40, 60))
+    [16, 24, 32, 40]
+    """
+    smallest = max(MIN_TEMPLATE, 2 * 2**level)
+    return legal_sizes(level, smallest, min(*shape, MAX_TEMPLATE))
+
+
+def overlap_sizes(level: int, template_size: int) -> list[int]:
+    """Return the overlap sizes that a level and a template allow."""
+    return legal_sizes(level, 1, template_size // 2)
+
+
+def levels(shape: tuple[int, int]) -> list[int]:
+    """Return the levels for which a training image of (ny, nx) cells has a template."""
+    return [level for level in range(MAX_LEVEL + 1) if template_sizes(level, shape)]
+
+
+def fitted(parameters: Parameters, shape: tuple[int, int], **changes: Any) -> Parameters:
+    """Return parameters with some changed, and the sizes moved to the nearest legal ones.
+
+    Examples
+    --------
+    >>> p = fitted(Parameters(overlap_size=12), (256, 256), wavelet_level=3)
+    >>> p.template_size, p.overlap_size
+    (32, 8)
+    """
+    values = {name: getattr(parameters, name) for name in Parameters.__dataclass_fields__}
+    values |= changes
+    possible = levels(shape)
+    level = 0 if values["method"] == "ccsim" else values["wavelet_level"]
+    if possible and level not in possible:
+        level = values["wavelet_level"] = max(possible)
+    template = _nearest(template_sizes(level, shape), values["template_size"])
+    values["template_size"] = template
+    values["overlap_size"] = _nearest(overlap_sizes(level, template), values["overlap_size"])
+    return Parameters(**values)
+
+
+def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
+    """Return choices whose parameters suit another training image."""
+    return replace(choices, parameters=fitted(choices.parameters, image.shape))
+
+
+def _nearest(sizes: list[int], wanted: int) -> int:
+    return min(sizes, key=lambda size: (abs(size - wanted), size), default=wanted)

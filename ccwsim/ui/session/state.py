@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from typing import Any, TypeVar
 
 import streamlit as st
@@ -11,79 +12,93 @@ from ccwsim.model.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.session.past_runs import PastRuns
+from ccwsim.ui.jobs.limits import limits_of_environment
 
 KEY = "ccwsim"
+MAX_RUNS = 12
 PageState = TypeVar("PageState")
+
+
+@dataclass(frozen=True, eq=False)
+class PastRun:
+    """A run as it came out, with the reference field of its hard data, where there is one."""
+
+    choices: Choices
+    ensemble: Ensemble
+    reference: TrainingImage | None
+    at: datetime  # when it was finished
+
+    @classmethod
+    def of(
+        cls, choices: Choices, ensemble: Ensemble, reference: TrainingImage | None = None
+    ) -> PastRun:
+        """Return a run that has just come out."""
+        return cls(choices, ensemble, reference, datetime.now().astimezone())
+
+    @property
+    def key(self) -> str:
+        """What tells it from the other runs of the session."""
+        return self.at.isoformat()
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the realizations, in indices and, where they differ, in codes too."""
+        ensemble = self.ensemble
+        in_codes = ensemble.realizations
+        own = 0 if in_codes is ensemble.indices else in_codes.nbytes
+        return ensemble.indices.nbytes + own + ensemble.data_status.nbytes
+
+
+@dataclass
+class PastRuns:
+    """The latest runs, newest first, in the memory that the server gives each session for them."""
+
+    runs: list[PastRun] = field(default_factory=list)
+    max_runs: int = MAX_RUNS
+    max_bytes: int | None = None
+
+    def remember(self, run: PastRun) -> None:
+        """Keep a run; the same study again takes the place of the newest, the oldest go.
+
+        The newest is kept whatever it takes: it is on the page anyway.
+        """
+        if self.runs and self.runs[0].choices == run.choices:
+            self.runs.pop(0)
+        self.runs.insert(0, run)
+        while len(self.runs) > 1 and (len(self.runs) > self.max_runs or self._too_large()):
+            self.runs.pop()
+
+    def _too_large(self) -> bool:
+        own = self.max_bytes
+        limit = limits_of_environment().history if own is None else own
+        return sum(run.nbytes for run in self.runs) > limit
 
 
 @dataclass
 class State:
-    """What a session remembers.
+    """What a session remembers."""
 
-    Attributes
-    ----------
-    choices : Choices
-        The study as it is set up; always one that can be read.
-    image_draft, data_draft : optional
-        A choice that cannot be used yet, because a file is broken or a question is open.
-    live : bool
-        Whether every change starts a run.
-    job : Job or None
-        The simulation that runs now.
-    tried : Choices or None
-        What a run was started with last, whatever came of it.
-    ensemble : Ensemble or None
-        The latest results, and the `ran` choices they came from.
-    message : str
-        What went wrong or was stopped, to be said above the results.
-    shown : int
-        Which realization is large.
-    wanted : int
-        Which was large when the latest run started: it is again as soon as the run has it.
-    facies : int
-        The place of the facies whose curves and probability are shown.
-    e_type : str
-        What the uncertainty map shows: "probability", "most likely" or "entropy".
-    chart_format : str
-        How a chart saves itself: "svg" or "png".
-    reference : TrainingImage or None
-        The hidden truth that the hard data were sampled from, to score realizations against.
-    runs : PastRuns
-        The runs of this session, to go back to.
-    pages : dict
-        What single pages remember, by type; see `page`.
-    own_seed : int or None
-        The seed of this reader where a class shares a study; None outside of one.
-    address : str
-        What was last written behind the address of the page.
-    told : tuple of str
-        What of an address or a project could not be taken, to be said until it is read.
-    opened : pair of str
-        The project file that was opened last, and why it could not be.
-    """
-
-    choices: Choices = field(default_factory=Choices)
-    image_draft: ImageChoice | None = None
+    choices: Choices = field(default_factory=Choices)  # as set up; always one that can be read
+    image_draft: ImageChoice | None = None  # not usable yet: broken, or a question is open
     data_draft: DataChoice | None = None
-    live: bool = False
-    job: Job[Ensemble] | None = None
-    tried: Choices | None = None
-    ensemble: Ensemble | None = None
+    live: bool = False  # every change starts a run
+    job: Job[Ensemble] | None = None  # the simulation that runs now
+    tried: Choices | None = None  # what a run was started with last, whatever came of it
+    ensemble: Ensemble | None = None  # the latest results, and the choices they came from
     ran: Choices | None = None
-    message: str = ""
-    shown: int = 0
-    wanted: int = 0
-    facies: int = 1
-    e_type: EMap = "probability"
-    chart_format: str = "svg"
-    reference: TrainingImage | None = None
-    runs: PastRuns = field(default_factory=PastRuns)
-    pages: dict[type, Any] = field(default_factory=dict)
-    own_seed: int | None = None
-    address: str = ""
-    told: tuple[str, ...] = ()
-    opened: tuple[str, str] = ("", "")
+    message: str = ""  # what went wrong or was stopped, shown above the results
+    shown: int = 0  # which realization is large
+    wanted: int = 0  # which was when the latest run started: it is again when the run has it
+    facies: int = 1  # index of the facies whose curves and probability are shown
+    e_type: EMap = "probability"  # what the uncertainty map shows
+    chart_format: str = "svg"  # how a chart saves itself: "svg" or "png"
+    reference: TrainingImage | None = None  # the field that the hard data were sampled from
+    runs: PastRuns = field(default_factory=PastRuns)  # of this session, to go back to
+    pages: dict[type, Any] = field(default_factory=dict)  # what single pages remember, by type
+    own_seed: int | None = None  # this reader's where a class shares a study
+    address: str = ""  # what was last written behind the address of the page
+    notes: tuple[str, ...] = ()  # what of an address or a project could not be taken, until read
+    opened: tuple[str, str] = ("", "")  # the latest project file, and why it could not be opened
 
     def page(self, kind: type[PageState]) -> PageState:
         """Return what a page remembers; `kind` is the type of it, made without arguments."""

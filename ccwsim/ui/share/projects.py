@@ -67,7 +67,7 @@ def open_project(state: State, upload: Upload) -> None:
     study_of(choices)
     state.choices, state.image_draft, state.data_draft = choices, None, None
     state.reference, state.page(Editor).history = None, History()
-    state.told = _notes(project, upload.name)
+    state.notes = _notes(project, upload.name)
     show(state, project.shown)
     start_run(state)
 

@@ -14,8 +14,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.past_runs import PastRun
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.run import stop_run
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.maps import canvas_component

@@ -13,8 +13,7 @@ from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.fitting import fitted, fitted_to_image
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import fitted, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import ask_image

@@ -20,9 +20,8 @@ from ccwsim.ui.jobs.job import Cancel, Job, Progress
 from ccwsim.ui.jobs.limits import Demand, check_limits, demand_of, limits_of_environment
 from ccwsim.ui.jobs.scheduler import executor_of_environment
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.past_runs import PastRun
 from ccwsim.ui.session.resolve import data_of, image_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.literal import plain

@@ -15,8 +15,7 @@ from ccwsim.model.bounds import (
     MAX_TEMPLATE_VARIATION,
 )
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.session.fitting import fitted, levels, overlap_sizes, template_sizes
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import fitted, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_step
 from ccwsim.ui.study.image_step import image_step

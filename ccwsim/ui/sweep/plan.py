@@ -29,9 +29,8 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import Demand, check_limits, demand_of
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.fitting import fitted, levels
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.facts import seconds

@@ -20,7 +20,7 @@ from ccwsim.ui.compare.findings import (
     settings_csv,
 )
 from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of, usual_others
-from ccwsim.ui.session.fitting import overlap_sizes, template_sizes
+from ccwsim.ui.session.resolve import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until

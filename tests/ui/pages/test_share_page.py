@@ -42,7 +42,7 @@ def test_every_page_starts_a_study_from_its_address(path):
     app = addressed(path)
     assert not app.exception
     assert app.session_state[KEY].choices == ADDRESSED
-    assert app.session_state[KEY].told == ()
+    assert app.session_state[KEY].notes == ()
     assert {name: app.query_params[name] for name in QUERY} == QUERY
 
 
@@ -145,7 +145,7 @@ def test_a_project_of_another_version_is_opened_with_a_word():
     state = State()
     project = replace(project_of(an_own_study()), versions={"Program": "ccwsim 9.9"})
     open_project(state, Upload("a.ccwsim", project_as_bytes(project)))
-    assert "saved with ccwsim 9.9" in state.told[0]
+    assert "saved with ccwsim 9.9" in state.notes[0]
     ran(state)
 
 
