@@ -8,7 +8,7 @@ from pathlib import Path
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.ui.jobs.sessions import settle_memory
+from ccwsim.ui.jobs.queue import settle_memory
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import KEY, State, session_state

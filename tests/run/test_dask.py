@@ -13,7 +13,7 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, Train
 from ccwsim.cli.program import main
 from ccwsim.model.choices import Choices
 from ccwsim.run.executors import connect
-from ccwsim.ui.jobs.scheduler import VARIABLE, executor_of_environment
+from ccwsim.ui.jobs.limits import SCHEDULER, executor_of_environment
 from ccwsim.ui.study.run import part_of
 from tests.small_images import blobs
 
@@ -113,16 +113,16 @@ def test_the_command_line_takes_the_address_of_a_scheduler(client, tmp_path):
 
 
 def test_the_dashboard_takes_the_address_from_the_environment(client, monkeypatch):
-    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.delenv(SCHEDULER, raising=False)
     assert executor_of_environment() is None
     choices = Choices(n_realizations=2)
     here = part_of(choices)(0, 2, lambda *_: None, lambda: False)
-    monkeypatch.setenv(VARIABLE, client.scheduler.address)
+    monkeypatch.setenv(SCHEDULER, client.scheduler.address)
     own = executor_of_environment()
     assert own is executor_of_environment()
     assert same(part_of(choices)(0, 2, lambda *_: None, lambda: False), here)
     own.close()
-    monkeypatch.setenv(VARIABLE, "tcp://127.0.0.1:9")
+    monkeypatch.setenv(SCHEDULER, "tcp://127.0.0.1:9")
     with pytest.raises(CCWSIMError, match="no Dask scheduler answers"):
         part_of(choices)(0, 2, lambda *_: None, lambda: False)
 

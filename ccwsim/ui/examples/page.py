@@ -195,7 +195,7 @@ class Picture:
 @st.cache_resource(show_spinner=False)
 def picture_worker() -> StatisticsWorker:
     """Return where pictures are drawn, one after another, and kept for all sessions."""
-    return StatisticsWorker(LruCache(most=128))
+    return StatisticsWorker(LruCache(max_values=128))
 
 
 def small(choices: Choices) -> Choices:

@@ -12,8 +12,7 @@ from ccwsim.engine.kernels import COMPILE_TIME, compilation
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.workers import stoppable
 from ccwsim.ui.jobs.limits import Demand, admit
-from ccwsim.ui.jobs.queue import QueueEntry, server_queue
-from ccwsim.ui.jobs.sessions import current_session, session_monitor
+from ccwsim.ui.jobs.queue import QueueEntry, current_session, server_queue, session_monitor
 
 Result = TypeVar("Result")
 Progress = Callable[[float, int], None]
@@ -34,22 +33,10 @@ _admission = Lock()
 class Job(Generic[Result]):
     """A piece of work that runs on its own thread as soon as the queue of the server lets it.
 
-    Parameters
-    ----------
-    work : callable
-        Called as work(job): it calls `job.report` with its progress, asks `job.is_cancelled`, and
-        may `job.give` a part of the result. It returns the `result`; what it raises is `error`.
-    about : object
-        What the caller wants to find on the job again, such as the study that is simulated.
-    demand : Demand
-        What it asks of the server.
-    n, unit : int, str
-        How many pieces there are, and what they are called: "realizations".
-
-    Raises
-    ------
-    CCWSIMError
-        Where the server does not have what it demands; nothing is begun then.
+    It is called as work(job): it calls `job.report` with its progress, asks `job.is_cancelled`,
+    and may `job.give` a part of the result. It returns the `result`; what it raises is `error`.
+    `about` is what the caller wants to find on the job again; `n` pieces are called `unit`. Where
+    the server does not have what the job demands, nothing is begun and a CCWSIMError is raised.
 
     Examples
     --------
@@ -163,13 +150,7 @@ class Job(Generic[Result]):
         return self._finished.wait(seconds)
 
     def wait_first(self, seconds: float) -> bool:
-        """Wait at most `seconds` for a part of the result, or the end; return whether it is there.
-
-        Examples
-        --------
-        >>> Job(lambda job: "all").wait_first(5.0)
-        True
-        """
+        """Wait at most `seconds` for a part of the result or the end; say whether it is there."""
         return self._first.wait(seconds)
 
     @property
@@ -193,16 +174,6 @@ def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
     """Return work(progress=…, cancel=…) that a page cannot be drawn without.
 
     Little work is done at once; much of it waits for its turn as a job.
-
-    Raises
-    ------
-    CCWSIMError
-        Where the server does not have what it demands.
-
-    Examples
-    --------
-    >>> result_in_turn(lambda progress, cancel: 6 * 7, Demand(n_cells=1))
-    42
     """
     admit(demand, server_queue().still_to_take)
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
@@ -217,14 +188,7 @@ def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
 
 
 def progress_text(job: Job, label: str = "") -> str:
-    """Say how far a job is: it waits, stops, compiles, or has done so many of its pieces.
-
-    Parameters
-    ----------
-    job : Job
-    label : str
-        What is said in place of the number of pieces.
-    """
+    """Say how far a job is; a `label` takes the place of the number of finished pieces."""
     if delay := delay_text(job):
         return f"{label} · {delay}" if label else delay
     text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"

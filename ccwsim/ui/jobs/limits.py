@@ -1,12 +1,15 @@
-"""What a run may ask of a server: its limits, which the environment sets, and the memory left."""
+"""What the environment of a server sets: the limits of a run, and the cluster that simulates it."""
 
 from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from threading import Lock
+from typing import Any
 
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
+from ccwsim.run.executors import connect
 from ccwsim.run.footprint import footprint
 from ccwsim.system.memory import free_memory, used_memory
 from ccwsim.system.workers import n_cores
@@ -16,6 +19,8 @@ MAX_DATA = "CCWSIM_MAX_DATA"
 JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
+SCHEDULER = "CCWSIM_SCHEDULER"
+"""Environment variables; the last holds the address of a Dask scheduler: tcp://host:8786."""
 DEFAULT_HISTORY = 256
 RESERVE = 128 * 10**6
 """Bytes that are left for the pages themselves."""
@@ -23,30 +28,19 @@ MAPS_BYTES = 16
 """Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
 FACIES_BYTES = 12
 
+_clients: dict[str, Any] = {}
+_lock = Lock()
+
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits of a server; a laptop has none but its memory.
+    """The limits of a server; a laptop has none but its memory."""
 
-    Attributes
-    ----------
-    cells : int or None
-        Maximum of cells × realizations of one run, None for any number.
-    data : int or None
-        Maximum of hard data of one run, None for any number.
-    n_slots : int
-        How many short jobs of all sessions are active at once.
-    memory : int or None
-        Bytes that the program may use, None for what the machine or its container has.
-    history : int
-        Bytes of earlier runs that each session keeps.
-    """
-
-    cells: int | None
-    data: int | None
-    n_slots: int
-    memory: int | None
-    history: int
+    cells: int | None  # maximum of cells × realizations of one run, None for any number
+    data: int | None  # maximum of hard data of one run, None for any number
+    n_slots: int  # how many short jobs of all sessions are active at once
+    memory: int | None  # bytes for the program, None for what the machine or its container has
+    history: int  # bytes of earlier runs that each session keeps
 
     def check(self, n_cells: int, n_data: int = 0) -> None:
         """Refuse a run that is larger than this server allows, and say what to do."""
@@ -73,18 +67,7 @@ class Limits:
 
 
 def limits_of_environment() -> Limits:
-    """Return the limits that the environment variables of the server set.
-
-    Raises
-    ------
-    CCWSIMError
-        For a variable that is no number.
-
-    Examples
-    --------
-    >>> limits_of_environment().n_slots >= 1
-    True
-    """
+    """Return the limits that the environment variables of the server set."""
     memory, history = _number(MEMORY), _number(HISTORY)
     return Limits(
         _number(MAX_CELLS),
@@ -139,24 +122,13 @@ def demand_of(
 
     At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment there
     are so many `copies` of them.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ccwsim import Grid, TrainingImage
-    >>> demand_of(Study(TrainingImage(np.eye(40)), Grid(50, 60)), 10).n_cells
-    30000
     """
     cells, image = study.grid.ny * study.grid.nx, study.training_image
     kept = n if n_kept is None else min(n, n_kept)
     in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
-    return Demand(
-        cells * n,
-        study.hard_data.n,
-        footprint(study, kept, n_workers)
-        + cells * kept * (copies - 1 + in_codes)
-        + cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies),
-    )
+    run = footprint(study, kept, n_workers) + cells * kept * (copies - 1 + in_codes)
+    page = cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies)
+    return Demand(cells * n, study.hard_data.n, run + page)
 
 
 def check_limits(demand: Demand) -> None:
@@ -165,14 +137,7 @@ def check_limits(demand: Demand) -> None:
 
 
 def admit(demand: Demand, promised: float = 0.0) -> None:
-    """Refuse a run that is larger than the server allows, or than its memory.
-
-    Other runs have still to take `promised` bytes.
-
-    Examples
-    --------
-    >>> admit(Demand(n_cells=1000, n_bytes=1000))
-    """
+    """Refuse a run larger than the limits, or than the memory less what is `promised` to others."""
     limits = limits_of_environment()
     limits.check(demand.n_cells, demand.n_data)
     free = free_bytes(limits)
@@ -205,3 +170,18 @@ def format_bytes(number: float) -> str:
     ('12.3 GB', '45 MB')
     """
     return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.0f} MB"
+
+
+def executor_of_environment() -> Any:
+    """Return the client of the scheduler that the environment names, None where it names none.
+
+    All sessions share it; call it on the thread of a job, as connecting may take seconds.
+    """
+    address = os.environ.get(SCHEDULER, "").strip()
+    if not address:
+        return None
+    with _lock:
+        client = _clients.get(address)
+        if client is None or client.status != "running":
+            _clients[address] = client = connect(address)
+        return client

@@ -1,33 +1,38 @@
-"""The queue of a server: so many jobs are active at once, and sessions take turns."""
+"""The queue of a server: sessions take turns, and what a closed one had is free again."""
 
 from __future__ import annotations
 
+import gc
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
-from threading import Lock, Timer
+from threading import Event, Lock, Thread, Timer
 
+import streamlit as st
+from streamlit import config
+from streamlit.runtime import Runtime
+from streamlit.runtime.scriptrunner import get_script_run_ctx
+
+from ccwsim.system.memory import give_back_memory
 from ccwsim.system.workers import share_cores
 from ccwsim.ui.jobs.limits import limits_of_environment
 
 MAX_COUNTED_SECONDS = 10.0
 """Seconds after which an active job does not count against the slots where others wait."""
+LOOK_SECONDS = 2.0
+"""Seconds between two looks at who is still there."""
+GRACE = 20.0
+"""Seconds that a tab may be away, as when a laptop changes networks, before its jobs end."""
+EARLY = 10.0
+"""A closed session is forgotten so many seconds before Streamlit stops to look for it."""
 
 
 class QueueEntry:
-    """An entry in the queue.
+    """An entry in the queue: whose it is, and what is called when it is its turn or unwanted.
 
-    Parameters
-    ----------
-    session : str
-        Whose it is.
-    begin : callable
-        Called once, when it is its turn.
-    drop : callable
-        Called where nobody wants it any more, as its session is over.
-    still_to_take : callable
-        Returns how many bytes of memory it has asked for and not taken yet.
+    `still_to_take` returns how many bytes of memory it has asked for and not taken yet.
     """
 
     def __init__(
@@ -46,13 +51,8 @@ class Queue:
     """Lets jobs begin: the session with the fewest active ones first, then the one whose turn is
     longest ago, then who came first.
 
-    Parameters
-    ----------
-    n_slots : int
-        How many short jobs are active at once. One that has been active for `MAX_COUNTED_SECONDS`
-        goes on and its slot is for others; the cores are shared all the same.
-    clock : callable
-        Returns the time in seconds.
+    At most `n_slots` short jobs are active at once. One that has been active for
+    `MAX_COUNTED_SECONDS` goes on and its slot is for others; the cores are shared all the same.
 
     Examples
     --------
@@ -183,3 +183,121 @@ def server_queue() -> Queue:
     """Return the one queue of this process, whose runs take turns on its cores from now on."""
     share_cores()
     return Queue(limits_of_environment().n_slots)
+
+
+def current_session() -> str:
+    """Return the name of the session that this thread draws, empty where it draws none."""
+    context = get_script_run_ctx(suppress_warning=True)
+    return context.session_id if context is not None else ""
+
+
+def is_open(session: str) -> bool:
+    """Return whether a browser shows a session; without a server nobody can have left."""
+    return not session or not Runtime.exists() or Runtime.instance().is_active_session(session)
+
+
+def forget(session: str) -> None:
+    """Let Streamlit give back the memory of a closed session.
+
+    It keeps a session for some time for a browser that comes back, but then drops it only when
+    another one is closed, which may be hours later.
+    """
+    if not Runtime.exists():
+        return
+    runtime = Runtime.instance()
+
+    def close() -> None:
+        if not runtime.is_active_session(session):
+            runtime.close_session(session)
+
+    # close_session is not thread-safe, and no public way leads to the event loop of the server
+    with suppress(Exception):  # it may be ending at this moment, which serves as well
+        runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
+
+
+@cache
+def settle_memory() -> None:
+    """Leave what a server has imported out of later searches for garbage; call before a session.
+
+    These are nearly all of its objects, and a search for garbage stops every session meanwhile.
+    """
+    if Runtime.exists():
+        gc.collect()
+        gc.freeze()
+
+
+class SessionMonitor:
+    """Watches who is still there: jobs of a session that was left end; later it is forgotten."""
+
+    def __init__(
+        self,
+        queue: Queue,
+        is_open: Callable[[str], bool] = is_open,
+        forget: Callable[[str], None] = forget,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._queue, self._is_open, self._forget, self._clock = queue, is_open, forget, clock
+        self._sessions: set[str] = set()
+        self._left: dict[str, float] = {}
+        self._lock = Lock()
+        self._thread: Thread | None = None
+        self._freed = False
+        self._woken = Event()
+
+    def note(self, session: str) -> None:
+        """Look after a session from now on, on a thread that ends with the last of them."""
+        with self._lock:
+            if not session or session in self._sessions:
+                return
+            self._sessions.add(session)
+            if self._thread is None:
+                self._thread = Thread(target=self._keep_looking, daemon=True)
+                self._thread.start()
+
+    def look(self) -> None:
+        """End the jobs of sessions that were left `GRACE` seconds ago; forget older ones."""
+        now = self._clock()
+        for session in list(self._sessions):
+            if self._is_open(session):
+                self._left.pop(session, None)
+                continue
+            away = now - self._left.setdefault(session, now)
+            if away >= GRACE:
+                for entry in self._queue.entries_of(session):
+                    entry.drop()
+            if away >= max(config.get_option("server.disconnectedSessionTTL") - EARLY, GRACE):
+                self._forget(session)
+                self._freed = True
+                with self._lock:
+                    self._sessions.discard(session)
+                    self._left.pop(session, None)
+
+    def give_back(self) -> None:
+        """Give the memory of sessions that were forgotten before the last look to the system.
+
+        With the last of them goes what was kept for all, which came from their images and data.
+        """
+        freed, self._freed = self._freed, False
+        if not freed:
+            return
+        if not self._sessions:
+            st.cache_data.clear()
+            st.cache_resource.clear()
+        gc.collect()
+        give_back_memory()
+
+    def _keep_looking(self) -> None:
+        while True:
+            self._woken.wait(LOOK_SECONDS)
+            self.give_back()
+            self.look()
+            with self._lock:
+                if not self._sessions and not self._freed:
+                    self._thread = None
+                    return
+
+
+@cache
+def session_monitor() -> SessionMonitor:
+    """Return the one monitor of this process."""
+    return SessionMonitor(server_queue())

@@ -1,4 +1,4 @@
-"""Statistics worked out one after another on a thread, and kept for all who ask again."""
+"""Statistics computed one after another on a thread, and kept for all who ask again."""
 
 from __future__ import annotations
 
@@ -25,41 +25,24 @@ MAX_BYTES = 256 * 10**6
 
 @dataclass(frozen=True)
 class Task(Generic[Value]):
-    """Something to be worked out from a study.
-
-    Attributes
-    ----------
-    key : tuple
-        Equal for equal contents and settings.
-    work : callable
-        Called as work(progress) with a callable that takes the share that is done.
-    """
+    """Something to be computed from a study; its key is equal for equal contents and settings."""
 
     key: tuple
-    work: Callable[[Fraction], Value] = field(compare=False, repr=False)
+    work: Callable[[Fraction], Value] = field(compare=False, repr=False)  # takes its progress
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a task could not be worked out."""
+    """Why a task could not be computed."""
 
     reason: str
 
 
 class LruCache:
-    """The latest values, by the key of their task; the one least lately used goes first.
+    """The latest values, by the key of their task; the one least lately used goes first."""
 
-    Examples
-    --------
-    >>> cache = LruCache(most=1)
-    >>> cache.put(("a",), 1)
-    >>> cache.put(("b",), 2)
-    >>> cache.get(("a",)), cache.get(("b",))
-    (None, 2)
-    """
-
-    def __init__(self, most: int = MAX_KEPT) -> None:
-        self._most = most
+    def __init__(self, max_values: int = MAX_KEPT) -> None:
+        self._max_values = max_values
         self._values: OrderedDict[tuple, Any] = OrderedDict()
         self._lock = Lock()
 
@@ -75,7 +58,7 @@ class LruCache:
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
-            while len(self._values) > self._most or self._too_large():
+            while len(self._values) > self._max_values or self._too_large():
                 self._values.popitem(last=False)
 
     def _too_large(self) -> bool:
@@ -103,13 +86,7 @@ def n_bytes(value: Any) -> int:
 
 
 class StatisticsWorker:
-    """Works out what is asked for, in order, on one thread that ends when there is no more.
-
-    Parameters
-    ----------
-    cache : LruCache
-        Where values go.
-    """
+    """Computes what is asked for, in order, on one thread that ends when there is no more."""
 
     def __init__(self, cache: LruCache) -> None:
         self.cache = cache
@@ -178,13 +155,13 @@ class StatisticsWorker:
                     self._changed.notify_all()
                     return
                 self._current, self._share = self._pending.pop(0), 0.0
-            value = self._worked_out(self._current, job)
+            value = self._computed(self._current, job)
             with self._changed:
                 if value is not None:
                     self.cache.put(self._current.key, value)
                 self._changed.notify_all()
 
-    def _worked_out(self, task: Task, job: Job) -> Any:
+    def _computed(self, task: Task, job: Job) -> Any:
         def progress(share: float) -> None:
             self._share = share
             if job.is_cancelled():

@@ -17,8 +17,13 @@ from ccwsim.model.study import Study
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
 from ccwsim.ui.jobs.job import Cancel, Job, Progress
-from ccwsim.ui.jobs.limits import Demand, check_limits, demand_of, limits_of_environment
-from ccwsim.ui.jobs.scheduler import executor_of_environment
+from ccwsim.ui.jobs.limits import (
+    Demand,
+    check_limits,
+    demand_of,
+    executor_of_environment,
+    limits_of_environment,
+)
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import PastRun, State

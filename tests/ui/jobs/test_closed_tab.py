@@ -20,14 +20,14 @@ sys.path.insert(0, {str(ROOT)!r})
 import streamlit as st
 
 from ccwsim import Grid
-from ccwsim.ui.jobs import sessions
+from ccwsim.ui.jobs import queue
 from ccwsim.model.choices import Choices
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.queue import server_queue
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.session.state import State, session_state
 
-sessions.GRACE, sessions.POLL_SECONDS, sessions.EARLY = 1.0, 0.1, 1e9
+queue.GRACE, queue.LOOK_SECONDS, queue.EARLY = 1.0, 0.1, 1e9
 
 if "look" not in st.query_params:
     state = session_state()

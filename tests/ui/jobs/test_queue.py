@@ -12,8 +12,7 @@ from ccwsim import Cancelled
 from ccwsim.system.memory import give_back_memory
 from ccwsim.ui.jobs import job as jobs
 from ccwsim.ui.jobs.job import Job, delay_text
-from ccwsim.ui.jobs.queue import MAX_COUNTED_SECONDS, Queue, QueueEntry
-from ccwsim.ui.jobs.sessions import GRACE, SessionMonitor
+from ccwsim.ui.jobs.queue import GRACE, MAX_COUNTED_SECONDS, Queue, QueueEntry, SessionMonitor
 
 SLOW = 60
 
@@ -227,7 +226,7 @@ def test_a_tab_that_comes_back_keeps_its_jobs():
 
 def test_memory_is_given_back_once_and_what_all_shared_goes_with_the_last(monkeypatch):
     given, cleared = [], []
-    monkeypatch.setattr("ccwsim.ui.jobs.sessions.give_back_memory", lambda: given.append(True))
+    monkeypatch.setattr("ccwsim.ui.jobs.queue.give_back_memory", lambda: given.append(True))
     monkeypatch.setattr("streamlit.cache_data.clear", lambda: cleared.append("data"))
     monkeypatch.setattr("streamlit.cache_resource.clear", lambda: cleared.append("resource"))
     room = Room()
