@@ -16,7 +16,7 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.model.study import Study
 from ccwsim.report import report_html
 from ccwsim.sharing import link_of, reproduction_recipe, study_report
-from ccwsim.ui.share.projects import choices_of, study_of
+from ccwsim.ui.share.menu import choices_of, study_of
 from tests.report.test_report import OUTSIDE, own_part
 from tests.some import some
 

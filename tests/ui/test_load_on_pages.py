@@ -18,7 +18,7 @@ from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import RESERVE
 from ccwsim.ui.jobs.queue import Queue, QueueEntry, server_queue
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
-from ccwsim.ui.paper.run import PaperState
+from ccwsim.ui.paper.page import PaperState
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run

@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import streamlit as st
 
+import ccwsim
 from ccwsim.figures import facies_colours
-from ccwsim.io import project_as_bytes
-from ccwsim.model.choices import Choices, Upload
+from ccwsim.io import Project, project_as_bytes, read_project, training_image_as_bytes
+from ccwsim.io.formats.classes import MAX_CODES
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.report import report_html
-from ccwsim.sharing import REVISED, Recipe, left_out, reproduction_recipe, study_report
-from ccwsim.ui.session.address import page_link_of, shown_of
+from ccwsim.model.study import Study
+from ccwsim.report import report_html, surroundings
+from ccwsim.sharing import (
+    REVISED,
+    Recipe,
+    left_out,
+    link_of,
+    read_link,
+    reproduction_recipe,
+    study_report,
+)
+from ccwsim.ui.hard_data.edits import Editor, History
+from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
-from ccwsim.ui.share.projects import file_name, open_project, project_of, study_of
+from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.steps import step_note
@@ -23,7 +40,7 @@ from ccwsim.ui.widgets.steps import step_note
 
 @st.fragment
 def draw_share(state: State) -> None:
-    """Draw the menu; what is in it is worked out when it is opened."""
+    """Draw the menu; what is in it is computed when it is opened."""
     with error_boundary():
         _menu(state)
 
@@ -41,7 +58,7 @@ def _menu(state: State) -> None:
         else:
             _link(state)
             _files(state)
-            _again(how)
+            _recipe(how)
         _open(state)
 
 
@@ -58,15 +75,14 @@ def _link(state: State) -> None:
 def _files(state: State) -> None:
     project = project_of(state)
     with st.container(horizontal=True, gap="small"):
-        st.download_button(
-            "Save project", lambda: project_as_bytes(project), file_name=file_name(state.choices),
-            mime="application/octet-stream", key="share_save", on_click="ignore",
-        )  # fmt: skip
-        st.download_button(
-            "Report", report_of(state), file_name="ccwsim-report.html", mime="text/html",
-            key="share_report", on_click="ignore", disabled=state.ensemble is None,
-            help="One HTML file that opens offline, with all maps and charts",
-        )  # fmt: skip
+        save: dict[str, Any] = {"mime": "application/octet-stream", "on_click": "ignore"}
+        save["file_name"] = file_name(state.choices)
+        content = partial(project_as_bytes, project)
+        st.download_button("Save project", content, key="share_save", **save)
+        report: dict[str, Any] = {"mime": "text/html", "on_click": "ignore"}
+        report |= {"file_name": "ccwsim-report.html", "disabled": state.ensemble is None}
+        report["help"] = "One HTML file that opens offline, with all maps and charts"
+        st.download_button("Report", report_of(state), key="share_report", **report)
     if state.ensemble is None:
         step_note("The report can be had when there are realizations.")
     elif results_of(state) != state.choices:
@@ -81,11 +97,11 @@ def report_of(state: State):
     choices = results_of(state)
     shown, facts = shown_of(state), facts_of(ensemble)
     colours = facies_colours(ensemble.training_image, dict(choices.image.colours))
-    here = page_link_of(choices, shown)
+    link = page_link_of(choices, shown)
 
     def made() -> bytes:
         how = reproduction_recipe(choices, study_of(choices), file_name(choices))
-        document = study_report(ensemble, choices, shown, colours, facts, here, how)
+        document = study_report(ensemble, choices, shown, colours, facts, link, how)
         return report_html(document).encode()
 
     return made
@@ -100,7 +116,7 @@ def results_of(state: State) -> Choices:
     return replace(ran, data=state.choices.data)
 
 
-def _again(how: Recipe) -> None:
+def _recipe(how: Recipe) -> None:
     with st.expander("The same in Python"):
         st.code(how.python.rstrip(), language="python")
         if how.python_needs_project:
@@ -130,5 +146,96 @@ def _open(state: State) -> None:
         st.error(plain(state.opened[1]))
 
 
-def _title(words: str) -> None:
-    st.html(f'<div class="share-title">{words}</div>')
+def _title(text: str) -> None:
+    st.html(f'<div class="share-title">{text}</div>')
+
+
+def study_of(choices: Choices) -> Study:
+    """Return a study as a whole; an error where its parts do not fit together."""
+    image = image_of(choices.image)
+    return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
+
+
+def file_name(choices: Choices) -> str:
+    """Return what the project file of a study is called."""
+    name = re.sub(r"[^\w.-]+", "_", image_of(choices.image).name, flags=re.ASCII).strip("._")
+    return f"{name[:40] or 'study'}.ccwsim"
+
+
+def project_of(state: State) -> Project:
+    """Return the study as a project."""
+    choices, shown = state.choices, shown_of(state)
+    ensemble = state.ensemble
+    known = ensemble is not None and state.ran == choices and not ensemble.revised
+    digest = ensemble.digest if ensemble is not None and known else ""
+    colours, link, versions = choices.image.colours, link_of(choices, shown), dict(surroundings())
+    n = choices.n_realizations
+    return Project(study_of(choices), n, colours, shown, link, versions, digest)
+
+
+def open_project(state: State, upload: Upload) -> None:
+    """Make the study of a project file the session's, and simulate it.
+
+    One that cannot be read, or is too large for a page, raises an error and changes nothing.
+    """
+    with opened(upload) as file:
+        project = read_project(file)
+    choices = choices_of(project)
+    _check(choices)
+    study_of(choices)
+    state.choices, state.image_draft, state.data_draft = choices, None, None
+    state.reference, state.page(Editor).history = None, History()
+    state.notes = _notes(project, upload.name)
+    show(state, project.shown)
+    start_run(state)
+
+
+def choices_of(project: Project) -> Choices:
+    """Return a project as choices: by name what is bundled and the same, else what it brings."""
+    study = project.study
+    by_link, _, _ = read_link(project.link)
+    image = _image(project, by_link.image)
+    choices = Choices(
+        image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed
+    )
+    try:
+        same = data_of(choices).digest == study.hard_data.digest
+    except CCWSIMError:
+        same = False
+    if same:
+        return choices
+    return replace(choices, data=DataChoice("placed", placed=study.hard_data))
+
+
+def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
+    image = project.study.training_image
+    linked = image_of(by_link)
+    same = linked.digest == image.digest and linked.name == image.name
+    if same and linked.facies_names == image.facies_names:
+        return replace(by_link, colours=project.colours)
+    upload = Upload(f"{image.name or 'image'}.npy", training_image_as_bytes(image, "npy"))
+    answers = (("classes", "codes"),) if image.n_facies > MAX_CODES else ()
+    return ImageChoice(
+        upload=upload, answers=answers, names=image.facies_names, colours=project.colours
+    )
+
+
+def _check(choices: Choices) -> None:
+    for name, value, limit in (
+        ("realizations", choices.n_realizations, MAX_REALIZATIONS),
+        ("cells along a side of the grid", max(choices.grid.shape), MAX_GRID_SIDE_OFFERED),
+        ("as seed", choices.seed, MAX_SEED),
+    ):
+        if value > limit:
+            raise CCWSIMError(
+                f"{value} {name} are more than a page takes ({limit}); simulate this project with "
+                "python -m ccwsim simulate --project"
+            )
+
+
+def _notes(project: Project, name: str) -> tuple[str, ...]:
+    own = f"ccwsim {ccwsim.__version__}"
+    made = project.versions.get("Program", own)
+    if made == own:
+        return ()
+    return (f"{name} was saved with {made}; this is {own}, which may draw other realizations.",)

@@ -10,13 +10,19 @@ from streamlit.testing.v1 import AppTest
 
 import ccwsim.paper.reproduction as reproduction
 import ccwsim.ui.paper.page as paper_page
-import ccwsim.ui.paper.run as paper_run
 from ccwsim import CCWSIMError
 from ccwsim.paper import Experiment, Finished, Inputs, Outcome
 from ccwsim.report import Judgement, Text
 from ccwsim.ui.jobs.job import Job, progress_text
-from ccwsim.ui.paper.page import describe_inputs, ended_text, progress_label, verdict_list
-from ccwsim.ui.paper.run import PaperRun, PaperState, server_inputs
+from ccwsim.ui.paper.page import (
+    PaperRun,
+    PaperState,
+    describe_inputs,
+    ended_text,
+    progress_label,
+    server_inputs,
+    verdict_list,
+)
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 
@@ -46,7 +52,7 @@ def few(monkeypatch):
 
 
 def use(monkeypatch, chosen) -> None:
-    for module in (paper_run, paper_page, reproduction):
+    for module in (paper_page, reproduction):
         monkeypatch.setattr(module, "EXPERIMENTS", chosen)
 
 

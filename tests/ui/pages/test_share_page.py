@@ -15,8 +15,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.ui.page import PAGES
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.share.menu import report_of
-from ccwsim.ui.share.projects import file_name, open_project, project_of
+from ccwsim.ui.share.menu import file_name, open_project, project_of, report_of
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.literal import plain
 from tests.ui.test_pages import ROOT, SMALL, launched, settled, texts
