@@ -117,7 +117,7 @@ def test_an_error_is_an_answer_and_the_next_is_worked_out(error, said):
 
 
 def test_the_shelf_forgets_what_was_not_used_for_longest():
-    shelf = LruCache(most=2)
+    shelf = LruCache(max_values=2)
     shelf.put(("a",), 1)
     shelf.put(("b",), 2)
     assert shelf.get(("a",)) == 1
