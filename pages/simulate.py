@@ -11,7 +11,7 @@ from ccwsim.ui.simulate.history import draw_history
 from ccwsim.ui.simulate.results import dim_and_wait, draw_results, keep_up
 from ccwsim.ui.study.run import follow_run, run_button
 from ccwsim.ui.study.study_column import study_column
-from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.text import plain
 
 
 def simulate_page(state: State) -> None:

@@ -14,8 +14,8 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_share
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component
+from ccwsim.ui.widgets.text import plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 
 ASSETS = Path(__file__).parents[1] / "assets"

@@ -133,8 +133,8 @@ def test_an_error_of_a_button_is_said_on_the_page_that_follows(finished, monkeyp
 
 
 def test_an_error_of_a_box_is_said_and_the_value_stays(finished, monkeypatch):
-    app = launched("simulate", finished).run()
     monkeypatch.setattr(State, "change", boom)
+    app = launched("simulate", finished).run()
     named(app.number_input, "seed").set_value(77)
     app.run()
     assert not app.exception

@@ -24,7 +24,7 @@ from ccwsim.report import (
     Text,
     report_html,
 )
-from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.text import plain
 from tests.ui.sessions import Session
 
 EVIL = "<img src=x onerror=alert(1)>**b** $x$ :red[r] ![i](//e.vil) </script> `c` [l](//e.vil) &lt;"

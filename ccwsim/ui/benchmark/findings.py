@@ -17,7 +17,7 @@ from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.results.tables import as_csv
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.facts import seconds, three_digits
-from ccwsim.ui.widgets.scrolled import scrolled
+from ccwsim.ui.widgets.text import scrolled
 
 TEACHING = (
     "Press Measure: a line for each level will show how the time of one realization grows with "

@@ -36,8 +36,7 @@ from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("benchmark.css")

@@ -69,10 +69,8 @@ from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.study.study_column import parameter_field
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
-from ccwsim.ui.widgets.scrolled import scrolled
-from ccwsim.ui.widgets.steps import pair, panel_title, step_note
+from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("compare.css")

@@ -34,9 +34,8 @@ from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE, failed
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import CellMap, canvas_component, draw_map
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 N_PICTURES = 6

@@ -21,7 +21,7 @@ from ccwsim.ui.study.data_step import data_uploader, use_data
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, ask_image
 from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
-from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.text import plain
 
 WAYS = {
     "random": "cells at random",

@@ -35,14 +35,12 @@ from ccwsim.ui.study.run import problem_of, start_run
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("editor.css")
 KEY = "editor"
-MAX_HEIGHT = 620
 SHARED = "export default function (component)"
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 RUN_AGAIN = (
@@ -170,7 +168,8 @@ def draw_canvas(
     ]
     alt = "Hard data; arrow keys move, Enter places, Delete erases"
     shown = replace(shown, point_colours=colours, alt=alt, points=points)
-    content = map_content(shown, grid, "grid", "maps", True, "hard_data", MAX_HEIGHT)
+    named = {"link": "grid", "scale": "maps", "name": "hard_data"}
+    content = map_content(shown, grid=grid, **named)
     history = page_state.history
     content |= {
         "brushes": [

@@ -18,8 +18,7 @@ from ccwsim.ui.hard_data.edits import Editor, take_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.text import panel_title, plain
 
 HEIGHT = 497
 """Pixels: names and fourteen rows, none of them cut."""

@@ -27,9 +27,8 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, help_of
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map
-from ccwsim.ui.widgets.steps import pair, panel_title
+from ccwsim.ui.widgets.text import pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")

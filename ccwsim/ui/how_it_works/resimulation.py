@@ -16,7 +16,7 @@ from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of
-from ccwsim.ui.widgets.steps import pair, panel_title, step_note
+from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
 """Terms of scores above which the patches up to the end are placed only when asked for."""

@@ -9,7 +9,7 @@ import streamlit as st
 from ccwsim.engine.stages.box import LEFT, TOP
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
 from ccwsim.ui.how_it_works.maps import PatchView
-from ccwsim.ui.widgets.scrolled import scrolled
+from ccwsim.ui.widgets.text import scrolled
 
 MAX_ROWS = 24
 DATA = "datum", "data"

@@ -34,8 +34,7 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.text import plain, step_note
 
 STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}

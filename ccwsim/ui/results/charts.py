@@ -10,7 +10,7 @@ import streamlit as st
 from ccwsim.ui.session.state import session_state
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.maps import canvas_component
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
 

@@ -17,7 +17,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.results.charts import draw_chart
 from ccwsim.ui.widgets.facts import seconds
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000

@@ -26,7 +26,7 @@ from ccwsim.ui.widgets.maps import (
     points_of,
     share_map,
 )
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.text import panel_title
 
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040

@@ -13,7 +13,7 @@ from ccwsim.ui.jobs.job import POLL_SECONDS, Job, progress_text
 from ccwsim.ui.jobs.statistics import StatisticsWorker, Task
 from ccwsim.ui.session.address import follow_study
 from ccwsim.ui.session.state import KEY, session_state
-from ccwsim.ui.widgets.errors import TROUBLE, is_control_flow, logged, user_message
+from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, logged, user_message
 from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"
@@ -31,8 +31,8 @@ def error_boundary(whole: bool = False) -> Iterator[None]:
     What was changed goes into the address. Around a `whole` page a way back to what could be
     drawn is offered.
     """
-    if TROUBLE in st.session_state:
-        st.error(st.session_state.pop(TROUBLE))
+    if PENDING_ERROR in st.session_state:
+        st.error(st.session_state.pop(PENDING_ERROR))
     try:
         yield
         if whole and KEY in st.session_state:

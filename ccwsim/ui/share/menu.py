@@ -34,8 +34,7 @@ from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.facts import facts_of
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.text import plain, step_note
 
 
 @st.fragment

@@ -18,7 +18,7 @@ from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.run import stop_run
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.maps import canvas_component
-from ccwsim.ui.widgets.steps import panel_title
+from ccwsim.ui.widgets.text import panel_title
 
 KEY = "history_strip"
 LONGEST = 72

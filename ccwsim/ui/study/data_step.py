@@ -23,8 +23,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import THUMB
 from ccwsim.ui.study.questions import ask_data
 from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import step_note, step_title
+from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 SOURCES: dict[DataSource, str] = {
     "none": "none",

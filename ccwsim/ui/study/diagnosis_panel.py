@@ -13,7 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 NAMES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Wavelet level"}

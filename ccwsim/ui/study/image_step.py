@@ -18,8 +18,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import ask_image
 from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import step_note, step_title
+from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 THUMB = 76
 MAX_FACIES = 12

@@ -29,8 +29,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import pair, step_note, step_title
+from ccwsim.ui.widgets.text import pair, plain, step_note, step_title
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
 PATIENCE = 0.3

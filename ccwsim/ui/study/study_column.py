@@ -21,7 +21,7 @@ from ccwsim.ui.study.data_step import data_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.steps import pair, step_title
+from ccwsim.ui.widgets.text import pair, step_title
 
 WORLD = {
     "cell_size": ("Cell width (world units)", "Cell height (world units)"),

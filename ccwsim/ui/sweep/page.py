@@ -53,9 +53,8 @@ from ccwsim.ui.sweep.plan import (
 )
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
-from ccwsim.ui.widgets.literal import plain
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
-from ccwsim.ui.widgets.steps import panel_title, step_note, step_title
+from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("sweep.css")

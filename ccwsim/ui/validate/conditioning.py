@@ -21,7 +21,7 @@ from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.statistics import panel
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CERTAIN = 0.05

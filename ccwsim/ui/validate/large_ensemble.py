@@ -29,8 +29,7 @@ from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets import fields
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import bound_to, button
-from ccwsim.ui.widgets.literal import plain
-from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.text import plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CELLS_OF_BATCH = 4_000_000

@@ -48,7 +48,7 @@ from ccwsim.ui.validate.statistics import (
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("validate.css")

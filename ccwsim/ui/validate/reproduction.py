@@ -35,7 +35,7 @@ from ccwsim.ui.validate.statistics import GeobodiesCompared, LagMaps, Validation
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import bound_to, field
 from ccwsim.ui.widgets.maps import CellMap, draw_map
-from ccwsim.ui.widgets.steps import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVES = (

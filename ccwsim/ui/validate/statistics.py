@@ -44,7 +44,7 @@ from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.steps import step_note
+from ccwsim.ui.widgets.text import step_note
 
 if TYPE_CHECKING:
     from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun

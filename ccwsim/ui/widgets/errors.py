@@ -15,9 +15,9 @@ import streamlit as st
 from streamlit.logger import get_logger
 
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.text import plain
 
-TROUBLE = "ccwsim_trouble"
+PENDING_ERROR = "ccwsim_error"
 """Where the session keeps what went wrong before the page was drawn, to be said when it is."""
 LOG: logging.Logger = get_logger("ccwsim")
 
@@ -42,25 +42,16 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
         except Exception as error:
             if is_control_flow(error):
                 raise
-            st.session_state[TROUBLE] = user_message(error, "done")
+            st.session_state[PENDING_ERROR] = user_message(error, "done")
 
     acting.is_safe = True  # type: ignore[attr-defined]
     return acting
 
 
 def user_message(error: Exception, what: str) -> str:
-    """Return what the reader is told of an error; one that is no fault of the input is logged.
+    """Return what the reader is told of an error: it could not be "drawn", or "done".
 
-    Parameters
-    ----------
-    error : Exception
-    what : str
-        What could not be: "drawn", "done".
-
-    Examples
-    --------
-    >>> user_message(CCWSIMError("seed: 0 or more is needed, not -1"), "done")
-    'seed: 0 or more is needed, not -1'
+    One that is no fault of the input is logged.
     """
     if isinstance(error, CCWSIMError):
         return plain(str(error))
@@ -78,13 +69,7 @@ def user_message(error: Exception, what: str) -> str:
 
 
 def reason(error: Exception) -> str:
-    """Return why work on a thread came to nothing, in a few words; its cause goes to the log.
-
-    Examples
-    --------
-    >>> reason(CCWSIMError("the scheduler does not answer"))
-    'the scheduler does not answer'
-    """
+    """Return why work on a thread came to nothing, in a few words; its cause goes to the log."""
     if isinstance(error, CCWSIMError):
         return str(error)
     if isinstance(error, MemoryError):
@@ -103,11 +88,5 @@ def logged(error: BaseException) -> str:
 
 
 def is_control_flow(error: Exception) -> bool:
-    """Return whether this is how Streamlit's own runner moves on, and no error.
-
-    Examples
-    --------
-    >>> is_control_flow(ValueError())
-    False
-    """
+    """Return whether this is how Streamlit's own runner moves on, and no error."""
     return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

@@ -27,35 +27,19 @@ N_STEPS = 200
 
 @dataclass(frozen=True)
 class CellMap:
-    """A map as the canvas takes it: indices, and what each index looks like and is called.
+    """A map as the canvas takes it: indices, and what each index looks like and is called."""
 
-    Attributes
-    ----------
-    indices : ndarray of uint8, shape (ny, nx)
-    colours, labels : sequence of str
-        One a value of `indices`: "#rrggbb", and what the hover says.
-    keys : sequence of pair of str
-        (label, colour) pairs of the legend.
-    strip : dict, optional
-        A colour strip instead: colours, low, high.
-    points : list of [row, column, place in `point_colours`, wrong]
-    marks : list of dict
-        Drawn on top: `kind` is "box", "ring", "disc" or "cross"; row, column, height, width in
-        cells; colour; label, which the hover says.
-    trail : list of [row, column]
-        A line through these cells, with an arrow at its end.
-    """
-
-    indices: NDArray[np.uint8]
-    colours: Sequence[str]
-    labels: Sequence[str]
+    indices: NDArray[np.uint8]  # (ny, nx)
+    colours: Sequence[str]  # "#rrggbb" of each value of `indices`
+    labels: Sequence[str]  # what the hover says of each
     alt: str
-    keys: Sequence[tuple[str, str]] = ()
-    strip: dict[str, Any] | None = None
-    points: list[list[int]] = field(default_factory=list)
+    keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
+    strip: dict[str, Any] | None = None  # a colour strip instead: colours, low, high
+    points: list[list[int]] = field(default_factory=list)  # row, column, index of colour, wrong
     point_colours: Sequence[str] = ()
+    # drawn on top: kind ("box", "ring", "disc", "cross"), row, column, height, width, colour, label
     marks: list[dict[str, Any]] = field(default_factory=list)
-    trail: list[list[float]] = field(default_factory=list)
+    trail: list[list[float]] = field(default_factory=list)  # a line through cells, with an arrow
 
 
 def facies_map(
@@ -104,54 +88,44 @@ def draw_map(
     cell_map: CellMap,
     key: str,
     *,
-    grid: Grid | None = None,
     link: str = "",
-    scale: str = "",
-    leads: bool = True,
-    name: str = "map",
-    max_height: int = 620,
     tools: bool = True,
     on_cell: Callable[[int, int], None] | None = None,
+    **options: Any,
 ) -> None:
-    """Put a map on the page.
+    """Put a map on the page; `options` are those of `map_content`.
 
-    Parameters
-    ----------
-    cell_map : CellMap
-    key : str
-        Unique on the page.
-    grid : Grid, optional
-        Draws the coordinates of this grid along the edges.
-    link : str
-        Maps of the same link zoom, move and hover together.
-    scale, leads : str, bool
-        Maps of the same scale have cells of the same size on the page, as large as all those that
-        lead have room for.
-    name : str
-        File name, without ending, of the saved picture.
-    max_height : int
-        Pixels.
-    tools : bool
-        Whether it can be zoomed and saved; a small map has no room for the buttons.
-    on_cell : callable, optional
-        Called with row and column of a cell that the user clicks.
+    Maps of the same `link` zoom, move and hover together. Without `tools` it cannot be zoomed and
+    saved, as a small map has no room for the buttons. `on_cell` gets row and column of a cell that
+    the user clicks.
     """
-    data = map_content(cell_map, grid, link, scale, leads, name, max_height)
-    data["picks"], data["tools"] = on_cell is not None, tools
+    content = map_content(cell_map, link=link, **options)
+    content |= {"picks": on_cell is not None, "tools": tools}
 
     def picked() -> None:
         cell = st.session_state[key].cell
         if cell and on_cell:
             on_cell(int(cell[0]), int(cell[1]))
 
-    canvas_component("map")(key=key, data=data, on_cell_change=picked)
+    canvas_component("map")(key=key, data=content, on_cell_change=picked)
 
 
 def map_content(
-    cell_map: CellMap, grid: Grid | None, link: str, scale: str, leads: bool, name: str,
-    max_height: int,
-) -> dict[str, Any]:  # fmt: skip
-    """Return what the canvas needs to draw a map; the arguments are those of `draw_map`."""
+    cell_map: CellMap,
+    *,
+    grid: Grid | None = None,
+    link: str = "",
+    scale: str = "",
+    leads: bool = True,
+    name: str = "map",
+    max_height: int = 620,
+) -> dict[str, Any]:
+    """Return what the canvas needs to draw a map.
+
+    The coordinates of `grid` are drawn along the edges. Maps of the same `scale` have cells of the
+    same size on the page, as large as all those that lead have room for. `name` is the file name,
+    without ending, of the saved picture; `max_height` is in pixels.
+    """
     ny, nx = cell_map.indices.shape
     n_wrong = sum(point[3] for point in cell_map.points)
     return {
@@ -182,18 +156,14 @@ def map_content(
 @cache
 def canvas_component(name: str) -> Any:
     """Return the component whose parts are `canvas/<name>.html`, `.css` and `.js`."""
-    html, css, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in KINDS)
-    drawn = v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
+    kinds = ("html", "css", "js")
+    html, css, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in kinds)
+    component = v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
 
     def draw(**options: Any) -> Any:
-        told: dict[str, Any] = {
-            name: catch_callback_errors(act)
-            for name, act in options.items()
-            if name.startswith("on_")
-        }
-        return drawn(**{**options, **told})
+        for option, value in options.items():
+            if option.startswith("on_"):
+                options[option] = catch_callback_errors(value)
+        return component(**options)
 
     return draw
-
-
-KINDS = ("html", "css", "js")

@@ -17,7 +17,7 @@ from ccwsim.ui.page import PAGES
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import file_name, open_project, project_of, report_of
 from ccwsim.ui.study.run import collect, start_run
-from ccwsim.ui.widgets.literal import plain
+from ccwsim.ui.widgets.text import plain
 from tests.ui.test_pages import ROOT, SMALL, launched, settled, texts
 from tests.ui.widgets import named
 

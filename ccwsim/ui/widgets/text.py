@@ -1,0 +1,53 @@
+"""Text on a page: headings, notes, what is wider than the page, and what is shown as it is."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+
+import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
+
+INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
+"""What means something to Markdown anywhere in a line."""
+AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
+NUMBERED = re.compile(r"(?m)^(\s*\d+)([.)])")
+
+
+def plain(words: str) -> str:
+    """Return words so that a page shows them as they are, whatever Markdown they look like.
+
+    Examples
+    --------
+    >>> print(plain("**a** :red[b] $c$ <img src=x>, template_size: 3"))
+    \\*\\*a\\*\\* \\:red\\[b\\] \\$c\\$ \\<img src=x>, template_size: 3
+    """
+    escaped = INSIDE.sub(lambda found: "\\" + found[0], words)
+    return NUMBERED.sub(r"\1\\\2", AT_START.sub(r"\1\\\2", escaped))
+
+
+def step_title(number: int, title: str) -> None:
+    """Write the heading of a step."""
+    st.html(f'<div class="step"><b>{number}</b>{escape(title)}</div>')
+
+
+def pair() -> list[DeltaGenerator]:
+    """Return two places side by side, on a phone too."""
+    return list(st.columns(2, gap="small", wrap=False))
+
+
+def step_note(text: str) -> None:
+    """Write what is chosen, in one or two short lines; names from files are taken literally."""
+    lines = "<br>".join(escape(line) for line in text.splitlines())
+    st.html(f'<div class="note">{lines}</div>')
+
+
+def panel_title(text: str, note: str = "") -> None:
+    """Write the title of a panel."""
+    st.html(f'<div class="panel">{escape(text)}<span>{escape(note)}</span></div>', width="content")
+
+
+def scrolled(content: str, name: str) -> str:
+    """Return HTML in a frame that scrolls sideways, with the keyboard too; `name` is its label."""
+    label = escape(name)
+    return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'
