@@ -95,6 +95,10 @@ class Run:
         if self.cancel():
             raise Cancelled("stopped")
 
+    def report(self, share: float, n_done: int) -> None:
+        """Tell the share of an experiment that counts what is done by itself."""
+        self.progress(share)
+
     def simulate(
         self,
         image: TrainingImage,

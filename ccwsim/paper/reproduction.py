@@ -309,9 +309,7 @@ def verdict_of(finished: Finished) -> str:
     """
     if finished.outcome is None:
         return f"failed: {finished.problem}"
-    counts: dict[str, int] = {}
-    for judgement in finished.outcome.judgements:
-        counts[judgement.word] = counts.get(judgement.word, 0) + 1
+    counts = Counter(judgement.word for judgement in finished.outcome.judgements)
     return ", ".join(word if n == 1 else f"{n} × {word}" for word, n in counts.items())
 
 

@@ -42,11 +42,7 @@ def grid_size(run: Run) -> Outcome:
     image, sides = run.inputs.image("channel"), run.extent.timed_sides
     parameters = [settings("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
-
-    def report(share: float, n_done: int) -> None:
-        run.progress(share)
-
-    times = list(time_grids(image, sides, parameters, n, run.seed, report, run.cancel))
+    times = list(time_grids(image, sides, parameters, n, run.seed, run.report, run.cancel))
     by_level = {level: [t for t in times if t.parameters.level == level] for level in LEVELS}
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
     rows = []
@@ -129,12 +125,8 @@ def times_with_data(run: Run) -> Outcome:
         for method, levels in (("ms-ccsim", LEVELS), ("ccwsim", LEVELS), ("ccsim", (0,)))
         for level in levels
     ]
-
-    def report(share: float, n_done: int) -> None:
-        run.progress(share)
-
     n, shape = run.extent.n_timed, (side, side)
-    measured = time_data(image, numbers, cases, shape, n, run.seed, report, run.cancel)
+    measured = time_data(image, numbers, cases, shape, n, run.seed, run.report, run.cancel)
     times: Times = {(*_key(t.parameters), numbers.index(t.n_data)): t for t in measured}
     ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
     others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in NUMBERS)
