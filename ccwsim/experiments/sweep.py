@@ -386,7 +386,9 @@ def recommended(sweep: Sweep) -> Recommendation:
         raise CCWSIMError("no setting is finished yet: let the sweep go on")
     wrong = np.array([row.quality.n_mismatched for row in sweep.rows])
     among = np.flatnonzero(wrong == wrong.min())
-    varied_enough = [k for k in among.tolist() if _n_templates(sweep, k) >= MIN_ACROSS**2]
+    sizes = [row.parameters.template_size for row in sweep.rows]
+    fitting = [templates_that_fit(sweep.image_shape, size) for size in sizes]
+    varied_enough = [k for k in among.tolist() if fitting[k] >= MIN_ACROSS**2]
     too_large = len(among) - len(varied_enough) if varied_enough else 0
     among = np.array(varied_enough or among)
     patterns, tau = sweep.errors("patterns"), sweep.errors("connection")
@@ -400,10 +402,6 @@ def recommended(sweep: Sweep) -> Recommendation:
         good = known[tau[known] <= tau[known].min() + TAU_TOLERANCE]
     index = int(good[np.argmin(sweep.times[good])])
     return Recommendation(index, _reason(sweep, index, int(best), near.tolist(), too_large))
-
-
-def _n_templates(sweep: Sweep, k: int) -> int:
-    return templates_that_fit(sweep.image_shape, sweep.rows[k].parameters.template_size)
 
 
 def _reason(sweep: Sweep, index: int, best: int, near: list[int], too_large: int) -> str:

@@ -74,7 +74,7 @@ class Parameters:
     def __post_init__(self) -> None:
         for name, (low, high) in PARAMETERS.items():
             if isinstance(low, int) and isinstance(high, int):
-                _whole(self, name, low, high)
+                object.__setattr__(self, name, check_int(name, getattr(self, name), low, high))
             else:
                 _number(self, name, low, high, open_below=name == "search_fraction")
         _one_of(self, "method", METHODS)
@@ -128,10 +128,6 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
     """
     unit = 2**level
     return list(range(-(-smallest // unit) * unit, largest + 1, unit))
-
-
-def _whole(p: Parameters, name: str, low: int, high: int) -> None:
-    object.__setattr__(p, name, check_int(name, getattr(p, name), low, high))
 
 
 def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bool = False) -> None:

@@ -19,7 +19,7 @@ def free_memory(root: Path = ROOT) -> int | None:
     That is the least of what the machine and the control groups of this process leave. `root` has
     the folders /proc and /sys.
     """
-    found = [_of_machine(root), *_of_groups(root)]
+    found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
     known = [free for free in found if free is not None]
     return max(min(known), 0) if known else _of_pages()
 
@@ -35,10 +35,6 @@ def give_back_memory() -> None:
     # without this call a server holds the memory of its largest run for as long as it lives.
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
-
-
-def _of_machine(root: Path) -> int | None:
-    return _field(root / "proc/meminfo", "MemAvailable")
 
 
 def _of_groups(root: Path) -> list[int | None]:
