@@ -135,7 +135,7 @@ def make_plan(study: Study, template: int, image: PreparedImage, rng: np.random.
 def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
     """Return the data in path coordinates at a scale, as far as they count there.
 
-    Data that only steer count in the search alone, each as the first cell of its block.
+    Data that only condition the search count there alone, each as the first cell of its block.
     """
     p = study.parameters
     shape = path.full[0] >> scale, path.full[1] >> scale

@@ -19,14 +19,14 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Most variables of a file: one is picked from a list."""
+"""Maximum of a file: one is picked from a list."""
 
 PACKED_FREELY = 64 * MIB
 """Bytes up to which it does not matter how little they were packed into: an image of one facies,
 as large as it may be, packs as well as nothing does."""
 
 MAX_MEMBERS = 2000
-"""Most members of a zip: Python makes an object of each before anything else can be looked at."""
+"""Maximum of a zip: Python makes an object of each before anything else can be looked at."""
 
 
 @dataclass(frozen=True)

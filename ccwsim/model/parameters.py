@@ -171,7 +171,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _documented() -> str:
-    lines = ["Everything that steers a simulation, checked when it is made.", "", "Parameters"]
+    lines = ["All settings of a simulation, checked when it is made.", "", "Parameters"]
     lines.append("-" * len("Parameters"))
     for row in parameter_table():
         names = [f"{row['symbol']} in the paper"] if row["symbol"] else []

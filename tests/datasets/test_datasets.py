@@ -29,15 +29,15 @@ SHARES = {
 
 
 def bodies_reaching_across(inside: np.ndarray) -> np.ndarray:
-    """Return the labels of the 4-connected bodies on both the west and the east edge."""
-    bodies, _ = ndimage.label(inside)
-    both = np.intersect1d(bodies[:, 0], bodies[:, -1])
+    """Return the labels of the 4-connected geobodies on both the west and the east edge."""
+    geobodies, _ = ndimage.label(inside)
+    both = np.intersect1d(geobodies[:, 0], geobodies[:, -1])
     return both[both > 0]
 
 
 def largest_share(inside: np.ndarray) -> float:
-    bodies, _ = ndimage.label(inside)
-    sizes = np.bincount(bodies.ravel())[1:]
+    geobodies, _ = ndimage.label(inside)
+    sizes = np.bincount(geobodies.ravel())[1:]
     return sizes.max() / sizes.sum()
 
 
@@ -104,17 +104,17 @@ def test_facies_sizes_and_shares(name):
 def test_no_image_has_dust(name):
     ti = datasets.load(name)
     for index in range(ti.n_facies):
-        bodies, n = ndimage.label(ti.indices == index)
+        geobodies, n = ndimage.label(ti.indices == index)
         assert n > 0
-        assert np.bincount(bodies.ravel())[1:].min() >= 4
+        assert np.bincount(geobodies.ravel())[1:].min() >= 4
 
 
 def test_channels_join_west_and_east():
     channels = sand("channels", "sand")
     across = bodies_reaching_across(channels)
     assert len(across) >= 1
-    bodies, _ = ndimage.label(channels)
-    assert np.isin(bodies, across).sum() > 0.9 * channels.sum()
+    geobodies, _ = ndimage.label(channels)
+    assert np.isin(geobodies, across).sum() > 0.9 * channels.sum()
 
 
 def test_channels_split_and_rejoin():
@@ -154,14 +154,14 @@ def test_the_bend_gets_wider_and_sparser_towards_the_south_west():
 @pytest.mark.parametrize("name", ["barchans", "dunes"])
 def test_every_slip_face_leans_on_sand(name):
     ti = datasets.load(name)
-    bodies, n = ndimage.label(sand(name, "slip face"))
+    geobodies, n = ndimage.label(sand(name, "slip face"))
     bare = ti.indices == ti.facies_names.index("interdune")
-    touching = ndimage.binary_dilation(~bare & (bodies == 0), iterations=2)
+    touching = ndimage.binary_dilation(~bare & (geobodies == 0), iterations=2)
     inner = np.zeros(ti.shape, bool)
     inner[10:-10, 10:-10] = True
-    whole = [k for k in range(1, n + 1) if inner[bodies == k].all()]
+    whole = [k for k in range(1, n + 1) if inner[geobodies == k].all()]
     assert len(whole) > 3
-    assert sum(touching[bodies == k].any() for k in whole) >= 0.9 * len(whole)
+    assert sum(touching[geobodies == k].any() for k in whole) >= 0.9 * len(whole)
 
 
 @pytest.mark.parametrize("name", datasets.names())

@@ -1,4 +1,4 @@
-"""Sampling a truth: where the data lie, and that they say what is there."""
+"""Sampling a reference field: where the data are, and that they say what is there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""With `exact_data` off data steer the search, and what is wrong is told and stays wrong."""
+"""With `exact_data` off data condition the search only; what is wrong is told and stays wrong."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -157,7 +157,7 @@ def test_a_setting_that_cannot_be_simulated_does_not_end_the_sweep():
 
 
 @given(st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), max_size=12))
-def test_the_front_is_what_no_other_point_beats(points):
+def test_no_other_point_dominates_the_front(points):
     by_hand = {
         k
         for k, (t, e) in enumerate(points)

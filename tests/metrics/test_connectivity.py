@@ -16,7 +16,7 @@ STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1), (2, -1
 
 def counted(image, facies, step, lag, neighbours):
     """Both probabilities by two loops over the cells and the labels of scikit-image."""
-    bodies = label(image == facies, connectivity=2 if neighbours == 8 else 1)
+    geobodies = label(image == facies, connectivity=2 if neighbours == 8 else 1)
     ny, nx = image.shape
     pairs = both = joined = 0
     for i in range(ny):
@@ -24,8 +24,8 @@ def counted(image, facies, step, lag, neighbours):
             k, m = i + lag * step[0], j + lag * step[1]
             if 0 <= k < ny and 0 <= m < nx:
                 pairs += 1
-                both += bool(bodies[i, j] and bodies[k, m])
-                joined += bool(bodies[i, j] and bodies[i, j] == bodies[k, m])
+                both += bool(geobodies[i, j] and geobodies[k, m])
+                joined += bool(geobodies[i, j] and geobodies[i, j] == geobodies[k, m])
     return joined / both if both else np.nan, joined / pairs
 
 

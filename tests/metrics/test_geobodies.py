@@ -1,4 +1,4 @@
-"""Bodies, Γ, percolation and Euler number, against scikit-image and plain sums."""
+"""Geobodies, Γ, percolation and Euler number, against scikit-image and plain sums."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def test_bodies_are_those_of_scikit_image(seed, ny, nx, share, neighbours):
 
 def test_gamma_is_the_share_of_connected_pairs():
     image = np.random.default_rng(3).integers(0, 2, (9, 9))
-    bodies = label(image, connectivity=2).ravel()
-    inside = bodies[bodies > 0]
+    geobodies = label(image, connectivity=2).ravel()
+    inside = geobodies[geobodies > 0]
     expected = np.mean(inside[:, None] == inside[None, :])
     assert geobody_statistics(image, 1).gamma[0] == pytest.approx(expected)
 

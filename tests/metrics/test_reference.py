@@ -1,4 +1,4 @@
-"""Scores against a hidden truth, against plain sums."""
+"""Scores against a reference field, against plain sums."""
 
 from __future__ import annotations
 

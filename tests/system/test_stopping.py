@@ -10,7 +10,7 @@ from ccwsim.engine import raster as raster_of_tiles
 from ccwsim.engine import realization
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
-from ccwsim.engine.stages import resimulation as mending
+from ccwsim.engine.stages import resimulation
 from ccwsim.metrics import RunningStatistics, connectivity, patterns, stack, variogram
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
@@ -49,8 +49,8 @@ def test_the_raster_looks_up_again_and_again(monkeypatch):
             raster_of_tiles.simulate_raster(*arguments, random_numbers(0, 0), Watch(After(n)))
 
 
-def test_mending_looks_up_again_and_again(monkeypatch):
-    monkeypatch.setattr(mending, "LOCATIONS_PER_CALL", 1)
+def test_local_resimulation_looks_up_again_and_again(monkeypatch):
+    monkeypatch.setattr(resimulation, "LOCATIONS_PER_CALL", 1)
     blank = np.zeros((100, 100), np.uint8), np.zeros((0, 0), np.int32)
     monkeypatch.setattr(realization, "simulate_raster", lambda *_: blank)
     cells = np.unique(RNG.integers(0, 100, (60, 2)), axis=0)

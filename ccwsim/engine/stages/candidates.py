@@ -1,6 +1,6 @@
 """The K best locations and the draw among them (section 4.4; Algorithm 1, lines 11 and 12).
 
-Two options of this program steer the choice: `location_weight` and `match_proportions`.
+Two options of this program change the choice: `location_weight` and `match_proportions`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Hard data in the template and the co-template steer the choice (section 4.4).
+"""Hard data in the template and the co-template condition the choice (section 4.4).
 
 Agreement is counted at full resolution, cell by cell, for every location of the training image: the
 approximation of a datum says little about the cell it lies in.
@@ -18,7 +18,7 @@ from ccwsim.engine.stages.path import RasterPath
 
 
 class Weights(NamedTuple):
-    """How much data steer the choice of a location, in wrong cells of overlap."""
+    """How much data count in the choice of a location, in wrong cells of overlap."""
 
     missed: int  # what a datum counts that the patch would miss
     held: int  # the same where the cell is in the overlap and right already: the cut can keep it
@@ -46,7 +46,7 @@ class PlacedData(NamedTuple):
     columns: NDArray[np.int64]  # shape (n,): column of each datum, by row
     first: NDArray[np.int64]  # shape (ny + 1,): where the data of each row begin in `columns`
     # shape (ny, nx): the data that refinement and cut must keep: `facies`, or none where the data
-    # only steer the choice of the location
+    # only condition the choice of the location
     required: NDArray[np.uint8]
 
 
@@ -64,7 +64,7 @@ def place_data(
 ) -> PlacedData:
     """Return data on a grid of `shape`; `cells` (row, col) and `facies` (indices) have n rows.
 
-    Without `keep` they only steer the choice of locations.
+    Without `keep` they only condition the choice of locations.
     """
     grid = data_grid(cells, facies, shape)
     order = np.lexsort((cells[:, 1], cells[:, 0]))
