@@ -23,7 +23,7 @@ from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.plan import SweepState
-from ccwsim.ui.validate.large_ensemble import start as start_long_run
+from ccwsim.ui.validate.large_ensemble import start as start_large_ensemble
 from ccwsim.ui.validate.statistics import Validation
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
@@ -98,12 +98,12 @@ def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page
     assert runs == (None,) * 4
 
 
-def test_a_long_run_beyond_the_limit_is_refused(monkeypatch):
+def test_a_large_ensemble_beyond_the_limit_is_refused(monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
     state = launched(path="pages/simulate.py").session_state[KEY]
-    start_long_run(state)
-    assert state.page(Validation).long_run is None
-    assert "that this server allows for one run" in state.page(Validation).long_message
+    start_large_ensemble(state)
+    assert state.page(Validation).large_run is None
+    assert "that this server allows for one run" in state.page(Validation).large_message
 
 
 def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):

@@ -44,7 +44,7 @@ LEVELS_HELP = (
     "Wavelet level, or scale of MS-CCSIM. Lower searches more finely and takes longer; 0 compares "
     "single cells."
 )
-LARGE = 50e6
+MIN_BYTES_TOLD = 50e6
 """Bytes that are worth a word."""
 MICRO = 1e6
 
@@ -146,7 +146,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
         return str(error)
     text = findings.describe_plan(len(cases), page_state.n_realizations, expected(state, cases))
     n_bytes = max(case.n_cells for case in cases) * BYTES_PER_CELL
-    if n_bytes > LARGE:
+    if n_bytes > MIN_BYTES_TOLD:
         text += f" Up to {n_bytes / 1e6:.0f} MB of memory."
     if page_state.running not in (None, getattr(page_state, kind)):
         text += " Another measurement is running; two at once would slow each other down."

@@ -46,7 +46,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
-MAX_SIDE = 300
+MAX_PICTURE_SIDE = 300
 """Cells along a side: of a larger study the pictures show its south-west corner."""
 N_TOGETHER = 20
 """Realizations of a probability or of curves."""
@@ -200,7 +200,7 @@ def picture_worker() -> StatisticsWorker:
 
 def small(choices: Choices) -> Choices:
     """Return a study on a grid that is small enough for a picture, with the data that are in it."""
-    ny, nx = (min(side, MAX_SIDE) for side in choices.grid.shape)
+    ny, nx = (min(side, MAX_PICTURE_SIDE) for side in choices.grid.shape)
     data = choices.data
     if data.source == "bundled":
         data = replace(data, answers=(("on_outside", "drop"),))

@@ -39,17 +39,17 @@ from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 N_PICTURES = 6
-MAX_SIDE = 96
+MAX_PIECE_SIDE = 96
 SIDES_PER_REALIZATION = 2
 """A realization has so many times the side of the piece that is shown of it."""
 SIDE = 6
 """Cells of the windows that are compared: seen at a glance, and few enough to be all known."""
-KEY = "quiz_pictures"
+PICTURES = "quiz_pictures"
 MAX_QUIZ_LEVEL = 4
 """A round is quick to look at, and higher levels leave nothing to find."""
 MAX_QUIZ_CANDIDATES = 2000
-MAP_HEIGHT = 340
-MAX_FACIES = 120
+REVEAL_HEIGHT = 340
+MAX_FACIES_MARKED = 120
 """Of an image whose seams can be drawn: each facies needs a second colour."""
 
 
@@ -114,14 +114,8 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
 
 
 def piece_side(shape: tuple[int, int]) -> int:
-    """Return the side of the pieces: no more than half the training image, so that they differ.
-
-    Examples
-    --------
-    >>> piece_side((256, 256)), piece_side((100, 300))
-    (96, 50)
-    """
-    return max(4, min(MAX_SIDE, min(shape) // 2))
+    """Return the side of the pieces: no more than half the training image, so that they differ."""
+    return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
 def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
@@ -271,14 +265,14 @@ def _draw_round(state: State, shown: Round) -> None:
     number = quiz.n_rounds
 
     def chosen() -> None:
-        answer = st.session_state[KEY].chosen
+        answer = st.session_state[PICTURES].chosen
         if answer and int(answer["round"]) == number:
             pick(quiz, int(answer["k"]))
 
     picked = quiz.picked is not None
     answer = shown.answer if picked else None  # the browser knows it only afterwards
     data = {"pictures": pictures, "round": number, "picked": quiz.picked, "answer": answer}
-    canvas_component("quiz")(key=KEY, data=data, on_chosen_change=chosen)
+    canvas_component("quiz")(key=PICTURES, data=data, on_chosen_change=chosen)
     if picked:
         draw_reveal(quiz, shown, colours)
     _draw_score(quiz)
@@ -335,11 +329,11 @@ def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
     with left:
         panel_title(f"Seams of picture {k + 1}")
         seams = seam_map(shown, k, colours)
-        draw_map(seams, "map_quiz_seams", name="seams", max_height=MAP_HEIGHT)
+        draw_map(seams, "map_quiz_seams", name="seams", max_height=REVEAL_HEIGHT)
     with middle:
         panel_title("Where its pieces are from")
         pieces = piece_map(shown, k, colours)
-        draw_map(pieces, "map_quiz_pieces", name="pieces", max_height=MAP_HEIGHT)
+        draw_map(pieces, "map_quiz_pieces", name="pieces", max_height=REVEAL_HEIGHT)
     with words:
         panel_title("What gives it away")
         lines = describe_seams(shown, k)
@@ -379,7 +373,7 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     theme, names = chart_theme(), shown.training_image.facies_names
     indices = shown.pictures[k]
     n = len(names)
-    if n > MAX_FACIES:
+    if n > MAX_FACIES_MARKED:
         return CellMap(indices, colours, names, f"Picture {k + 1}")
     marked = np.where(shown.copying_of(k).seams, n + indices, indices)
     marked = np.where(shown.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
@@ -396,7 +390,7 @@ def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     """Return the training image with the cells that picture k has, the others greyed."""
     image = shown.training_image
     n = image.n_facies
-    if n > MAX_FACIES:
+    if n > MAX_FACIES_MARKED:
         return CellMap(image.indices, colours, image.facies_names, "The training image")
     used = shown.copying_of(k).uses > 0
     return CellMap(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -37,7 +38,8 @@ DRAWING = "drawing"
 PLAY_SECONDS = 0.8
 """How long a patch is shown while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
-LARGE, SMALL = 460, 200
+MAX_HEIGHT = 460
+SMALL_MAP: dict[str, Any] = {"max_height": 200, "tools": False}
 SUBSCRIPTS = "₀₁₂₃₄₅₆"
 GROUNDS = {"score": "CCW", "costs": "with data", "image": "image"}
 MARKS = (
@@ -232,7 +234,7 @@ def _draw_grid(how: How, view: PatchView) -> None:
     def jump(row: int, column: int) -> None:
         how.go(trace.patch_of_cell(row, column))
 
-    options = {"grid": trace.study.grid, "max_height": LARGE, "name": "grid_so_far"}
+    options = {"grid": trace.study.grid, "max_height": MAX_HEIGHT, "name": "grid_so_far"}
     draw_map(maps.grid_map(view), "how_map_grid", on_cell=jump, **options)
     say(words.describe_path(trace), "section 4.1 · Algorithm 1, line 3")
 
@@ -242,7 +244,7 @@ def _draw_overlap(how: How, view: PatchView) -> None:
     panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if view.level else "2 Overlap")
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
     shown = view.patch_map(frame.patch_to_grid(old), "The overlap")
-    draw_map(shown, "how_map_overlap", max_height=SMALL, tools=False)
+    draw_map(shown, "how_map_overlap", **SMALL_MAP)
     if view.level:
         plane = facies = how.facies
         if len(step.blocks) == 1:
@@ -251,7 +253,7 @@ def _draw_overlap(how: How, view: PatchView) -> None:
         scale = Scale(f"cA of {name}:", 0.0, float(step.block_size), absent="not in the overlap")
         values = frame.patch_to_grid(step.approximation[plane])
         shown = maps.value_map(values, scale, view.theme, f"Approximation of {name}")
-        draw_map(shown, "how_map_approximation", max_height=SMALL, tools=False)
+        draw_map(shown, "how_map_approximation", **SMALL_MAP)
     say(words.describe_overlap(view), "section 4.2 · Algorithm 1, lines 8 and 9")
 
 
@@ -274,7 +276,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
     share = view.search_fraction
     labels = [f"CCW {at.ccw:.4g}, {words.describe_fate(at, step, share)}" for at in view.locations]
     shown.marks.extend(maps.location_marks(view, frame, scale, labels))
-    draw_map(shown, "how_map_score", max_height=LARGE, name="ccw_score_map")
+    draw_map(shown, "how_map_score", max_height=MAX_HEIGHT, name="ccw_score_map")
     st.html(MARKS.format(REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""))
     say(words.describe_scores(step), "section 4.3 · Algorithm 1, line 10")
 
@@ -298,7 +300,7 @@ def _draw_pasting(view: PatchView) -> None:
     for place, (title, small) in zip(places, shown.items(), strict=True):
         with place:
             st.html(f'<p class="caption">{title}</p>')
-            draw_map(small, f"how_map_{title.replace(' ', '_')}", max_height=SMALL, tools=False)
+            draw_map(small, f"how_map_{title.replace(' ', '_')}", **SMALL_MAP)
     say(words.describe_draw(view), "section 4.4 · Algorithm 1, line 12")
     say(words.describe_cut(step), "section 2 (the cut) · Algorithm 1, line 14")
 

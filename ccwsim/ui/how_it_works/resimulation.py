@@ -20,7 +20,8 @@ from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
 """Terms of scores above which the patches up to the end are placed only when asked for."""
-SMALL = 204
+PIXELS = 204
+"""Of a side of a window."""
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
@@ -140,10 +141,10 @@ def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: 
         return shown
 
     key = f"{w.datum}_{w.size}_{w.isolated}"
-    with st.container(width=2 * SMALL + 16, key=f"how_window_{key}"):
+    with st.container(width=2 * PIXELS + 16, key=f"how_window_{key}"):
         st.html(f'<p class="caption">{describe_window(w)}</p>')
         shown = {"before": w.before, "after": w.after}
         for place, (name, cells) in zip(pair(), shown.items(), strict=True):
             with place:
                 st.html(f'<p class="caption">{name}</p>')
-                draw_map(map_of(cells), f"how_map_{name}_{key}", max_height=SMALL, tools=False)
+                draw_map(map_of(cells), f"how_map_{name}_{key}", max_height=PIXELS, tools=False)

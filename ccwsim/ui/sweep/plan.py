@@ -41,7 +41,7 @@ MAX_KEPT = 4
 REDRAW_SECONDS = 1.5
 """Seconds at least from one look at new settings to the next."""
 Error = Literal["patterns", "connection", "mended"]
-MAX_SETTINGS = 64
+MAX_SWEPT = 64
 """Settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
 OVERLAPS = (2, 4, 6, 8, 12, 16, 24, 32, 48, 64)
@@ -287,8 +287,8 @@ def problem_of(state: State) -> str:
         return text
     if not len(plan):
         return f"No combination fits together. {plan.left_out[0][1]}."
-    if len(plan) > MAX_SETTINGS:
-        return f"{len(plan)} settings; a sweep tries at most {MAX_SETTINGS}: take fewer values."
+    if len(plan) > MAX_SWEPT:
+        return f"{len(plan)} settings; a sweep tries at most {MAX_SWEPT}: take fewer values."
     cells = state.choices.grid.ny * state.choices.grid.nx
     try:
         n_cells = len(plan) * state.page(SweepState).n_realizations * cells

@@ -110,7 +110,7 @@ class LargeEnsembleRun:
 def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the controls and what the latest large ensemble gave."""
     page_state = state.page(Validation)
-    run = page_state.long_run
+    run = page_state.large_run
     step_note(
         "Simulates many realizations of the study of this page and keeps only their statistics: "
         "E-type, entropy, proportions and curves. Memory does not grow with their number."
@@ -119,12 +119,12 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
         help_ = "More make the probabilities more exact: four times as many halve the error."
-        options = {**bound_to(page_state, "n_long"), **limits, "help": help_}
+        options = {**bound_to(page_state, "n_large"), **limits, "help": help_}
         fields.field(st.number_input, "Realizations", key="n_long", **options)
         if not going:
             button("Start", key="long_start", type="primary", on_click=start, args=(state,))
-    if page_state.long_message:
-        st.warning(plain(page_state.long_message))
+    if page_state.large_message:
+        st.warning(plain(page_state.large_message))
     if run is None:
         return
 
@@ -144,12 +144,12 @@ def start(state: State) -> None:
     """Start a large ensemble of the study that the realizations came from."""
     page_state, e = state.page(Validation), state.ensemble
     assert e is not None
-    page_state.long_message = ""
+    page_state.large_message = ""
     try:
         study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
-        page_state.long_run = LargeEnsembleRun(study, page_state.n_long, state.facies).start()
+        page_state.large_run = LargeEnsembleRun(study, page_state.n_large, state.facies).start()
     except CCWSIMError as error:
-        page_state.long_message = str(error)
+        page_state.large_message = str(error)
 
 
 def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -175,9 +176,6 @@ def _draw_mds(state: State, found: Anodi) -> None:
     def choose(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
 
-    def draw(chart: Any, key: str, alt: str) -> None:
-        draw_clickable_chart(chart, key, alt, choose)
-
     placed, theme = found.scaling(), chart_theme()
     labels = [f"realization {r + 1}" for r in ensemble.numbers[:n]]
     image, positions = placed.positions[0], placed.positions[1:]
@@ -185,7 +183,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
     chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
     alt = "MDS plot: realizations and training image, placed by the distance of their patterns"
-    titled_chart("MDS plot", note, chart, "mds", alt, draw)
+    titled_chart("MDS plot", note, chart, "mds", alt, partial(draw_clickable_chart, choose=choose))
 
 
 class Section(NamedTuple):

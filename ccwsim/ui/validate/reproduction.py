@@ -50,7 +50,7 @@ AREA = 10_000
 MAX_TAILS = 3
 """Up to so many facies all pairs are drawn at once."""
 MAX_HEADS = 6
-MAP_HEIGHT = 420
+COPYING_HEIGHT = 420
 MAX_USES = 100
 """Locations used more often than this are drawn alike."""
 
@@ -261,10 +261,10 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             share = three_digits(100 * found.seams.mean())
             panel_title("Seams", f"{share} % of the cells are at one")
             shown = seam_map(found, ensemble, r, colours, chart_theme().reference)
-            draw_map(shown, "map_seams", link="grid", name="seams", max_height=MAP_HEIGHT)
+            draw_map(shown, "map_seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
             panel_title("Where it came from", "uses of each cell of the training image")
-            draw_map(use_map(found), "map_uses", name="uses", max_height=MAP_HEIGHT)
+            draw_map(use_map(found), "map_uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))

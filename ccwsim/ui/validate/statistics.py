@@ -264,9 +264,9 @@ class Validation:
     waiting: dict[str, Task] = field(default_factory=dict)
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
     deadline: float = 0.0
-    n_long: int = 1000
-    long_run: LargeEnsembleRun | None = None
-    long_message: str = ""
+    n_large: int = 1000
+    large_run: LargeEnsembleRun | None = None
+    large_message: str = ""
 
 
 def begin(state: State) -> None:

@@ -14,6 +14,8 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import (
     describe_against_first,
     describe_ratio,
+    describe_speed,
+    differs,
     ratios_csv,
     realizations_csv,
     sentences,
@@ -185,6 +187,14 @@ def test_usual_settings_are_legal_and_different(method, level):
     assert len(others) >= 3
     assert len({own, *others}) == 1 + len(others)
     assert all(describe_setting(p, own) != "the same" for p in others[:3])
+
+
+def test_speeds_and_differences_are_told_beyond_the_scatter():
+    said = ["4 times faster than", "2 times slower than", "as fast as"]
+    assert [describe_speed(ratio) for ratio in (0.25, 2.0, 1.01)] == said
+    one = np.array([1.0, 1.1, 0.9])
+    assert differs(one, one + 1)
+    assert not differs(one, one + 0.05)
 
 
 def test_the_sentences_say_the_figures(found):

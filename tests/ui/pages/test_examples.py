@@ -32,6 +32,7 @@ from ccwsim.ui.examples.quiz import (
     new_shapes,
     pick,
     piece_map,
+    piece_side,
     window_hashes,
 )
 from ccwsim.ui.session.resolve import data_of, image_of
@@ -257,6 +258,8 @@ def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
         assert whole == (k == drawn.answer) == (drawn.shapes_at(k)[1] == 0)
         assert (drawn.copying_of(k).largest_square == len(picture)) == (k == drawn.answer)
     assert drawn.easiest != drawn.answer
+    assert piece_side(image.shape) == len(drawn.pictures[0]) == 96
+    assert piece_side((100, 300)) == 50
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from ccwsim.ui.jobs.job import progress_text
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import choose, is_current, numbers_of, sweep_csv
 from ccwsim.ui.sweep.plan import (
-    MAX_SETTINGS,
+    MAX_SWEPT,
     SweepState,
     describe_end,
     describe_plan,
@@ -142,7 +142,7 @@ MANY = {
 @pytest.mark.parametrize(
     ("ranges", "words"),
     [
-        (MANY, f"at most {MAX_SETTINGS}"),
+        (MANY, f"at most {MAX_SWEPT}"),
         ({"template_size": []}, "Template has no value to try"),
         ({"wavelet_level": [6], "template_size": [16]}, "No combination fits together"),
     ],

@@ -394,7 +394,7 @@ def test_a_large_ensemble_is_shown_on_the_page():
     app = launched(seen=frozenset({"long"}))
     app.number_input(key="n_long").set_value(12).run()
     app.button(key="long_start").click().run()
-    run = app.session_state[KEY].page(Validation).long_run
+    run = app.session_state[KEY].page(Validation).large_run
     assert run.job.wait(120)
     settled(app.run())
     assert {"convergence", "long_variogram_E", "long_variogram_N"} <= charts(app)
