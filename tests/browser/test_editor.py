@@ -238,7 +238,7 @@ def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
         page.keyboard.press("Control+z")
     editor.honours(7)
     assert editor.data() == {editor.cell(spot): SAND for spot in spots[:7]}
-    page.locator('.st-key-editor [data-gesture="path"]').click()
+    page.locator('.st-key-editor [data-gesture="freehand"]').click()
     editor.brush("erase")
     editor.drag(*spots[:4])
     editor.honours(3)
@@ -283,7 +283,7 @@ def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     editor = opened(page, address, 1000, 1000)
     spot = editor.spot(0.31, 0.62)
     editor.brush("sand")
-    page.locator('.st-key-editor [data-gesture="move"]').click()
+    page.locator('.st-key-editor [data-gesture="pan"]').click()
     editor.canvas.focus()
     page.mouse.move(*spot)
     for _ in range(4):
@@ -324,7 +324,7 @@ def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
     editor.honours(1)
     assert editor.cell(spot) in known, "the map moved under the finger"
     assert editor.data() == known
-    page.locator('.st-key-editor [data-gesture="line"]').tap()
+    page.locator('.st-key-editor [data-gesture="straight"]').tap()
     start, end = editor.spot(0.2, 0.7), editor.spot(0.6, 0.8)
     ends = editor.cell(start), editor.cell(end)
     finger = context.new_cdp_session(page)

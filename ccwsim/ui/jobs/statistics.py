@@ -176,4 +176,4 @@ class StatisticsWorker:
         except MemoryError:
             return Failure("this does not fit into memory; ask for fewer realizations")
         except Exception as error:
-            return Failure(f"this could not be worked out: {reason(error)}")
+            return Failure(f"this could not be computed: {reason(error)}")

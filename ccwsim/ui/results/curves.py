@@ -72,7 +72,7 @@ def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return what an ensemble says about each cell, worked out once.
+    """Return what an ensemble says about each cell, computed once.
 
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
@@ -176,6 +176,6 @@ def draw_band_key(ensemble: Ensemble) -> None:
     if ensemble.n > MAX_CURVES:
         each = f"each of the first {MAX_CURVES} realizations"
     names = ("training image", "median", "5–95 %", each)
-    looks = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
-    borders = (f"{width}px solid var(--{colour})" for width, colour in looks)
+    styles = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
+    borders = (f"{width}px solid var(--{colour})" for width, colour in styles)
     draw_curve_key(zip(borders, names, strict=True))

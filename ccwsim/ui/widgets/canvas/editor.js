@@ -1,6 +1,6 @@
-// The map as an editor of hard data: a tap places one, a drag draws a line or a path of them, arrow
-// keys move a cursor. This follows map.js in one module. Edits wait in a queue until the page says
-// that it has them, so that none is lost or taken twice however fast they come.
+// The map as an editor of hard data: a tap places one, a drag places a straight or freehand line of
+// them, arrow keys move a cursor. This follows map.js in one module. Edits wait in a queue until the
+// page says that it has them, so that none is lost or taken twice however fast they come.
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // pixels of a cell from which it can be aimed at
 const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
@@ -24,8 +24,8 @@ class DataEditor extends CellMap {
   queue = waiting.filter((edit) => edit.seq > Date.now() - 5 * AGAIN);
   last = 0;
   brush = 1;
-  gesture = matchMedia('(pointer: coarse)').matches ? 'move' : 'line';
-  helpShown = true;
+  gesture = matchMedia('(pointer: coarse)').matches ? 'pan' : 'straight';
+  correctedShown = true;
   stroke = null;
   press = null;
 
@@ -160,13 +160,13 @@ class DataEditor extends CellMap {
   }
 
   drawPoints(pen, style) {
-    if (this.helpShown) this.drawRings(pen, style);
+    if (this.correctedShown) this.drawRings(pen, style);
     super.drawPoints(pen, style); // on top, so that rings hide no datum
   }
 
   drawRings(pen, style) {
     const radius = this.radius;
-    pen.strokeStyle = style.getPropertyValue('--helped');
+    pen.strokeStyle = style.getPropertyValue('--corrected');
     pen.lineWidth = Math.max(1.6, radius * 0.45);
     for (const [row, column, , , help] of this.data.points) {
       if (!help) continue;
@@ -183,8 +183,8 @@ class DataEditor extends CellMap {
     super.legendOf();
     const corrected = this.data.points.filter((point) => point[4] > 0).length;
     const forced = this.data.points.filter((point) => point[4] < 0).length;
-    this.root.querySelector('[data-do="helped"]').hidden = !(corrected + forced);
-    if (corrected) this.readout.before(key(`${corrected} corrected`, 'swatch helped', null));
+    this.root.querySelector('[data-do="corrected"]').hidden = !(corrected + forced);
+    if (corrected) this.readout.before(key(`${corrected} corrected`, 'swatch corrected', null));
     if (forced) this.readout.before(key(`${forced} forced`, 'swatch forced', null));
     this.readout.textContent = '';
   }
@@ -206,13 +206,13 @@ class DataEditor extends CellMap {
     });
     this.root.querySelector('[data-step="undo"]').disabled = !undo && !this.queue.length;
     this.root.querySelector('[data-step="redo"]').disabled = !redo;
-    this.canvas.classList.toggle('draws', this.gesture !== 'move');
+    this.canvas.classList.toggle('draws', this.gesture !== 'pan');
   }
 
   act(what) {
-    if (what !== 'helped') return super.act(what);
-    this.helpShown = !this.helpShown;
-    this.root.querySelector('[data-do="helped"]').setAttribute('aria-pressed', this.helpShown);
+    if (what !== 'corrected') return super.act(what);
+    this.correctedShown = !this.correctedShown;
+    this.root.querySelector('[data-do="corrected"]').setAttribute('aria-pressed', this.correctedShown);
     this.draw();
   }
 
@@ -263,7 +263,7 @@ class DataEditor extends CellMap {
     }
     if (event.button !== 0 || !this.inside(cell)) return false;
     this.press = { id: event.pointerId, spot, moved: 0 };
-    if (this.gesture === 'move') return false;
+    if (this.gesture === 'pan') return false;
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
     this.stroke = { id: event.pointerId, spot, from: cell, cells: [cell] };
@@ -282,7 +282,7 @@ class DataEditor extends CellMap {
     const cell = this.cellOf(event);
     const { from, cells } = this.stroke;
     this.stroke.spot = spot;
-    if (this.gesture === 'line') this.stroke.cells = cellsBetween(from, cell);
+    if (this.gesture === 'straight') this.stroke.cells = cellsBetween(from, cell);
     else cells.push(...cellsBetween(cells[cells.length - 1], cell).slice(1));
     this.point(this.inside(cell) ? cell : null);
     return true;
