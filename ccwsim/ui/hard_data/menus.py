@@ -187,11 +187,11 @@ def _ask_way(page_state: Editor) -> None:
     field(st.selectbox, "Where", key="sample_way", **way)
     if how.way != "grid":
         label = "How many data" if how.way == "random" else "How many wells"
-        number = bound_to(how, "n", change) | {"min_value": 1, "max_value": MAX_SAMPLED}
+        number = bound_to(how, "n", change, min_value=1, max_value=MAX_SAMPLED)
         field(st.number_input, label, key="sample_n", **number)
     if how.way != "random":
-        number = bound_to(how, "every", change) | {"min_value": 1, "max_value": MAX_SAMPLING_STEP}
+        number = bound_to(how, "every", change, min_value=1, max_value=MAX_SAMPLING_STEP)
         field(st.number_input, "A datum every so many cells", key="sample_every", **number)
     if how.way != "grid":
-        seed = bound_to(how, "seed", change)
-        field(st.number_input, "Their own seed", key="sample_seed", min_value=0, **seed)
+        seed = bound_to(how, "seed", change, min_value=0)
+        field(st.number_input, "Their own seed", key="sample_seed", **seed)

@@ -138,8 +138,7 @@ def describe_answer(state: State, ensemble: Ensemble) -> str:
 def _ground(page_state: Editor) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
         panel_title("Hard data on")
-        ground = bound_to(page_state, "ground") | options_of(GROUNDS)
-        ground["label_visibility"] = "collapsed"
+        ground = bound_to(page_state, "ground", label_visibility="collapsed") | options_of(GROUNDS)
         field(st.segmented_control, "What is under the data", key="ground", **ground)
 
 
@@ -168,8 +167,7 @@ def draw_canvas(
     ]
     alt = "Hard data; arrow keys move, Enter places, Delete erases"
     shown = replace(shown, point_colours=colours, alt=alt, points=points)
-    named = {"link": "grid", "scale": "maps", "name": "hard_data"}
-    content = map_content(shown, grid=grid, **named)
+    content = map_content(shown, grid=grid, link="grid", scale="maps", name="hard_data")
     history = page_state.history
     content |= {
         "brushes": [

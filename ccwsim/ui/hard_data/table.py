@@ -30,8 +30,8 @@ def draw_table(state: State, data: HardData, image: TrainingImage) -> None:
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
-        world = bound_to(table, "world") | options_of({True: "x, y", False: "row, col"})
-        world["label_visibility"] = "collapsed"
+        world = bound_to(table, "world", label_visibility="collapsed")
+        world |= options_of({True: "x, y", False: "row, col"})
         field(st.segmented_control, "Positions as", key="table_world", **world)
     if table.of != _stands_for(state, data.digest, image):
         table.base, table.notes = rows_of(data, grid, table.world), []

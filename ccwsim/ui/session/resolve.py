@@ -106,7 +106,7 @@ def _settled(
     data: HardData, choice: DataChoice, grid: Grid, image: TrainingImage
 ) -> HardDataImport:
     cells, values = data.cells.astype(float), data.facies.astype(float)
-    named = {"counted": "datum", "name": "hard data", "variable": "facies"}
+    named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
     lines = np.arange(1, data.n + 1)
     points = ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
     answers = {name: how for name, how in choice.answers if name in SETTLED}

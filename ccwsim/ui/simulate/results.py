@@ -123,9 +123,8 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
             options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]], "width": "stretch"}
             key = f"download_{name.replace('.', '_')}"
             st.download_button(label, content, name, key=key, on_click="ignore", **options)
-        kind = bound_to(state, "chart_format") | {"options": ["svg", "png"]}
-        label = "The camera on a chart saves"
-        field(st.segmented_control, label, key="chart_format", format_func=str.upper, **kind)
+        kind = bound_to(state, "chart_format", options=["svg", "png"], format_func=str.upper)
+        field(st.segmented_control, "The camera on a chart saves", key="chart_format", **kind)
 
 
 def keep_up(state: State) -> bool:

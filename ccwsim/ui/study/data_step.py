@@ -149,11 +149,10 @@ def _menu(state: State) -> None:
             "Cells chosen at random from a new unconditional realization of this study, as in "
             "section 5.2 of the paper: a test with a known reference field."
         )
-        number = bound_to(current, "n_sampled", change)
-        number |= {"min_value": 1, "max_value": MAX_SAMPLED}
+        number = bound_to(current, "n_sampled", change, min_value=1, max_value=MAX_SAMPLED)
         field(st.number_input, "How many data", key="data_n", **number)
-        seed = bound_to(current, "seed_sampled", change)
-        field(st.number_input, "Their own seed", key="data_seed", min_value=0, **seed)
+        seed = bound_to(current, "seed_sampled", change, min_value=0)
+        field(st.number_input, "Their own seed", key="data_seed", **seed)
     if current.source != "none" and not (current.source == "file" and current.upload is None):
         _report(state, current)
 

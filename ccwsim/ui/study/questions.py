@@ -26,7 +26,7 @@ COLLISIONS = {
     "drop": "leave all of them out",
 }
 DROPS = {None: "stop and say so", "drop": "leave them out"}
-OPEN = {"placeholder": "choose one"}
+OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Write = Callable[[Answers], None]
 
 
@@ -119,7 +119,7 @@ def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
     def choose(nx: int) -> None:
         write(answered(answers, shape=(n // nx, nx)))
 
-    chosen = {"value": shape[1] if shape else None, "write": choose}
+    chosen: dict[str, Any] = {"value": shape[1] if shape else None, "write": choose}
     offered = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
     label = f"The file has {n:,} values: how many cells E–W?"
     field(st.selectbox, label, key="ask_columns", **chosen, **offered, **OPEN)
@@ -131,7 +131,8 @@ def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
     def choose(number: int) -> None:  # from 1 on
         write(answered(answers, slice_index=number - 1))
 
-    chosen = {"key": "ask_slice", "value": None if known is None else known + 1, "write": choose}
+    value = None if known is None else known + 1
+    chosen: dict[str, Any] = {"key": "ask_slice", "value": value, "write": choose}
     if n > MAX_LISTED:
         label = f"Which of {n} slices, from the bottom?"
         field(st.number_input, label, **chosen, min_value=1, max_value=n, **OPEN)

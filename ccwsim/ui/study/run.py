@@ -58,14 +58,13 @@ def run_step(state: State) -> None:
     }
     for column, (name, (label, low, high, tip)) in zip(pair(), numbers.items(), strict=True):
         with column:
-            number = bound_to(state.choices, name, state.change)
-            number |= {"min_value": low, "max_value": high, "help": tip}
-            field(st.number_input, label, key=name, **number)
+            number = bound_to(state.choices, name, state.change, min_value=low, max_value=high)
+            field(st.number_input, label, key=name, help=tip, **number)
     if limits := str(limits_of_environment()):
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        live = bound_to(state, "live") | {"help": "Run again after every change."}
+        live = bound_to(state, "live", help="Run again after every change.")
         field(st.toggle, "Live", key="live", **live)
 
 

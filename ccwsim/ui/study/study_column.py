@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import streamlit as st
 
@@ -55,10 +56,11 @@ def grid_step(state: State) -> None:
     change = partial(_change_grid, state)
     for column, name, label in zip(pair(), ("nx", "ny"), ("E–W", "N–S"), strict=True):
         with column:
-            number = bound_to(grid, name, change)
-            number |= {"min_value": 1, "max_value": MAX_GRID_SIDE_OFFERED, "step": 32}
-            number["help"] = f"Cells of the simulation grid {label}. Time grows with the cells."
-            field(st.number_input, f"Cells {label}", key=f"grid_{name}", **number)
+            number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
+            tip = f"Cells of the simulation grid {label}. Time grows with the cells."
+            field(
+                st.number_input, f"Cells {label}", key=f"grid_{name}", step=32, help=tip, **number
+            )
     with st.popover("World coordinates", key="grid_menu"):
         st.caption("Used for data in world units, for the axes of maps and in exported files.")
         for name, labels in WORLD.items():
@@ -89,7 +91,7 @@ def method_step(state: State) -> None:
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
 
-    def draw(widget, label: str, name: str, **options: object) -> None:
+    def draw(widget, label: str, name: str, **options: Any) -> None:
         options = bound_to(p, name, change) | options
         field(widget, label, key=name, help=help_of(name), **options)
 

@@ -107,9 +107,9 @@ def help_of(name: str) -> str:
 
 
 def bound_to(
-    owner: object, name: str, change: Callable[..., object] | None = None
+    owner: object, name: str, change: Callable[..., object] | None = None, **options: Any
 ) -> dict[str, Any]:
-    """Return value and write of a field for an attribute of `owner`.
+    """Return value and write of a field for an attribute of `owner`, and its other options.
 
     Where `owner` is frozen, `change` makes the change; it is called as change(name=value).
 
@@ -128,7 +128,7 @@ def bound_to(
         else:
             setattr(owner, name, value)
 
-    return {"value": getattr(owner, name), "write": write}
+    return {"value": getattr(owner, name), "write": write, **options}
 
 
 def options_of(names: Mapping[Any, str]) -> dict[str, Any]:
