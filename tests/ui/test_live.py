@@ -23,10 +23,8 @@ SIX = replace(SMALL, n_realizations=6)
 
 
 def one_run(choices: Choices):
-    return simulate(
-        image_of(choices.image), choices.grid, choices.parameters,
-        n_realizations=choices.n_realizations, seed=choices.seed,
-    )  # fmt: skip
+    image, n = image_of(choices.image), choices.n_realizations
+    return simulate(image, choices.grid, choices.parameters, n_realizations=n, seed=choices.seed)
 
 
 class Gates:
@@ -278,9 +276,8 @@ def test_going_back_stops_a_run_and_a_run_that_is_gone_changes_nothing():
 def test_what_changed_is_said_in_few_words():
     p = Parameters(template_size=48, n_candidates=5, random_path=False)
     after = replace(SMALL, parameters=replace(p, overlap_size=4), grid=Grid(60, 70))
-    assert changes_between(SMALL, after) == [
-        "grid 64 × 48 → 70 × 60", "template 16 → 48", "K 20 → 5", "random path on → off",
-    ]  # fmt: skip
+    parameters = ["template 16 → 48", "K 20 → 5", "random path on → off"]
+    assert changes_between(SMALL, after) == ["grid 64 × 48 → 70 × 60", *parameters]
     data = replace(SMALL, data=DataChoice("bundled", "channels_60_wells"))
     assert changes_between(SMALL, data) == ["no data → channels 60 wells"]
     image = replace(SMALL, image=ImageChoice(bundled="stonewall"), seed=4)

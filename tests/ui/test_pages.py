@@ -37,10 +37,8 @@ from tests.some import some
 from tests.ui.widgets import html, named, texts
 
 ROOT = Path(__file__).parents[2]
-SMALL = Choices(
-    data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(template_size=16, overlap_size=4),
-    n_realizations=2,
-)  # fmt: skip
+PARAMETERS = Parameters(template_size=16, overlap_size=4)
+SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=PARAMETERS, n_realizations=2)
 
 
 def launched(choices: Choices = SMALL, path: str = "app.py") -> AppTest:
@@ -128,8 +126,8 @@ def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
 
 def test_the_help_comes_from_the_table_of_parameters():
     app = launched()
-    helps = [element.help for kind in (app.selectbox, app.number_input, app.checkbox, app.slider)
-             for element in kind]  # fmt: skip
+    kinds = (app.selectbox, app.number_input, app.checkbox, app.slider)
+    helps = [element.help for kind in kinds for element in kind]
     for row in parameter_table():
         assert any(row["meaning"] in text for text in helps if text), row["name"]
 

@@ -38,21 +38,22 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.widgets.maps import CANVAS
 
 ROOT = Path(__file__).parents[3]
-SMALL = Choices(
-    data=DataChoice(), grid=Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0)),
-    parameters=Parameters(template_size=16, overlap_size=4), n_realizations=3,
-)  # fmt: skip
+GRID = Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0))
+PARAMETERS = Parameters(template_size=16, overlap_size=4)
+SMALL = Choices(data=DataChoice(), grid=GRID, parameters=PARAMETERS, n_realizations=3)
 CELLS = st.tuples(st.integers(0, 9), st.integers(0, 9))
 
 
 def studied(choices: Choices = SMALL) -> State:
     """A state with realizations of its study."""
     state = State(choices=choices)
-    state.ensemble = simulate(
-        image_of(choices.image), choices.grid, choices.parameters, data_of(choices),
-        n_realizations=choices.n_realizations,
-    )  # fmt: skip
+    state.ensemble = run_of(choices)
     return state
+
+
+def run_of(choices: Choices) -> Ensemble:
+    image, data, n = image_of(choices.image), data_of(choices), choices.n_realizations
+    return simulate(image, choices.grid, choices.parameters, data, n_realizations=n)
 
 
 def edit(state: State, *changes, seq: int | None = None, **more) -> None:
@@ -146,10 +147,9 @@ def test_undo_brings_back_data_and_realizations_and_redo_the_edit():
 
 def test_undo_by_the_canvas_is_in_line_with_its_edits():
     state = studied()
-    take_edits(state, [
-        {"seq": 3, "do": "undo"}, {"seq": 1, "set": [[1, 1, 1]]}, {"seq": 2, "set": [[2, 2, 1]]},
-        {"seq": 4, "set": [[3, 3, 0]]},
-    ])  # fmt: skip
+    cells = {1: [1, 1, 1], 2: [2, 2, 1], 4: [3, 3, 0]}
+    edits = [{"seq": seq, "set": [cell]} for seq, cell in cells.items()]
+    take_edits(state, [{"seq": 3, "do": "undo"}, *edits])
     assert data_as_dict(state) == {(1, 1): 1, (3, 3): 0}
 
 
@@ -185,9 +185,7 @@ def test_history_is_bounded_in_steps_and_in_bytes(monkeypatch):
     ensemble = ensemble_of(studied())
     monkeypatch.setattr(editor_edits, "MAX_BYTES", 4 * ensemble.indices.nbytes)
     history = History()
-    moments = [
-        Moment(DataChoice(seed_sampled=k), replace(ensemble, seed=k)) for k in range(8)
-    ]  # fmt: skip
+    moments = [Moment(DataChoice(seed_sampled=k), replace(ensemble, seed=k)) for k in range(8)]
     for moment in moments:
         history.remember(moment)
     assert [moment.data.seed_sampled for moment in history.past] == [3, 4, 5, 6, 7]
@@ -209,9 +207,10 @@ def test_a_table_stands_for_its_data(n, seed, world):
 def test_edits_of_the_table_are_added_up_from_its_base():
     base = rows_of(HardData([[1, 1], [2, 2], [3, 3]], [0, 0, 0]), SMALL.grid, False)
     edits = {
-        "edited_rows": {2: {"facies": 1, "col": 60}}, "deleted_rows": [0],
+        "edited_rows": {2: {"facies": 1, "col": 60}},
+        "deleted_rows": [0],
         "added_rows": [{"row": 9, "col": 9, "facies": 1}, {"row": 4}],
-    }  # fmt: skip
+    }
     frame = edited_rows(base, edits)
     data, notes = data_of_rows(frame, SMALL.grid, TrainingImage([[0, 1]]), False)
     assert data.cells.tolist() == [[2, 2], [3, 60], [9, 9]]
@@ -223,17 +222,15 @@ def test_edits_of_the_table_are_added_up_from_its_base():
 
 
 def test_rows_that_cannot_be_taken_are_named():
-    frame = pd.DataFrame({
-        "x": [505.0, 505.0, 0.0, 515.0, np.nan, 1e300],
-        "y": [-30.0, -30.0, 0.0, -30.0, 1.0, 0.0],
-        "facies": [0.0, 1.0, 0.0, 0.5, 1.0, 0.0],
-    })  # fmt: skip
+    x = [505.0, 505.0, 0.0, 515.0, np.nan, 1e300]
+    y = [-30.0, -30.0, 0.0, -30.0, 1.0, 0.0]
+    frame = pd.DataFrame({"x": x, "y": y, "facies": [0.0, 1.0, 0.0, 0.5, 1.0, 0.0]})
     data, notes = data_of_rows(frame, SMALL.grid, TrainingImage([[0, 1]]), True)
     assert (data.cells.tolist(), data.facies.tolist()) == ([[0, 0]], [1])
     said = " ".join(notes)
-    for words in ("Row 5 is not complete", "Rows 3, 6 are outside", "Row 4 has no facies",
-                  "Row 2 counts, not row 1"):  # fmt: skip
-        assert words in said
+    left_out = ("Row 5 is not complete", "Rows 3, 6 are outside", "Row 4 has no facies")
+    for note in (*left_out, "Row 2 counts, not row 1"):
+        assert note in said
 
 
 def test_help_is_marked_for_the_shown_realization_only_where_it_is_known():
@@ -321,10 +318,7 @@ def test_the_page_answers_runs_again_and_clears():
         assert state.job.wait(60)
         app.run()
     full = ensemble_of(app.session_state[KEY])
-    fresh = simulate(
-        image_of(SMALL.image), SMALL.grid, SMALL.parameters, data_of(state.choices),
-        n_realizations=3,
-    )  # fmt: skip
+    fresh = run_of(state.choices)
     assert np.array_equal(full.indices, fresh.indices)
     assert "Re-simulated locally" not in said(app)
     app.button("clear").click().run()

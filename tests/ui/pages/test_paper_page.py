@@ -31,8 +31,9 @@ ODD = "<b>&"
 
 def quick(run) -> Outcome:
     run.step()
-    return Outcome((Text("words"),), (Judgement("claim", "found", "agrees", "good"),
-                                      Judgement("claim", "found", "differs", "bad")))  # fmt: skip
+    verdicts = (("agrees", "good"), ("differs", "bad"))
+    judgements = tuple(Judgement("claim", "found", word, tone) for word, tone in verdicts)
+    return Outcome((Text("words"),), judgements)
 
 
 def failing(run) -> Outcome:

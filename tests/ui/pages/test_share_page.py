@@ -21,12 +21,10 @@ from ccwsim.ui.widgets.text import plain
 from tests.ui.test_pages import ROOT, SMALL, launched, settled, texts
 from tests.ui.widgets import named
 
-QUERY = {"ti": "dunes", "data": "none", "grid": "64x48", "template": "16", "overlap": "4",
-         "realizations": "2", "seed": "7", "show": "2"}  # fmt: skip
-ADDRESSED = Choices(
-    ImageChoice("dunes"), DataChoice(), Grid(48, 64),
-    Parameters(template_size=16, overlap_size=4), 2, 7,
-)  # fmt: skip
+QUERY = {"ti": "dunes", "data": "none", "grid": "64x48", "template": "16", "overlap": "4"}
+QUERY |= {"realizations": "2", "seed": "7", "show": "2"}
+PARAMETERS = Parameters(template_size=16, overlap_size=4)
+ADDRESSED = Choices(ImageChoice("dunes"), DataChoice(), Grid(48, 64), PARAMETERS, 2, 7)
 
 
 def addressed(path: str = "pages/simulate.py", **query: str | list[str]) -> AppTest:
@@ -93,11 +91,9 @@ def an_own_study() -> State:
     image = TrainingImage(np.kron(np.eye(20, dtype=int) * 9, np.ones((2, 3), int)), name="wall")
     data = HardData([[k // 8 * 4, k % 8 * 7] for k in range(60)], np.arange(60) % 2 * 9)
     upload = Upload("wall.npy", training_image_as_bytes(image, "npy"))
-    choices = Choices(
-        ImageChoice(upload=upload, flip_ew=True, names=("a", "b"), colours=((9, "#112233"),)),
-        DataChoice("placed", placed=data), Grid(48, 64),
-        Parameters(template_size=16, overlap_size=4), 2, 5,
-    )  # fmt: skip
+    named = {"names": ("a", "b"), "colours": ((9, "#112233"),)}
+    chosen = ImageChoice(upload=upload, flip_ew=True, **named)
+    choices = Choices(chosen, DataChoice("placed", placed=data), Grid(48, 64), PARAMETERS, 2, 5)
     return State(choices=choices, shown=1)
 
 
