@@ -68,5 +68,6 @@ def chromium():
 
     Not for longer: while it is there, an event loop runs in the main thread.
     """
+    pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with browser() as launched:
         yield launched

@@ -176,25 +176,23 @@ def test_a_file_that_is_too_large_and_a_foreign_page_are_refused(proxy):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
-def test_a_browser_finds_nothing_forbidden_by_the_policy(proxy):
-    pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+def test_a_browser_finds_nothing_forbidden_by_the_policy(proxy, chromium):
     from tests.browser.hands import SLOW, at_rest
-    from tests.browser.served import browser
 
     said: list[str] = []
     failed: list[str] = []
-    with browser() as chromium:
-        page = chromium.new_context(ignore_https_errors=True).new_page()
-        page.on("console", lambda message: said.append(message.text))
-        page.on("requestfailed", lambda request: failed.append(request.url))
-        for name in ("simulate", "data", "validate", "compare", "how_it_works", "benchmark"):
-            page.goto(f"{proxy[0]}/{name}?{SMALL}")
-            page.locator(".st-key-menu").first.wait_for(timeout=SLOW)
-            at_rest(page)
-            if name == "simulate":
-                page.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
-                page.wait_for_selector(".js-plotly-plot", timeout=SLOW)
-                assert failed == []
+    page = chromium.new_context(ignore_https_errors=True).new_page()
+    page.on("console", lambda message: said.append(message.text))
+    page.on("requestfailed", lambda request: failed.append(request.url))
+    for name in ("simulate", "data", "validate", "compare", "how_it_works", "benchmark"):
+        page.goto(f"{proxy[0]}/{name}?{SMALL}")
+        page.locator(".st-key-menu").first.wait_for(timeout=SLOW)
+        at_rest(page)
+        if name == "simulate":
+            page.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
+            page.wait_for_selector(".js-plotly-plot", timeout=SLOW)
+            assert failed == []
+    page.context.close()
     assert [text for text in said if "Content Security Policy" in text] == []
 
 

@@ -148,7 +148,7 @@ def take(page, n: int) -> None:
     button = page.locator(".st-key-use_setting").get_by_role("button")
     until(
         lambda: button.click() if "/sweep" in page.url else None,
-        lambda wait: page.wait_for_url("**/simulate", timeout=wait),
+        lambda wait: page.wait_for_url("**/simulate*", timeout=wait),
     )
     page.locator(".st-key-template_size").first.wait_for(timeout=SLOW)
     for key, value in values.items():
