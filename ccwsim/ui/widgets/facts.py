@@ -79,8 +79,11 @@ def _proportions(ensemble: Ensemble) -> list[str]:
     if image.n_facies > SMALL:
         off = abs(mean - image.proportions)
         return [f"proportions within {100 * off.max():.1f} % of the training image"]
-    first = 1 if image.n_facies == 2 else 0
-    return [
-        f"{image.facies_names[k]} {100 * image.proportions[k]:.1f} → {100 * mean[k]:.1f} %"
-        for k in range(first, image.n_facies)
-    ]
+    facts = []
+    for k in range(1 if image.n_facies == 2 else 0, image.n_facies):
+        others = f"TI {100 * image.proportions[k]:.1f} %"
+        if ensemble.hard_data.n:
+            share = float((ensemble.hard_data.facies == image.codes[k]).mean())
+            others += f", data {100 * share:.1f} %"
+        facts.append(f"{image.facies_names[k]} {100 * mean[k]:.1f} % ({others})")
+    return facts
