@@ -32,7 +32,7 @@ from ccwsim.run.simulation import simulate
 FORMAT, VERSION = "CCWSIM project", 1
 SETTINGS, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 MAX_SETTINGS_BYTES = 2**20
-MAX_MEMBERS = 16
+MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
 """Of a value of the address that a project keeps; packed hard data are the longest."""
 MADE = (2020, 1, 1, 0, 0, 0)
@@ -194,7 +194,7 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
     with opened_archive(content, name) as archive:
         wanted = [SETTINGS, IMAGE, DATA]
         missing = [own for own in wanted if own not in archive.infos]
-        if missing or archive.n_members > MAX_MEMBERS:
+        if missing or archive.n_members > MAX_PROJECT_MEMBERS:
             what = f"{missing[0]} is missing" if missing else "it holds too many files"
             raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
         archive.check(wanted)

@@ -15,7 +15,7 @@ from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import check_stop
 
-CELLS_A_PIECE = 1_000_000
+CELLS_OF_ENTROPY = 1_000_000
 """Cells whose entropy is computed at a time."""
 
 
@@ -210,11 +210,11 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     if len(p) < 2:
         return np.zeros(p.shape[1:])
     flat, found = p.reshape(len(p), -1), np.empty(p[0].size)
-    for first in range(0, len(found), CELLS_A_PIECE):
+    for first in range(0, len(found), CELLS_OF_ENTROPY):
         check_stop()
-        some = flat[:, first : first + CELLS_A_PIECE]
+        some = flat[:, first : first + CELLS_OF_ENTROPY]
         terms = some * np.log(np.where(some > 0, some, 1.0))
-        found[first : first + CELLS_A_PIECE] = -terms.sum(axis=0) / np.log(len(p)) + 0.0
+        found[first : first + CELLS_OF_ENTROPY] = -terms.sum(axis=0) / np.log(len(p)) + 0.0
     return found.reshape(p.shape[1:])
 
 

@@ -18,7 +18,7 @@ from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.system.workers import check_stop
 
-CELLS_OF_STRIP = 1_000_000
+CELLS_COMPARED = 1_000_000
 """Cells in which realizations are compared at a time."""
 AXES: tuple[Direction, Direction] = ("E-W", "N-S")
 
@@ -144,7 +144,7 @@ def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
     if n < 2:
         return float("nan")
     _, ny, nx = indices.shape
-    rows, agree = max(CELLS_OF_STRIP // nx, 1), 0
+    rows, agree = max(CELLS_COMPARED // nx, 1), 0
     for first in range(0, ny, rows):
         check_stop()
         counts = facies_counts(indices[:, first : first + rows], n_facies).astype(np.int64)

@@ -34,6 +34,7 @@ from ccwsim.paper.verdicts import (
     BEHIND,
     BETTER,
     DIFFERS,
+    compared,
     judged,
     of_data,
     percent,
@@ -46,7 +47,7 @@ N_DATA = 1000
 LEVELS = (1, 3)
 LIKE_SHARE = 0.03
 """Two shares of wrong data are alike where they differ by less."""
-ALIKE = 1.1
+LIKE_DISTANCE = 1.1
 """A pattern distance up to this times another one is like it."""
 ANODI_LEVEL = 2
 COMPARABLE = 1.15
@@ -268,11 +269,12 @@ def _patterns(distance: dict, theirs: dict) -> list[Judgement]:
     for who, own, other in pairs:
         near, far = float(own.mean()), float(other.mean())
         found = f"Mean pattern distance, {who}: {near:.4f} against {far:.4f} bits."
-        judgements.append(judged(claim, found, AGREES if near <= ALIKE * far else DIFFERS))
+        word = AGREES if near <= LIKE_DISTANCE * far else DIFFERS
+        judgements.append(judged(claim, found, word))
     if "ccwsim" in theirs:
         near, far = float(distance["ccwsim", 1].mean()), float(theirs["ccwsim"].mean())
         found = f"Mean pattern distance {near:.4f} against {far:.4f} bits."
-        word = BETTER if near < far / ALIKE else AGREES if near <= ALIKE * far else BEHIND
+        word = compared(near, far, more_is_better=False, alike=LIKE_DISTANCE)
         judgements.append(judged("The authors' CCWSIM code at level 1, same data.", found, word))
     return judgements
 

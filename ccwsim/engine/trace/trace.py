@@ -94,7 +94,7 @@ def resimulated_windows(
 
 MAX_CHECKPOINTS = 24
 """A trace keeps at most so many states to start again from, each as large as the grid …"""
-MAX_BYTES = 64_000_000
+MAX_CHECKPOINT_BYTES = 64_000_000
 """… and fewer of large grids."""
 MIN_INTERVAL = 8
 """Patches between two of them, at least."""
@@ -120,7 +120,7 @@ class PatchStepper:
         self.work = make_workspace(plan.oriented, plan.search, plan.data[0])
         self.simulated = empty_grid(study, plan.path, 0, len(self.patches), keep_sources=True)
         self._next = 0
-        n_kept = min(max(MAX_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
+        n_kept = min(max(MAX_CHECKPOINT_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
         self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
         self._checkpoints: dict[int, Checkpoint] = {}
 

@@ -14,7 +14,7 @@ from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 
-MAX_HEADER = 10_000
+MAX_NPY_HEADER = 10_000
 """Bytes of the header of an array, a Python literal; NumPy's own limit."""
 
 
@@ -69,7 +69,7 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     shapes, reasons = {}, []
     for key, label in zip(arrays, distinct_names(arrays), strict=True):
         try:
-            file = BytesIO(archive.start(key, MAX_HEADER + 20))
+            file = BytesIO(archive.start(key, MAX_NPY_HEADER + 20))
             shape, _, _ = _header(file, f"{name}, {label.removesuffix('.npy')}")
             if len(shape) in (2, 3):
                 shapes[key] = shape
@@ -85,7 +85,7 @@ def _header(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
     try:
         version = npy.read_magic(file)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, by_columns, dtype = read(file, max_header_size=MAX_HEADER)
+        shape, by_columns, dtype = read(file, max_header_size=MAX_NPY_HEADER)
     except Exception as error:  # the header is a Python literal: any parser error may come
         raise CCWSIMError(f"{name}: the NumPy header is broken; save it again") from error
     if dtype.kind not in "buif" or dtype.itemsize > 16:

@@ -161,7 +161,7 @@ def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.i
     return np.repeat(numbers, filled // n)
 
 
-MAX_HEADER = 4096
+MAX_ESRI_HEADER = 4096
 """Bytes of a line of the header."""
 
 MAX_HEADER_LINES = 100
@@ -217,8 +217,8 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
     while at < len(content):
         if line > MAX_HEADER_LINES:
             raise CCWSIMError(f"{name}: more than {MAX_HEADER_LINES} lines of header; correct it")
-        end = content.find(b"\n", at, at + MAX_HEADER)
-        end = end if end >= 0 else min(len(content), at + MAX_HEADER)
+        end = content.find(b"\n", at, at + MAX_ESRI_HEADER)
+        end = end if end >= 0 else min(len(content), at + MAX_ESRI_HEADER)
         words = content[at:end].decode("latin-1").split()
         if words and words[0].lower() not in _KEYS:
             break

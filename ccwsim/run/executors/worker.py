@@ -26,7 +26,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.workers import Watch
 
-POLL_SECONDS = 0.2
+FLAG_SECONDS = 0.2
 """Seconds between two polls of a flag by a worker, and between two reports of progress."""
 MAX_STUDIES = 4
 """Studies that a worker keeps, the last ones it worked on."""
@@ -65,7 +65,7 @@ class Flag(Protocol):
 class PolledFlag:
     """A flag that is read only every so many seconds, as reading it takes time."""
 
-    def __init__(self, flag: Flag, every: float = POLL_SECONDS) -> None:
+    def __init__(self, flag: Flag, every: float = FLAG_SECONDS) -> None:
         self._flag = flag
         self._every = every
         self._next = 0.0
@@ -146,13 +146,13 @@ class ReportingWatch(Watch):
     def begin(self, number: int) -> None:
         """Report about this realization from now on."""
         self.check()
-        self._number, self._next = number, time.monotonic() + POLL_SECONDS
+        self._number, self._next = number, time.monotonic() + FLAG_SECONDS
 
     def report(self, share: float) -> None:
         """Store and send how much of it is done."""
         super().report(share)
         if self._number is not None and time.monotonic() >= self._next:
-            self._next = time.monotonic() + POLL_SECONDS
+            self._next = time.monotonic() + FLAG_SECONDS
             with suppress(OSError):  # the realization is worth more than the report
                 self._flag.report(self._number, share)
 
