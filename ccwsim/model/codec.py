@@ -180,7 +180,7 @@ def _parameter(row: dict[str, str], default: Any) -> Setting:
 _DEFAULTS = {f.name: f.default for f in fields(Parameters)}
 _MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
 _FLOATS = -bounds.MAX_FLOAT, bounds.MAX_FLOAT
-_OPTIONS = {
+_OPTIONS: dict[str, dict[str, Any]] = {
     "grid": {
         "option": "--grid",
         "metavar": "NXxNY",
