@@ -1,7 +1,7 @@
 """Take pictures of all pages, or of those named: python -m tests.browser.screenshots OUT [PAGE ...]
 
-At 1440 and 390 pixels, light and dark: empty (as the page first shows itself), the first screen
-with results, and the whole page.
+At 1440, 1024 and 390 pixels, light and dark: empty (as the page first shows itself), the first
+screen with results, and the whole page.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tests.browser.served import browser, served
 
-SIZES = {1440: 900, 390: 844}
+SIZES = {1440: 900, 1024: 768, 390: 844}
 SLOW = 180_000
 SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
 WHOLE = "() => !document.querySelector('.unseen, .working, [data-testid=stSkeleton]')"
