@@ -47,12 +47,6 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     """Draw a page: configuration, menu and `body`, which gets the state of the session.
 
     An error never takes the state away: it is said in words and the page can be used on.
-
-    Parameters
-    ----------
-    title : str
-    body : callable
-        Called as body(state).
     """
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
