@@ -1,7 +1,7 @@
 """Fixtures of all tests, and what two workers need to share the work well.
 
-Kernels are compiled once, before the workers start, who then find them on disk. Each worker has one
-server of the dashboard and one browser. Files that take long go first, so that none is the last.
+Kernels are compiled once, while the workers collect, who then find them on disk. Each worker has
+one server of the dashboard and one browser. Files that take long go first, so that none is last.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -20,9 +21,9 @@ ROOT = Path(__file__).parents[1]
 FIRST = ("tests/browser/", "tests/ui/", "tests/io/", "tests/engine/", "tests/")
 """Folders whose files take longest, from the longest."""
 
-settings.register_profile(
-    "patient", deadline=None, max_examples=40
-)  # a test never fails for being slow
+COMPILING = pytest.StashKey[subprocess.Popen]()
+# A test never fails for being slow.
+settings.register_profile("patient", deadline=None, max_examples=25)
 settings.load_profile("patient")
 
 
@@ -37,12 +38,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes(config: pytest.Config) -> None:
-    """Compile all kernels before workers start, unless only some tests were asked for."""
+    """Compile all kernels while workers collect, unless only some tests were asked for."""
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         terminal = config.pluginmanager.get_plugin("terminalreporter")
         if terminal is not None:
             terminal.write_line("compiling kernels, about a minute where there are none yet")
-        subprocess.run([sys.executable, "-m", "tests.compiled"], cwd=ROOT, check=True)
+        config.stash[COMPILING] = subprocess.Popen(
+            [sys.executable, "-m", "tests.compiled"], cwd=ROOT
+        )
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished(node: Any) -> None:
+    """Let no test start before the kernels are there."""
+    compiling = node.config.stash.get(COMPILING, None)
+    if compiling is not None and compiling.wait():
+        raise RuntimeError("the kernels cannot be compiled: run `python -m tests.compiled`")
 
 
 @pytest.fixture(scope="session")
@@ -71,3 +82,31 @@ def chromium():
     pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with browser() as launched:
         yield launched
+
+
+@pytest.fixture(scope="package")
+def desktop(chromium):
+    """A window with an empty profile that tests of one folder share.
+
+    A profile of its own costs each test seconds, as a page's scripts are compiled anew in it.
+    """
+    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def tab(desktop):
+    """A new tab of that window, closed at the end of the test."""
+    page = desktop.new_page()
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def phone(tab):
+    """A new tab as narrow as a phone, in the dark."""
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.emulate_media(color_scheme="dark")
+    return tab

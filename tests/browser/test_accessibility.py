@@ -57,14 +57,13 @@ def lasting_findings(page, width: int, theme: str, options: dict) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def page(chromium, address):
+def page(desktop, address):
     """One tab for all pages, so that the study is run once."""
-    context = chromium.new_context(viewport={"width": 1440, "height": SIZES[1440]})
-    page = context.new_page()
+    page = desktop.new_page()
     page.goto(f"{address}/simulate?{SMALL}")
     fill_with_maps(page)
     yield page
-    context.close()
+    page.close()
 
 
 def looked_through(page) -> list[str]:
@@ -88,12 +87,10 @@ def test_a_page_has_no_serious_finding(page, title):
 
 
 @pytest.mark.parametrize("name", LONG)
-def test_a_page_that_was_filled_has_no_serious_finding(chromium, address, name):
-    context = chromium.new_context(viewport={"width": 1440, "height": SIZES[1440]})
-    page = context.new_page()
+def test_a_page_that_was_filled_has_no_serious_finding(tab, address, name):
+    page = tab
     page.goto(f"{address}/{name}")
     page.wait_for_selector(".st-key-menu", timeout=SLOW)
     FILLED[name](page)
     page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)
-    context.close()

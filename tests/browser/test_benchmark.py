@@ -25,13 +25,12 @@ DRAWN = """(key) => {
 
 
 @pytest.fixture(scope="module")
-def page(chromium, address):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    page = context.new_page()
+def page(desktop, address):
+    page = desktop.new_page()
     page.goto(f"{address}/benchmark")
     page.wait_for_selector(".st-key-chart_times_cell .js-plotly-plot", timeout=SLOW)
     yield page
-    context.close()
+    page.close()
 
 
 def plan(page, largest: int, n: int, words: str) -> None:

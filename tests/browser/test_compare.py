@@ -58,10 +58,8 @@ def core():
 
 
 @pytest.fixture
-def page(chromium):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    yield context.new_page()
-    context.close()
+def page(tab):
+    return tab
 
 
 def see(locator):
@@ -167,9 +165,8 @@ def saved(page, label: str) -> list[dict[str, str]]:
     return list(csv.DictReader(StringIO(Path(waiting.value.path()).read_text("utf-8"))))
 
 
-def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(chromium, address):
-    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
-    page = context.new_page()
+def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(phone, address):
+    page = phone
     page.goto(f"{address}/compare")
     see(page.locator(".st-key-setting_A"))
     page.wait_for_function(OWN_NAME, timeout=SLOW)
@@ -178,4 +175,3 @@ def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(chromium, addres
     see(page.locator(".st-key-progress").get_by_role("button", name="Cancel"))
     page.locator(".st-key-progress").get_by_role("button", name="Cancel").click()
     see(page.locator("[data-testid=stAlert]", has_text="Stopped"))
-    context.close()

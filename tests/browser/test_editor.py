@@ -26,11 +26,8 @@ MUD, SAND = 0, 1
 
 
 @pytest.fixture
-def page(chromium):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    context.grant_permissions(["clipboard-read", "clipboard-write"])
-    yield context.new_page()
-    context.close()
+def page(tab):
+    return tab
 
 
 @dataclass
@@ -180,7 +177,6 @@ def length(a: tuple[int, int], b: tuple[int, int]) -> int:
         (100, 80, 0),
         pytest.param(1000, 1000, 5, marks=pytest.mark.slow),
         pytest.param(1000, 1000, 0, marks=pytest.mark.slow),
-        pytest.param(100, 80, 5, marks=pytest.mark.slow),
     ],
 )
 def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, zooms):

@@ -23,10 +23,8 @@ PICTURES = """(buttons) => buttons.map((b) => {
 
 
 @pytest.fixture
-def page(chromium):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900})
-    yield context.new_page()
-    context.close()
+def page(tab):
+    return tab
 
 
 def see(locator, wait: int = SLOW) -> None:

@@ -18,7 +18,10 @@ from tests.browser.hands import SLOW, at_rest, choose, fill, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 AXES, EDGE = 40, 1
 """Pixels left of a map with coordinates, and around one without."""
@@ -40,14 +43,11 @@ def trace():
 
 
 @pytest.fixture
-def page(chromium, address):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900})
-    opened = context.new_page()
-    opened.goto(f"{address}/how_it_works")
-    opened.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
-    at_rest(opened)
-    yield opened
-    context.close()
+def page(tab, address):
+    tab.goto(f"{address}/how_it_works")
+    tab.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
+    at_rest(tab)
+    return tab
 
 
 def shows(page, number: int, n: int):
@@ -174,7 +174,6 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
     expect(readout).to_contain_text(f"({at.column}, {at.row})")
 
 
-@pytest.mark.slow
 def test_every_kind_of_patch_says_what_the_core_says(page, trace):
     for number in kinds(trace).values():
         click_grid(page, trace, number)
@@ -238,7 +237,6 @@ def test_scrub_step_play_and_stop(page, trace):
     expect(play).to_be_visible(timeout=SLOW)
 
 
-@pytest.mark.slow
 def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
     from playwright.sync_api import expect
 
@@ -261,7 +259,6 @@ def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
     expect(page.locator(".st-key-n_candidates input")).to_have_value("3", timeout=SLOW)
 
 
-@pytest.mark.slow
 def test_local_resimulation_is_told_window_by_window(page, trace):
     from playwright.sync_api import expect
 
@@ -282,10 +279,8 @@ def test_local_resimulation_is_told_window_by_window(page, trace):
     )
 
 
-@pytest.mark.slow
-def test_it_works_on_a_phone(chromium, address, trace):
-    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
-    page = context.new_page()
+def test_it_works_on_a_phone(phone, address, trace):
+    page = phone
     page.goto(f"{address}/how_it_works")
     page.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
     at_rest(page)
@@ -295,4 +290,3 @@ def test_it_works_on_a_phone(chromium, address, trace):
     at_rest(page)
     assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
     click_grid(page, trace, first - 40)
-    context.close()

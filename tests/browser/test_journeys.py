@@ -19,10 +19,8 @@ pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHR
 
 
 @pytest.fixture
-def page(chromium):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    yield context.new_page()
-    context.close()
+def page(tab):
+    return tab
 
 
 def opened(page, address, path="/simulate?grid=200x150&data=none"):
@@ -83,7 +81,7 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)
     upload(page, "data", data_file, note="60 data")
-    fill(page, "n_realizations", 10)
+    fill(page, "n_realizations", 4)
     fill(page, "seed", 42)
     choose(page, "wavelet_level", "0")
     page.evaluate(
@@ -96,17 +94,17 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
         }"""
     )
     run(page)
-    facts(page, "60 of 60 data honoured.*10 realizations in .* CPU each")
-    assert any("10 realizations" in text for text in page.evaluate("window.seen"))
+    facts(page, "60 of 60 data honoured.*4 realizations in .* CPU each")
+    assert any("4 realizations" in text for text in page.evaluate("window.seen"))
 
     tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
     from playwright.sync_api import expect
 
-    expect(tiles).to_have_count(10)  # the old ones stand there for a moment
+    expect(tiles).to_have_count(4)  # the old ones stand there for a moment
     tiles.nth(2).click()
-    sees(page.get_by_text("Realization 3 of 10"))
+    sees(page.get_by_text("Realization 3 of 4"))
     page.keyboard.press("ArrowRight")
-    sees(page.get_by_text("Realization 4 of 10"))
+    sees(page.get_by_text("Realization 4 of 4"))
     sees(page.locator(".st-key-map_e_type canvas"))
     sees(page.locator(".st-key-chart_times .js-plotly-plot"))
 
@@ -115,7 +113,7 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     assert '"wavelet_level": 0' in str(saved["parameters"])
     image = read_training_image(image_file)
     own = simulate(
-        image, (512, 512), Parameters(wavelet_level=0), n_realizations=10, seed=42,
+        image, (512, 512), Parameters(wavelet_level=0), n_realizations=4, seed=42,
         hard_data=read_hard_data(data_file, Grid(512, 512), image),
     )  # fmt: skip
     assert np.array_equal(saved["realizations"], own.realizations)
@@ -128,6 +126,7 @@ def downloaded(page, name):
     return np.load(waiting.value.path())
 
 
+@pytest.mark.slow
 def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
     opened(page, address, "/simulate")
     before = page.locator(".facts").inner_text()
@@ -143,6 +142,7 @@ def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
     page.wait_for_function(f"() => ({opacity})() === '1'", timeout=SOON)
 
 
+@pytest.mark.slow
 def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
     opened(page, address)
     fill(page, "seed", 7)
@@ -193,6 +193,7 @@ def test_quick_changes_are_all_kept(page, address):
         assert page.locator(f".st-key-{key} input").input_value() == str(value)
 
 
+@pytest.mark.slow
 def test_hover_says_cell_and_facies(page, address):
     opened(page, address)
     page.wait_for_timeout(1000)
@@ -227,6 +228,7 @@ def test_every_address_opens_cold(chromium, path):
         context.close()
 
 
+@pytest.mark.slow
 def test_nothing_leaves_the_machine(page, address):
     asked = []
     page.on("request", lambda request: asked.append(request.url))
@@ -236,12 +238,10 @@ def test_nothing_leaves_the_machine(page, address):
     assert not away
 
 
-def test_on_a_phone_the_study_is_a_sheet_and_run_is_in_reach(chromium, address):
-    context = chromium.new_context(viewport={"width": 390, "height": 844})
-    page = opened(context.new_page(), address)
+def test_on_a_phone_the_study_is_a_sheet_and_run_is_in_reach(phone, address):
+    page = opened(phone, address)
     wide = page.evaluate("document.scrollingElement.scrollWidth")
     assert wide <= 390
     sees(page.locator(".st-key-run_bar").get_by_role("button", name="Run"))
     page.locator("[data-testid=stExpandSidebarButton]").click()
     sees(page.locator(".st-key-n_realizations input"))
-    context.close()

@@ -39,11 +39,11 @@ def tab_to(page, name: str) -> bool:
     raise AssertionError(f"Tab never came to {name}, but to {met}")
 
 
-def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(chromium, address):
+def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(tab, address):
     from playwright.sync_api import expect
 
-    context = chromium.new_context(viewport={"width": 1440, "height": 1000})
-    page = context.new_page()
+    page = tab
+    page.set_viewport_size({"width": 1440, "height": 1000})
     page.goto(f"{address}/simulate?grid=64x48&data=none&template=16&overlap=4&realizations=5")
     page.wait_for_selector(".st-key-gallery button", timeout=SLOW)
     page.wait_for_selector(".st-key-chart_times .xtick text", timeout=SLOW)
@@ -66,19 +66,16 @@ def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(chromium, add
     page.keyboard.press("ArrowRight")
     shown = page.locator(".panel", has_text="Realization 2 of 3").first
     expect(shown).to_be_visible(timeout=SOON)
-    context.close()
 
 
 @pytest.mark.slow
-def test_the_menu_leads_on_with_the_keyboard(chromium, address):
+def test_the_menu_leads_on_with_the_keyboard(phone, address):
     from playwright.sync_api import expect
 
-    context = chromium.new_context(viewport={"width": 390, "height": 844})
-    page = context.new_page()
+    page = phone
     page.goto(f"{address}/paper")
     page.wait_for_selector(".st-key-paper_start button", timeout=SLOW)
     at_rest(page)
     assert tab_to(page, "A Examples")
     page.keyboard.press("Enter")
     expect(page.locator(".st-key-examples_row")).to_be_visible(timeout=SLOW)
-    context.close()

@@ -48,11 +48,9 @@ def own(seed: int, level: int = 2):
 
 
 @pytest.fixture(scope="module")
-def page(chromium, address):
+def page(desktop, address):
     """A small study with its results, Live on."""
-    size = {"width": 1440, "height": 900}
-    context = chromium.new_context(viewport=size, accept_downloads=True)
-    page = context.new_page()
+    page = desktop.new_page()
     page.goto(f"{address}/simulate")
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
     menu(page, "data_row")
@@ -63,7 +61,7 @@ def page(chromium, address):
     page.locator(".st-key-live label").click()
     complete(page)
     yield page
-    context.close()
+    page.close()
 
 
 def complete(page) -> None:
@@ -127,6 +125,7 @@ def test_five_quick_changes_end_in_the_picture_of_the_last(page):
     assert page.evaluate(KEPT), "a map was made anew, which flickers"
 
 
+@pytest.mark.slow
 def test_a_click_in_the_history_brings_study_and_results_back(page):
     from playwright.sync_api import expect
 

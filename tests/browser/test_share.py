@@ -12,7 +12,10 @@ from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, menu, until, 
 from tests.browser.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3"
 PIXELS = """(key) => {
@@ -87,7 +90,6 @@ def run(page, number: int, of: int) -> None:
     at_rest(page)
 
 
-@pytest.mark.slow
 def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
     mine, other = context_of(chromium), context_of(chromium)
     page = opened(mine, f"{address}/simulate?{SMALL}")
@@ -153,7 +155,6 @@ def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chr
     context.close()
 
 
-@pytest.mark.slow
 def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chromium, address):
     context = context_of(chromium)
     page = opened(context, f"{address}/simulate?{SMALL}")
@@ -175,7 +176,6 @@ def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chrom
     context.close()
 
 
-@pytest.mark.slow
 def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_path):
     array = np.kron(np.random.default_rng(2).integers(0, 2, (10, 12)) * 5, np.ones((5, 5), int))
     np.save(tmp_path / "wall.npy", array)
@@ -208,7 +208,6 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
     context.close()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("width", [pytest.param(1440, marks=pytest.mark.slow), 390])
 def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path, width):
     from playwright.sync_api import expect

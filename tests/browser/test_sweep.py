@@ -27,13 +27,10 @@ PLACES = """() => {
 
 
 @pytest.fixture
-def page(chromium, address):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    opened = context.new_page()
-    opened.goto(f"{address}/sweep")
-    opened.locator(".st-key-sweep_first").get_by_role("button").wait_for(timeout=SLOW)
-    yield opened
-    context.close()
+def page(tab, address):
+    tab.goto(f"{address}/sweep")
+    tab.locator(".st-key-sweep_first").get_by_role("button").wait_for(timeout=SLOW)
+    return tab
 
 
 def press(page, name: str, value: str, then: str) -> None:
@@ -162,12 +159,10 @@ def take(page, n: int) -> None:
     assert page.locator(TILES).count() == n
 
 
-def test_it_opens_cold_on_a_phone_and_in_the_dark(chromium, address):
-    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
-    page = context.new_page()
+def test_it_opens_cold_on_a_phone_and_in_the_dark(phone, address):
+    page = phone
     page.goto(f"{address}/sweep")
     page.locator(".st-key-sweep_below").get_by_role("button").wait_for(timeout=SLOW)
     assert page.title() == "Sweep · CCWSIM"
     assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
     assert not page.locator("[data-testid=stException], [data-testid=stAlert]").count()
-    context.close()

@@ -48,10 +48,9 @@ INK = """(key) => {
 
 
 @pytest.fixture(scope="module")
-def judged(chromium, address, request):
+def judged(desktop, address, request):
     """The page with some realizations of channels that honour four hundred data."""
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
-    page = context.new_page()
+    page = desktop.new_page()
     files = published(request)
     if files:
         page.goto(f"{address}/simulate")
@@ -70,7 +69,7 @@ def judged(chromium, address, request):
         page.wait_for_function(there, timeout=SLOW)
     page.wait_for_timeout(1000)
     yield page
-    context.close()
+    page.close()
 
 
 def published(request) -> tuple[Path, Path] | None:
@@ -230,12 +229,10 @@ def test_a_large_ensemble_settles_on_the_page(judged):
     assert judged.evaluate(INK, "map_long_entropy") > 2
 
 
-def test_it_opens_cold_on_a_phone_and_in_the_dark(chromium, address):
-    context = chromium.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
-    page = context.new_page()
+def test_it_opens_cold_on_a_phone_and_in_the_dark(phone, address):
+    page = phone
     page.goto(f"{address}/validate")
     page.wait_for_selector(".st-key-chart_connectivity_N .js-plotly-plot", timeout=SLOW)
     assert page.title() == "Validate · CCWSIM"
     assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
     assert not page.locator("[data-testid=stException], [data-testid=stAlert]").count()
-    context.close()

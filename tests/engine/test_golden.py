@@ -16,7 +16,7 @@ def changed(chosen) -> list[str]:
 
 
 def test_every_cell_of_some_studies_is_as_it_was():
-    assert changed(STUDIES[::11]) == []
+    assert changed(STUDIES[::23]) == []
 
 
 @pytest.mark.slow
