@@ -97,6 +97,7 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     assert reference.refined(image, tile, mask, place, 2**level) == theirs
 
 
+@pytest.mark.slow
 def test_the_reference_makes_realizations_as_good_as_the_kernels():
     ti, p, shape = datasets.load("channels"), Parameters(wavelet_level=2), (256, 200)
     theirs = simulate(ti, shape, p, n_realizations=6)

@@ -16,7 +16,10 @@ from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 LEFT, TOP, BOTTOM = 40, 1, 20
 """Pixels around the cells of a map with axes."""
@@ -175,8 +178,8 @@ def length(a: tuple[int, int], b: tuple[int, int]) -> int:
     ("nx", "ny", "zooms"),
     [
         (100, 80, 0),
-        pytest.param(1000, 1000, 5, marks=pytest.mark.slow),
-        pytest.param(1000, 1000, 0, marks=pytest.mark.slow),
+        (1000, 1000, 5),
+        (1000, 1000, 0),
     ],
 )
 def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, zooms):
@@ -221,7 +224,6 @@ def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, z
     assert editor.data() == drawn
 
 
-@pytest.mark.slow
 def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     editor = opened(page, address, 100, 80)
     editor.brush("sand")
@@ -241,7 +243,6 @@ def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     assert editor.data() == {editor.cell(spot): SAND for spot in spots[4:7]}
 
 
-@pytest.mark.slow
 def test_keys_alone_place_change_and_erase(page, address):
     editor = opened(page, address, 100, 80)
     editor.canvas.focus()
@@ -255,7 +256,6 @@ def test_keys_alone_place_change_and_erase(page, address):
     assert editor.data() == {(41, 60): SAND}
 
 
-@pytest.mark.slow
 def test_rows_pasted_over_and_below_the_table_are_data(page, address):
     editor = opened(page, address, 100, 80)
     editor.click(editor.spot(0.5, 0.5))
@@ -274,7 +274,6 @@ def test_rows_pasted_over_and_below_the_table_are_data(page, address):
     assert editor.data() == {editor.cell(editor.spot(0.5, 0.5)): SAND}
 
 
-@pytest.mark.slow
 def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     editor = opened(page, address, 1000, 1000)
     spot = editor.spot(0.31, 0.62)
@@ -298,7 +297,6 @@ def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     assert (row, column) != editor.cell(there)
 
 
-@pytest.mark.slow
 def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
     context = chromium.new_context(
         viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True,

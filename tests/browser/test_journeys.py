@@ -238,6 +238,7 @@ def test_nothing_leaves_the_machine(page, address):
     assert not away
 
 
+@pytest.mark.slow
 def test_on_a_phone_the_study_is_a_sheet_and_run_is_in_reach(phone, address):
     page = opened(phone, address)
     wide = page.evaluate("document.scrollingElement.scrollWidth")

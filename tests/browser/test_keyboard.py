@@ -10,7 +10,10 @@ from tests.browser.hands import SLOW, SOON, at_rest
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 MAX_STOPS = 120
 FOCUSED = """() => {
@@ -68,7 +71,6 @@ def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(tab, address)
     expect(shown).to_be_visible(timeout=SOON)
 
 
-@pytest.mark.slow
 def test_the_menu_leads_on_with_the_keyboard(phone, address):
     from playwright.sync_api import expect
 

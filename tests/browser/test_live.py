@@ -12,7 +12,10 @@ from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu, u
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
 
 SIDE, N = 96, 6
 LAST_SEED = 15
@@ -125,7 +128,6 @@ def test_five_quick_changes_end_in_the_picture_of_the_last(page):
     assert page.evaluate(KEPT), "a map was made anew, which flickers"
 
 
-@pytest.mark.slow
 def test_a_click_in_the_history_brings_study_and_results_back(page):
     from playwright.sync_api import expect
 
@@ -155,7 +157,6 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
 
 
-@pytest.mark.slow
 def test_on_a_phone_the_history_scrolls_in_its_own_row(page):
     size = page.viewport_size
     page.set_viewport_size({"width": 390, "height": 844})

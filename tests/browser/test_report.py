@@ -11,7 +11,8 @@ from tests.report.test_report import document
 SLOW = 180_000
 
 
-@pytest.mark.parametrize("width", [pytest.param(1200, marks=pytest.mark.slow), 390])
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1200, 390])
 def test_a_report_draws_itself_without_a_network(chromium, tmp_path, width):
     path = tmp_path / "report.html"
     write_report(path, document("a word"))

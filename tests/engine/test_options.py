@@ -113,6 +113,7 @@ def test_a_random_path_starts_elsewhere_as_often_as_symmetry_says():
     assert 0.25 - 0.1 < np.mean(whole) < 0.25 + 0.1
 
 
+@pytest.mark.slow
 def test_first_patches_come_from_everywhere_in_the_image():
     p = Parameters(16, 4, 2, random_path=False, refine=False)
     places = [tuple(places_of(c, NOISE.indices)[0].tolist()) for c in first_corner(p, 400)]
@@ -132,12 +133,14 @@ def sizes_of_first_patches(variation: float) -> list[int]:
     ]
 
 
+@pytest.mark.slow
 def test_without_template_variation_all_patches_have_the_template_size():
     sizes = sizes_of_first_patches(0.0)
     assert min(sizes) >= 14
     assert max(sizes) <= 18
 
 
+@pytest.mark.slow
 def test_template_variation_draws_smaller_and_larger_patches_within_its_share():
     sizes = sizes_of_first_patches(0.5)
     assert min(sizes) <= 10
@@ -164,6 +167,7 @@ def test_the_co_template_looks_at_data_ahead(datum):
     assert share_that_continue_to(datum, 2) == 1.0
 
 
+@pytest.mark.slow
 def test_the_co_template_leaves_fewer_data_to_mend(well_data):
     alone, ahead = simulated(well_data, co_template=1), simulated(well_data, co_template=2)
     assert ahead.n_resimulated.mean() < 0.9 * alone.n_resimulated.mean()

@@ -25,6 +25,7 @@ def _distance():
     return np.hypot(rows - CENTRE[0], columns - CENTRE[1])
 
 
+@pytest.mark.slow
 def test_far_from_the_data_the_e_type_tends_to_the_proportion_of_the_image(conditioned):
     ti, _, ensemble = conditioned
     far = ensemble.probability(1)[_distance() > 70]

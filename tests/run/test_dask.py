@@ -112,6 +112,7 @@ def test_the_command_line_takes_the_address_of_a_scheduler(client, tmp_path):
     np.testing.assert_array_equal(np.load(here), np.load(there))
 
 
+@pytest.mark.slow
 def test_the_dashboard_takes_the_address_from_the_environment(client, monkeypatch):
     monkeypatch.delenv(SCHEDULER, raising=False)
     assert executor_of_environment() is None

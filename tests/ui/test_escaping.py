@@ -99,6 +99,7 @@ def session(address):
         yield one
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_no_page_takes_a_name_for_markup(session, page):
     session.open(page)

@@ -135,6 +135,7 @@ def test_use_these_takes_a_setting_to_the_study_and_loses_none():
     assert settings_of(state_of(app)) == (third, second, own)
 
 
+@pytest.mark.slow
 def test_the_arrows_show_the_same_realization_of_all():
     app = launched()
     app.button(key="shown_previous").click().run()
@@ -144,6 +145,7 @@ def test_the_arrows_show_the_same_realization_of_all():
     assert "Realization 1 of 3" in html(app)
 
 
+@pytest.mark.slow
 def test_curves_of_another_facies_are_worked_out():
     app = launched()
     before = state_of(app).page(Comparing).found
@@ -170,6 +172,7 @@ def test_a_tiny_grid_says_why_patterns_are_missing():
     assert charts(app) == FIGURES - {"compared_mds"}
 
 
+@pytest.mark.slow
 def test_another_image_makes_the_comparison_an_old_one():
     app = launched()
     state = state_of(app)

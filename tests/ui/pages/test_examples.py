@@ -182,6 +182,7 @@ def test_one_candidate_copies_longer_pieces():
     assert blocks[0] > 1.5 * blocks[1]
 
 
+@pytest.mark.slow
 def test_pictures_are_of_the_study_and_keep_their_room():
     for name in ("unconditional", "variograms", "dense", "candidates"):
         e = example(name)
@@ -234,6 +235,7 @@ def test_a_click_opens_an_example_and_another_goes_back():
     assert state_of(app).choices == OWN
 
 
+@pytest.mark.slow
 def test_simulate_says_which_example_is_open():
     state = State(choices=OWN)
     open_example(state, replace(example("delta"), choices=OWN))
@@ -246,6 +248,7 @@ def test_simulate_says_which_example_is_open():
     assert state_of(app).page(Examples).kept is None
 
 
+@pytest.mark.slow
 def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
     image = datasets.load("channels")
     drawn = draw_round(image, Parameters(wavelet_level=3, refine=False), seed=3)

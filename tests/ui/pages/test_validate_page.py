@@ -39,7 +39,6 @@ from ccwsim.ui.validate.statistics import (
     steps_along,
     transitions,
 )
-from tests.some import some
 from tests.ui.widgets import charts, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
 
@@ -114,19 +113,22 @@ def test_the_summary_says_what_was_found():
     assert "realizations differ from each other" in said
 
 
-@pytest.mark.parametrize("name", some(datasets.names(), ["delta"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", datasets.names())
 def test_every_bundled_image_can_be_judged(name):
     app = launched(replace(SMALL, image=ImageChoice(bundled=name)))
     assert not texts(app)
     assert "mds" in charts(app)
 
 
+@pytest.mark.slow
 def test_a_single_realization_can_be_judged():
     app = launched(replace(SMALL, n_realizations=1))
     assert not texts(app)
     assert "Realization 1 of 1" in html(app)
 
 
+@pytest.mark.slow
 def test_a_tiny_image_says_why_and_draws_the_rest():
     image = TrainingImage(np.tile([[0, 1], [1, 0]], (3, 3)), name="tiny")
     p = Parameters(template_size=4, overlap_size=1, wavelet_level=0)
@@ -169,6 +171,7 @@ def test_advice_can_be_taken_into_the_study():
     assert "was changed since" in html(app)
 
 
+@pytest.mark.slow
 def test_the_direction_is_kept_when_the_page_is_left():
     app = launched()
     settled(app.slider(key="azimuth").set_value(120).run())
@@ -282,6 +285,7 @@ def test_sources_lead_back_to_the_realization(ensemble):
     assert int(uses.indices.max()) == min(int(found.uses.max()), 100)
 
 
+@pytest.mark.slow
 def test_sources_of_an_edited_realization_are_not_guessed(ensemble):
     cell = np.argwhere(ensemble.indices[0] == 0)[0]
     data = HardData([*ensemble.hard_data.cells, cell], [*ensemble.hard_data.facies, 1])
@@ -401,6 +405,7 @@ def test_a_large_ensemble_is_shown_on_the_page():
     assert "After 12 realizations" in html(app)
 
 
+@pytest.mark.slow
 def test_a_redraw_leaves_alone_what_is_being_typed():
     app = launched()
     app.run()
