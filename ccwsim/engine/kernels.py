@@ -11,10 +11,13 @@ from __future__ import annotations
 import atexit
 import os
 import shutil
+import subprocess
+import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
@@ -112,8 +115,11 @@ class part_of_kernel:  # noqa: N801 - a decorator
         return self._alone(*values, **named)
 
 
-COMPILE_TIME = "about 15 seconds"
-"""What the kernels of a first run take to compile on two cores that are otherwise idle."""
+COMPILE_TIME = "about half a minute"
+"""What the kernels of a first run take to compile on two slow cores that also draw the page."""
+OUTERMOST = {"simulate_patches", "resimulate_windows"}
+"""Kernels of a run that call all others, and are therefore the last to be compiled."""
+LOOK_SECONDS = 0.2
 _engine_kernels: set[str] = set()
 _compilation: tuple[int, int, str] | None = None
 _ready = False
@@ -127,6 +133,43 @@ def compilation() -> tuple[int, int, str] | None:
 def is_ready() -> bool:
     """Return whether this process has compiled, or read from the cache, the kernels of a study."""
     return _ready
+
+
+def kernels_on_disk() -> set[str]:
+    """Return the names of the engine kernels that were compiled, and kept, at any time."""
+    files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
+    return {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} & _engine_kernels
+
+
+def compile_apart(is_cancelled: Callable[[], bool]) -> None:
+    """Compile the kernels of a run in another process, where they are not on disk, and wait.
+
+    The compiler holds the interpreter lock: a server that compiles in a thread sends no page
+    meanwhile. The process goes on with the kernels of other runs when those of the first are there.
+    """
+    global _compilation
+    if not FOLDER or kernels_on_disk() >= OUTERMOST:
+        return
+    path = os.pathsep.join([str(_PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ccwsim", "warm-up", "--quiet"],
+        env={**os.environ, "PYTHONPATH": path},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    threading.Thread(target=process.wait, daemon=True).start()  # leaves no defunct process
+    if hasattr(os, "setpriority"):  # the page and its browser go first
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, process.pid, 10)
+    try:
+        while process.poll() is None and not is_cancelled():
+            done = kernels_on_disk()
+            if done >= OUTERMOST:
+                return
+            _compilation = len(done), len(_engine_kernels), ""
+            time.sleep(LOOK_SECONDS)
+    finally:
+        _compilation = None
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
-from ccwsim.engine.kernels import is_ready
+from ccwsim.engine.kernels import compile_apart, is_ready
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
@@ -121,6 +121,8 @@ def _begun(state: State, some: Some, demand: Demand) -> Job[Ensemble]:
     def work(job: Job[Ensemble]) -> Ensemble:
         if waits_for_kernels:  # the same realizations, stored; the facts and the progress say so
             job.give(stored_ensemble())
+        if not is_ready():
+            compile_apart(job.is_cancelled)
         return in_parts(job, some, n_first)
 
     return Job(work, choices, demand, n=n)
