@@ -217,11 +217,10 @@ def test_live_runs_after_a_change(page, address):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", ["/", "/simulate"])
-def test_every_address_opens_cold(chromium, path):
+def test_the_plain_address_opens_cold(chromium):
     with served() as fresh:
         context = chromium.new_context()
-        page = opened(context.new_page(), fresh, path)
+        page = opened(context.new_page(), fresh, "/")
         assert page.title() == "Simulate · CCWSIM"
         sees(page.locator(".st-key-menu", has_text="Simulate"))
         sees(page.locator(".st-key-run").get_by_role("button", name="Run"))

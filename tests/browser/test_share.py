@@ -208,10 +208,10 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
     context.close()
 
 
-@pytest.mark.parametrize("width", [pytest.param(1440, marks=pytest.mark.slow), 390])
-def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path, width):
+def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path):
     from playwright.sync_api import expect
 
+    width = 390
     context = context_of(chromium, width)
     page = opened(context, f"{address}/simulate?{SMALL}&show=2")
     open_share(page)

@@ -140,8 +140,8 @@ def ran(code: str) -> subprocess.CompletedProcess[str]:
         capture_output=True,
         text=True,
         timeout=300,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
+    )  # a limit on the size of files would leave half of a compiled module
 
 
 ENDLESS = """

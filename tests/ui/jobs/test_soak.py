@@ -13,7 +13,7 @@ from benchmarks.visitor import choices_of, expected
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:
-    return soak(sessions=4, minutes=0.3, ttl=5, warming=15)
+    return soak(sessions=4, minutes=0.2, ttl=5, warming=8)
 
 
 @pytest.mark.slow
