@@ -119,7 +119,10 @@ COMPILE_TIME = "about half a minute"
 """What the kernels of a first run take to compile on two slow cores that also draw the page."""
 OUTERMOST = {"simulate_patches", "resimulate_windows"}
 """Kernels of a run that call all others, and are therefore the last to be compiled."""
-LOOK_SECONDS = 0.2
+COUNT_SECONDS = 0.2
+"""Time between two counts of the kernels on disk."""
+_apart: subprocess.Popen | None = None
+_apart_lock = threading.Lock()
 _engine_kernels: set[str] = set()
 _compilation: tuple[int, int, str] | None = None
 _ready = False
@@ -136,7 +139,7 @@ def is_ready() -> bool:
 
 
 def kernels_on_disk() -> set[str]:
-    """Return the names of the engine kernels that were compiled, and kept, at any time."""
+    """Return the names of the engine kernels in the cache."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
     return {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} & _engine_kernels
 
@@ -145,31 +148,41 @@ def compile_apart(is_cancelled: Callable[[], bool]) -> None:
     """Compile the kernels of a run in another process, where they are not on disk, and wait.
 
     The compiler holds the interpreter lock: a server that compiles in a thread sends no page
-    meanwhile. The process goes on with the kernels of other runs when those of the first are there.
+    meanwhile. The process goes on with the kernels of other runs when those of the first are there;
+    all who call this meanwhile wait for the same one.
     """
-    global _compilation
+    global _compilation, _apart
     if not FOLDER or kernels_on_disk() >= OUTERMOST:
         return
-    path = os.pathsep.join([str(_PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ccwsim", "warm-up", "--quiet"],
-        env={**os.environ, "PYTHONPATH": path},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    threading.Thread(target=process.wait, daemon=True).start()  # leaves no defunct process
-    if hasattr(os, "setpriority"):  # the page and its browser go first
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, process.pid, 10)
+    with _apart_lock:
+        if _apart is None or _apart.poll() is not None:
+            _apart = _warm_up_apart()
+        process = _apart
     try:
         while process.poll() is None and not is_cancelled():
             done = kernels_on_disk()
             if done >= OUTERMOST:
                 return
             _compilation = len(done), len(_engine_kernels), ""
-            time.sleep(LOOK_SECONDS)
+            time.sleep(COUNT_SECONDS)
     finally:
         _compilation = None
+
+
+def _warm_up_apart() -> subprocess.Popen:
+    """Start `ccwsim warm-up` in another process; the page and its browser go first."""
+    paths = [str(_PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ccwsim", "warm-up", "--quiet"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    threading.Thread(target=process.wait, daemon=True).start()  # leaves no defunct process
+    if hasattr(os, "setpriority"):
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, process.pid, 10)
+    return process
 
 
 @contextmanager

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from ccwsim.engine import kernels
-from tests.conftest import ROOT
 
+PACKAGE = Path(kernels.__file__).parents[1]
 WAIT = "import time; time.sleep(60)"
 
 
@@ -29,6 +29,7 @@ def started(monkeypatch):
             processes.append(self)
 
     monkeypatch.setattr(kernels.subprocess, "Popen", Idle)
+    monkeypatch.setattr(kernels, "_apart", None)
     yield processes
     for process in processes:
         process.kill()
@@ -57,6 +58,13 @@ def test_it_ends_when_the_run_is_cancelled(monkeypatch, started):
     assert kernels.compilation() is None
 
 
+def test_two_runs_wait_for_the_same_process(monkeypatch, started):
+    monkeypatch.setattr(kernels, "kernels_on_disk", set)
+    kernels.compile_apart(lambda: True)
+    kernels.compile_apart(lambda: True)
+    assert len(started) == 1
+
+
 def test_nothing_is_started_where_kernels_are_on_disk(monkeypatch, started):
     monkeypatch.setattr(kernels, "kernels_on_disk", lambda: kernels.OUTERMOST)
     kernels.compile_apart(lambda: False)
@@ -70,7 +78,7 @@ def test_nothing_is_started_where_kernels_are_on_disk(monkeypatch, started):
 def test_another_process_compiles_what_this_one_then_reads(tmp_path):
     """In a copy of the package that has no kernels yet."""
     away = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(Path(ROOT) / "ccwsim", tmp_path / "ccwsim", ignore=away)
+    shutil.copytree(PACKAGE, tmp_path / "ccwsim", ignore=away)
     code = """
 from numba.core import event
 from ccwsim import simulate

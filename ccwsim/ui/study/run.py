@@ -121,8 +121,6 @@ def _begun(state: State, some: Some, demand: Demand) -> Job[Ensemble]:
     def work(job: Job[Ensemble]) -> Ensemble:
         if waits_for_kernels:  # the same realizations, stored; the facts and the progress say so
             job.give(stored_ensemble())
-        if not is_ready():
-            compile_apart(job.is_cancelled)
         return in_parts(job, some, n_first)
 
     return Job(work, choices, demand, n=n)
@@ -202,6 +200,9 @@ def part_of(choices: Choices) -> Some:
     image, data = image_of(choices.image), data_of(choices)
 
     def some(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
+        executor = executor_of_environment()
+        if executor is None and not is_ready():  # the workers of a cluster compile for themselves
+            compile_apart(cancel)
         return simulate(
             image,
             grid_shape=choices.grid,
@@ -212,7 +213,7 @@ def part_of(choices: Choices) -> Some:
             progress=progress,
             cancel=cancel,
             first_realization=first,
-            executor=executor_of_environment(),
+            executor=executor,
         )
 
     return some
