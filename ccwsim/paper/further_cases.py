@@ -97,7 +97,7 @@ def _dense_judgements(
     share = recovered(e.indices, reference)
     wrong = float(e.n_mismatched.mean() / data.n)
     found = f"{percent(share)} of the cells are those of the reference image."
-    claim = "The paper shows a simulation with 4000 data beside its reference image."
+    claim = "Fig. 14: a simulation with 4000 data beside its reference image."
     word = AGREES if share >= RECOVERED else DIFFERS
     if other is not None:
         theirs = recovered(other, reference)
@@ -108,8 +108,8 @@ def _dense_judgements(
     ours = median_seconds(e)
     if not run.extent.is_full:
         return (*judgements, not_comparable("1.06 s for a realization.", ours))
-    where = "4000 data on 256 × 256 (the authors' page)"
-    return (*judgements, of_time("a realization (mean)", ours, stated_seconds("4000 data"), where))
+    what = "a realization with about 4000 data (mean)"
+    return (*judgements, of_time(what, ours, stated_seconds("Fig. 14"), "Fig. 14"))
 
 
 def three_facies(run: Run) -> Outcome:
@@ -146,7 +146,7 @@ def _facies_judgements(run: Run, e: Ensemble) -> tuple[Judgement, ...]:
     wrong = float(e.n_mismatched.mean() / e.hard_data.n)
     there = published_time(OCTAVE, "ccwsim", LEVEL, e.grid.nx * e.grid.ny, 400, "three facies")
     theirs = there.wrong_share if there and run.inputs.is_own("three facies") else None
-    claim = "More than two facies can be simulated."
+    claim = "Section 5.8: more than two facies can be simulated."
     found = f"All {image.n_facies} facies occur, each within {percent(off)} of its share of the "
     judgements = (
         judged(claim, f"{found}image.", AGREES if off <= CLOSE else DIFFERS),
@@ -154,8 +154,8 @@ def _facies_judgements(run: Run, e: Ensemble) -> tuple[Judgement, ...]:
     )
     if not run.extent.is_full:
         return (*judgements, not_comparable("3.50 s for a realization of 1000 × 1000.", ours))
-    where = "Three facies, 1000 × 1000 cells, 400 data"
-    return (*judgements, of_time("a realization", ours, stated_seconds("three facies"), where))
+    what = "a realization of three facies on 1000 × 1000 cells"
+    return (*judgements, of_time(what, ours, stated_seconds("Fig. 16"), "Fig. 16"))
 
 
 def limits(run: Run) -> Outcome:
@@ -177,8 +177,8 @@ def limits(run: Run) -> Outcome:
     header = ("image", "facies", "share by quarter, image", "share by quarter, realizations")
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
     remark = Text(
-        "The authors' nonstationary images are not at hand; ours are drawn by this program. The "
-        "authors' page also shows the Ganges delta (7.7 s), which is not reproduced here.",
+        "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8, 7.7 s "
+        "a realization) are not at hand; the images here are drawn by this program.",
         quiet=True,
     )
     return Outcome((*blocks, table, remark), tuple(judgements))

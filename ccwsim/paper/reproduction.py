@@ -16,7 +16,7 @@ from ccwsim.paper.inputs import Inputs
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.realizations import conditional, statistics, unconditional
 from ccwsim.paper.times import grid_size, times_with_data
-from ccwsim.paper.verdicts import seconds
+from ccwsim.paper.verdicts import ALIKE, NOISE, seconds
 from ccwsim.report import Block, Document, Facts, Judgements, Section, Text, surroundings
 
 EXPERIMENTS = (
@@ -40,50 +40,51 @@ EXPERIMENTS = (
         "statistics",
         "Variograms and probability of connection",
         "Section 5.3, Fig. 9",
-        "The paper shows variograms and the probability of connection of the channel image and of "
-        "100 realizations (E–W and N–S); it speaks of an enhancement in facies connectivity.",
+        "Fig. 9 shows variograms and the probability of connection of the channel image and of "
+        "100 realizations (E–W and N–S); its curves are not at hand.",
         statistics,
     ),
     Experiment(
         "sampled-data",
         "CCWSIM against MS-CCSIM at several levels",
         "Section 5.4, Fig. 10",
-        "Data are sampled from an unconditional realization; the paper compares conditional "
-        "simulations of CCWSIM and MS-CCSIM at different levels and numbers of data. It finds them "
-        "comparable, with better connectivity and patterns for CCWSIM.",
+        "Fig. 10 compares conditional simulations of CCWSIM and MS-CCSIM at different levels and "
+        "numbers of data, which are sampled from an unconditional realization (section 5.2). The "
+        "paper finds them comparable, with better connectivity and patterns for CCWSIM.",
         sampled_data,
     ),
     Experiment(
         "stone-wall",
         "The stone wall",
         "Section 5.4, Fig. 11",
-        "The paper shows conditional simulations of the stone wall image by CCWSIM and MS-CCSIM; "
-        "no numbers of them are at hand.",
+        "Fig. 11 shows conditional simulations of the stone wall image with 300 data by CCWSIM and "
+        "MS-CCSIM, without numbers.",
         stone_wall,
     ),
     Experiment(
         "variability",
         "Variability within and between realizations",
         "Section 5.5, Table 1, Fig. 12",
-        "Table 1 gives ANODI's between, within and their ratio of CCWSIM to MS-CCSIM in three "
-        "resolutions; Fig. 12 shows realizations and training image by multidimensional scaling. "
-        "The paper calls the two methods comparable, with better pattern reproduction for CCWSIM.",
+        "Table 1 gives ANODI's between, within and their ratio r of CCWSIM to MS-CCSIM at three "
+        "resolutions, 50 realizations each: r = 1.19 for the stone wall, 1.01 for the channels. "
+        "Fig. 12 shows realizations and training image by multidimensional scaling.",
         variability,
     ),
     Experiment(
         "grid-size",
         "CPU time against grid size",
         "Section 5.6, Fig. 13",
-        "Fig. 13 shows mean CPU times of five grids up to 25 million cells at levels 1, 2 and 3: "
-        "56, 32 and 31 s at the largest.",
+        "Fig. 13 shows mean CPU times of 20 conditional realizations for five grids at levels 1, 2 "
+        "and 3: 56, 32 and 31 s at the largest, 25 million cells; averaged over the sizes −54.8 % "
+        "from level 1 to 2 and −17.4 % from 2 to 3.",
         grid_size,
     ),
     Experiment(
         "times-with-data",
         "CPU time with many data",
         "Section 5.6, Table 2",
-        "Table 2 gives CPU times with 1000 and 2000 data on the channel image: MS-CCSIM 26.78 and "
-        "41.18 s at level 1, 2.35 and 3.42 s at level 3; CCWSIM 10.45 and 23.09 s, 2.49 and "
+        "Table 2 gives CPU times with 1000 and 2000 data for three images; channel: MS-CCSIM 26.78 "
+        "and 41.18 s at level 1, 2.35 and 3.42 s at level 3; CCWSIM 10.45 and 23.09 s, 2.49 and "
         "2.82 s.",
         times_with_data,
         weight=6.0,
@@ -92,23 +93,25 @@ EXPERIMENTS = (
         "dense-data",
         "Dense data, beside the reference image",
         "Section 5.7, Fig. 14",
-        "The paper shows a reference image and one simulation with about 4000 of its cells as "
-        "data; mean CPU time 1.06 s (the authors' page).",
+        "Fig. 14 shows a reference image and one simulation with about 4000 of its cells as data; "
+        "mean CPU time 1.06 s. Fig. 15 does the same with 8000 data of the stone wall, which is "
+        "not run again here.",
         dense_data,
     ),
     Experiment(
         "three-facies",
         "Three facies on a large grid",
         "Section 5.8, Fig. 16",
-        "The paper simulates three facies on 1000 × 1000 cells with 400 data; CPU time 3.50 s.",
+        "Fig. 16 shows three facies on 1000 × 1000 cells at level 2; CPU time 3.50 s. The number "
+        "of data, 400, is that of the authors' files.",
         three_facies,
     ),
     Experiment(
         "limits",
         "Limits: nonstationary training images",
         "Section 5.9, Fig. 17",
-        "Section 5.9 speaks of the limits of the method, among them nonstationary training images; "
-        "its figures are not at hand.",
+        "Section 5.9 names nonstationary training images as a limit of the method; Fig. 17 shows "
+        "the Sundarbans, an image that is not at hand.",
         limits,
     ),
 )
@@ -120,11 +123,11 @@ PAPER = (
     "CCWSIM, sections 5.1 to 5.9, Figs. 6 to 17, Tables 1 and 2"
 )
 KNOWN = (
-    "What the paper says is given here as far as it is known from its abstract, the captions on "
-    "the authors' page, and the numbers of Fig. 6, Fig. 7, Fig. 13 and Table 2; other numbers of "
-    "figures and sections, and the Ganges delta image, are not at hand. Nothing is filled in: "
-    "where no number is known, the report says so. Seconds of MATLAB on another machine are set "
-    "beside ours for the record; only ratios within one run can be compared."
+    "Of the paper's numbers those of Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 "
+    "and the changes between levels of Fig. 13 are at hand; its curves, maps and the images of "
+    "Ganges and Sundarbans are not, and where a number is not known the report says so. Seconds of "
+    "MATLAB on another machine (Core i7 at 2.6 GHz) are set beside ours for the record; only "
+    "ratios within one run can be compared."
 )
 QUICK_RUN = (
     "This was a quick run, on small grids with few realizations: it shows that everything works. "
@@ -134,7 +137,9 @@ WORDS = (
     "“agrees”: what the paper says is found here too. “better”, “behind”: our number against the "
     "other one. “differs”: the paper's statement is not found. “in part”: one of two measures, "
     "or some of the lags. “surrounded”: the image's curve is among the realizations'. "
-    "“less time”: on another machine. “not comparable”: our grid is not the paper's."
+    "“less time”: on another machine. “not comparable”: our grid is not the paper's. Two ratios "
+    f"agree where both are below 1, above 1 or within {100 * NOISE - 100:.0f} % of it and they "
+    f"differ by less than a factor of {ALIKE}; “same order”: the former without the latter."
 )
 
 

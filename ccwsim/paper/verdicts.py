@@ -1,15 +1,23 @@
-"""Words for how our numbers go with the paper's; every word follows from the numbers."""
+"""Words for how our numbers go with the paper's; every word follows from the numbers.
+
+Two numbers are *alike* where they differ by less than a factor of `ALIKE`. A ratio of two numbers
+of one run has an *order*: below 1, above 1, or 1 where it is within `NOISE` of it, as the median of
+a few times is not known better. Ratios agree where they have one order and are alike.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
 
 from ccwsim.report import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
+SAME_ORDER, PART = "same order", "in part"
 TONES: dict[str, Tone] = {AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERS: "bad"}
 TONES[OPEN] = "unknown"
-CONDITIONING = "Data conditioning “to a considerable degree” (the authors' page)."
 ALIKE = 1.25
-"""Two times or ratios are alike where they differ by less than this factor."""
+NOISE = 1.1
 
 
 def judged(claim: str, found: str, word: str) -> Judgement:
@@ -30,6 +38,17 @@ def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float =
     return BETTER if (ours > theirs) == more_is_better else BEHIND
 
 
+def order_of(ratio: float, noise: float = NOISE) -> int:
+    """Return −1 for a ratio below 1, 1 above, and 0 where it cannot be told from 1.
+
+    Examples
+    --------
+    >>> order_of(0.82), order_of(1.05), order_of(1.33)
+    (-1, 0, 1)
+    """
+    return int(ratio > noise) - int(ratio < 1 / noise)
+
+
 def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
     """Judge a CPU time of ours against one of the paper, which is of another machine."""
     ratio = theirs / ours
@@ -40,7 +59,7 @@ def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
     )
     word = compared(ours, theirs, more_is_better=False)
     shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
-    return Judgement(f"{where}: {seconds(theirs)} for {what}.", found, shown, TONES[word])
+    return judged(f"{where}: {seconds(theirs)} for {what}.", found, shown)
 
 
 def not_comparable(claim: str, ours: float) -> Judgement:
@@ -48,24 +67,31 @@ def not_comparable(claim: str, ours: float) -> Judgement:
     return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
 
 
-def of_order(claim: str, found: str, ours: float, theirs: float) -> Judgement:
-    """Judge whether the ratio of two methods lies on the same side of 1 here as in the paper.
-
-    A ratio within `ALIKE` of 1 in the paper says that the two are alike, which is found where it
-    is within the square of that here.
-    """
-    if 1 / ALIKE <= theirs <= ALIKE:
-        holds = 1 / ALIKE**2 <= ours <= ALIKE**2
-    else:
-        holds = ours < 1 / ALIKE if theirs < 1 else ours > ALIKE
-    return judged(claim, found, AGREES if holds else DIFFERS)
-
-
-def of_ratio(claim: str, ours: float, theirs: float, *, alike: float = 1.5) -> Judgement:
+def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
     """Judge a ratio within our run against the same ratio within the paper's."""
-    found = f"Here {ours:.2f} times; in the paper {theirs:.2f} times."
-    near = max(ours, theirs) <= alike * min(ours, theirs)
-    return judged(claim, found, AGREES if near else DIFFERS)
+    if order_of(ours) != order_of(theirs):
+        return judged(claim, found, DIFFERS)
+    near = max(ours, theirs) <= ALIKE * min(ours, theirs)
+    return judged(claim, found, AGREES if near else SAME_ORDER)
+
+
+def of_levels(times: Mapping[int, float]) -> Judgement:
+    """Judge whether each level takes less CPU time than the one below it; `times` are seconds."""
+    levels = sorted(times)
+    words = {-1: "less than", 0: "as long as", 1: "more than"}
+    orders = {(a, b): order_of(times[b] / times[a]) for a, b in pairwise(levels)}
+    steps = (f"level {b} takes {words[order]} level {a}" for (a, b), order in orders.items())
+    each = ", ".join(f"level {level} {seconds(times[level])}" for level in levels)
+    falls = all(order < 0 for order in orders.values())
+    claim = "Fig. 13: each level takes less CPU time than the one below it."
+    return judged(claim, f"{each}: {', '.join(steps)}.", AGREES if falls else DIFFERS)
+
+
+def of_both(connectivity: int, patterns: int) -> str:
+    """Return how two measures bear out that one method is better; −1 worse, 0 alike, 1 better."""
+    if connectivity > 0 and patterns > 0:
+        return AGREES
+    return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
@@ -75,11 +101,12 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
         if wrong == 0
         else f"{percent(wrong)} of {n_data} data are not honoured."
     )
+    claim = "Section 4.4: candidates are searched for one that honours the data."
     if theirs is None:
-        return judged(CONDITIONING, found, AGREES if wrong == 0 else DIFFERS)
+        return judged(claim, found, AGREES if wrong == 0 else DIFFERS)
     found += f" Realizations of the authors' code miss {percent(theirs)}."
     word = AGREES if wrong == theirs else BETTER if wrong < theirs else BEHIND
-    return judged(CONDITIONING, found, word)
+    return judged(claim, found, word)
 
 
 def seconds(value: float) -> str:

@@ -28,7 +28,9 @@ from ccwsim.paper import (
 )
 from ccwsim.paper.inputs import Inputs, inside
 from ccwsim.paper.methods import wrong_share
-from ccwsim.paper.verdicts import compared, of_data, of_order, of_ratio, of_time
+from ccwsim.paper.published_times import TABLE_1
+from ccwsim.paper.times import level_change
+from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
 from ccwsim.report import Judgement, Text, report_html
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
@@ -138,12 +140,74 @@ def test_words_follow_the_numbers():
     beside_code = [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
     assert beside_code == ["better", "agrees", "behind"]
     assert [of_data(w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
-    assert [of_ratio("x", r, 4.0).word for r in (3.0, 1.0)] == ["agrees", "differs"]
-    faster = [of_order("x", "", r, 0.4).word for r in (0.5, 0.9, 2.0)]
-    assert faster == ["agrees", "differs", "differs"]
-    alike = [of_order("x", "", r, 1.06).word for r in (0.9, 1.4, 2.0)]
-    assert alike == ["agrees", "agrees", "differs"]
     assert compared(1.0, 3.0, more_is_better=True) == "behind"
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "word"),
+    [
+        (0.82, 1.33, "differs"),  # less here, more there
+        (0.83, 1.03, "differs"),  # less here, alike there
+        (1.30, 1.33, "agrees"),
+        (3.3, 4.0, "agrees"),
+        (2.0, 4.2, "same order"),
+        (0.9, 0.4, "same order"),
+        (1.0, 4.0, "differs"),
+        (2.0, 0.4, "differs"),
+        (0.95, 1.06, "agrees"),
+    ],
+)
+def test_ratios_agree_where_order_and_size_do(ours, theirs, word):
+    assert of_ratio("claim", "found", ours, theirs).word == word
+
+
+def test_levels_take_less_time_only_where_each_does():
+    told = of_levels({1: 0.0101, 2: 0.00434, 3: 0.00522})
+    assert told.word == "differs"
+    assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.found
+    assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.found
+    assert of_levels({1: 56.0, 2: 32.0, 3: 20.0}).word == "agrees"
+    assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}).word == "differs"  # as long, within noise
+    ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0})  # the ends fall, the middle does not
+    assert ends.word == "differs"
+
+
+def test_the_change_from_level_to_level_is_set_beside_the_papers():
+    taken = {1: [0.002, 0.0101], 2: [0.0009, 0.00434], 3: [0.0008, 0.00522]}
+    first, second = level_change(taken, 1, 2), level_change(taken, 2, 3)
+    assert "−54.8 %" in first.claim
+    assert (first.word, second.word) == ("agrees", "differs")
+    assert "−56.0 %" in first.found
+    assert "−17.4 %" in second.claim
+    assert "+4.6 %" in second.found
+
+
+def test_two_measures_bear_a_claim_out_only_where_both_do():
+    assert of_both(1, 1) == "agrees"
+    assert {of_both(1, 0), of_both(0, 1), of_both(1, -1)} == {"in part"}
+    assert {of_both(0, 0), of_both(-1, 0), of_both(-1, -1)} == {"differs"}
+
+
+def test_table_1_is_set_beside_what_is_found(small):
+    outcome = next(f for f in small.finished if f.experiment.name == "variability").outcome
+    page = report_html(document_of(small))
+    assert "0.95 0.92 1.02" in page
+    assert "0.78 0.77 0.99" in page
+    claims = [j.claim for j in outcome.judgements]
+    assert "Table 1, stone wall: r = 1.19 of CCWSIM relative to MS-CCSIM." in claims
+    assert "Table 1, channel: r = 1.01 of CCWSIM relative to MS-CCSIM." in claims
+    weights = np.array([4, 2, 1]) / 7  # of the resolutions, as in the definition of r
+    for paper in TABLE_1.values():
+        r = float(weights @ np.divide(paper.between, paper.within))
+        assert r == pytest.approx(paper.ratio, abs=0.03)
+
+
+def test_what_the_paper_gives_is_not_said_to_be_missing(small):
+    page = report_html(document_of(small))
+    for number in ("−54.8 %", "−17.4 %", "7.7 s", "14.53 s", "28.18 s", "1.19", "1.01"):
+        assert number in page
+    assert "Table 1 are not at hand" not in page
+    assert "authors' page" not in page
 
 
 def test_the_larger_grid_is_what_was_asked_for():

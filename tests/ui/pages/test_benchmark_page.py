@@ -79,7 +79,7 @@ def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
     assert [t.case for t in run.timings] == run.cases
     said = html(app)
     assert "Level 1:" in said
-    assert "times at 25 million cells in the paper" in said
+    assert "times at 25 million cells in the paper (Fig. 13)" in said
     assert "56 s" in said
     assert "Training image" in said
     assert any(b.proto.label == "Download CSV" for b in app.get("download_button"))
