@@ -34,6 +34,8 @@ from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.job import result_in_turn
 from ccwsim.ui.jobs.limits import demand_of
 
+Moved = dict[str, tuple[Any, Any]]
+"""Parameters that an image has no room for, by name: the value asked for, and the one given."""
 SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""
 
@@ -163,6 +165,26 @@ def fitted(parameters: Parameters, shape: tuple[int, int], **changes: Any) -> Pa
     values["template_size"] = template
     values["overlap_size"] = _nearest(overlap_sizes(level, template), values["overlap_size"])
     return Parameters(**values)
+
+
+def refitted(p: Parameters, shape: tuple[int, int], moved: Moved) -> tuple[Parameters, Moved]:
+    """Return parameters for another image, and which of them it has no room for.
+
+    What an image before had no room for (`moved`) comes back, unless it was changed since.
+
+    Examples
+    --------
+    >>> small, moved = refitted(Parameters(template_size=32), (20, 20), {})
+    >>> small.template_size, moved["template_size"]
+    (20, (32, 20))
+    >>> refitted(small, (256, 256), moved)[0].template_size
+    32
+    """
+    wanted = {name: asked for name, (asked, given) in moved.items() if getattr(p, name) == given}
+    fitting = fitted(p, shape, **wanted)
+    asked = {name: wanted.get(name, getattr(p, name)) for name in Parameters.__dataclass_fields__}
+    given = {name: getattr(fitting, name) for name in asked}
+    return fitting, {n: (asked[n], given[n]) for n in asked if asked[n] != given[n]}
 
 
 def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:

@@ -81,6 +81,8 @@ class State:
     choices: Choices = field(default_factory=Choices)  # as set up; always one that can be read
     image_draft: ImageChoice | None = None  # not usable yet: broken, or a question is open
     data_draft: DataChoice | None = None
+    # parameters that the image has no room for: asked for, and given (see `refitted`)
+    moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     live: bool = False  # every change starts a run
     job: Job[Ensemble] | None = None  # the simulation that runs now
     tried: Choices | None = None  # what a run was started with last, whatever came of it

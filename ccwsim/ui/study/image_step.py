@@ -13,7 +13,7 @@ from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.resolve import fitted, fitted_to_image, image_of
+from ccwsim.ui.session.resolve import fitted, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import ask_image
@@ -65,7 +65,9 @@ def use_image(state: State, choice: ImageChoice) -> None:
         state.image_draft = choice
         return
     state.image_draft = None
-    state.choices = fitted_to_image(replace(state.choices, image=choice), image_of(choice))
+    shape = image_of(choice).shape
+    parameters, state.moved = refitted(state.choices.parameters, shape, state.moved)
+    state.change(image=choice, parameters=parameters)
 
 
 def _menu(state: State) -> None:
@@ -90,9 +92,10 @@ def _menu(state: State) -> None:
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
         _questions(state, current, current.upload)
-    _turns(state)
-    _facies(state)
-    _advice(state)
+    if state.image_draft is None:  # the rest is of the image that the study has
+        _turns(state)
+        _facies(state)
+        _advice(state)
 
 
 def _questions(state: State, current: ImageChoice, upload: Upload) -> None:

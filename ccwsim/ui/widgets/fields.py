@@ -47,7 +47,7 @@ def field(
 
     `write` is called with the new value when the user changes it, before the page is drawn again.
     """
-    version = _version(key, value)
+    version = _version(key, value, labels_of(options))
     name = key + " " * version
 
     def changed() -> None:
@@ -62,23 +62,36 @@ def field(
     return widget(label, key=name, on_change=catch_callback_errors(changed), **options)
 
 
-def _version(key: str, value: Any) -> int:
+def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what the options of a widget are called, where they have names of their own.
+
+    Examples
+    --------
+    >>> labels_of(options_of({0: "mud", 1: "sand"}))
+    ('mud', 'sand')
+    """
+    named = options.get("format_func")
+    return tuple(named(option) for option in options.get("options", ())) if named else ()
+
+
+def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
     """Return how often, of late, the state went its own way under a widget.
 
     A widget that is given another value goes on sending the old one until the browser has drawn
     the new: the program cannot tell this from a change by the user, who would lose what replaced
     it. So the widget is replaced by a new one, and what the old one still says falls on deaf ears.
+    So is one whose options are called otherwise now: the browser goes on showing the old name.
     Spaces at the end of a key make it another key, and the same name in the page's style.
     """
-    version, start = _versions().get(key, (0, value))
-    if st.session_state.get(key + " " * version, start) != value:
+    version, start, called = _versions().get(key, (0, value, labels))
+    if called != labels or st.session_state.get(key + " " * version, start) != value:
         version, start = (version + 1) % MAX_VERSIONS, value
-    _versions()[key] = version, start
+    _versions()[key] = version, start, labels
     return version
 
 
-def _versions() -> dict[str, tuple[int, Any]]:
-    """Return the version of each widget, and the value that it started with."""
+def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
+    """Return the version of each widget, the value it started with, and its options' names."""
     return st.session_state.setdefault("field_versions", {})
 
 

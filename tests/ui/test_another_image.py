@@ -1,0 +1,78 @@
+"""Another training image: what it has no room for comes back, and nothing old is shown under it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ccwsim import Grid, Parameters
+from ccwsim.io import training_image_as_bytes
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.image_step import use_image
+from tests.ui.widgets import named, opened
+
+CHECKS = np.indices((20, 20)).sum(axis=0) // 2 % 2
+STUDY = Choices(
+    data=DataChoice(),
+    grid=Grid(48, 64),
+    parameters=Parameters(template_size=16, overlap_size=4),
+    n_realizations=1,
+)
+
+
+def small_image() -> ImageChoice:
+    image = TrainingImage(CHECKS, name="checks")
+    return ImageChoice(upload=Upload("checks.npy", training_image_as_bytes(image, "npy")))
+
+
+def settled(app):
+    """The page after its job has come to an end."""
+    while app.session_state[KEY].job is not None:
+        assert app.session_state[KEY].job.wait(120)
+        app.run()
+    assert not app.exception
+    return app
+
+
+def test_sizes_come_back_after_an_image_without_room_for_them():
+    asked = Parameters(template_size=48, overlap_size=12, wavelet_level=2)
+    state = State(choices=Choices(parameters=asked))
+    use_image(state, small_image())
+    assert state.choices.parameters.template_size == 20
+    use_image(state, ImageChoice(bundled="levees"))
+    assert state.choices.parameters == asked
+
+
+def test_what_was_changed_on_the_small_image_stays_changed():
+    state = State(choices=Choices(parameters=Parameters(template_size=48, overlap_size=8)))
+    use_image(state, small_image())
+    state.change(parameters=Parameters(template_size=16, overlap_size=8, n_candidates=5))
+    use_image(state, ImageChoice(bundled="levees"))
+    parameters = state.choices.parameters
+    assert (parameters.template_size, parameters.n_candidates) == (16, 5)
+
+
+def test_the_uncertainty_map_calls_facies_as_the_results_do():
+    app = settled(opened("simulate", State(choices=STUDY)).run())
+    before = named(app.selectbox, "e_type")
+    named(app.selectbox, "image_bundled").set_value("levees").run()
+    named(app.button, "run").click().run()
+    names = settled(app).session_state[KEY].ensemble.training_image.facies_names
+    menu = named(app.selectbox, "e_type")
+    assert menu.options[: len(names)] == [f"probability of {name}" for name in names]
+    # the browser shows the name that a menu began with: another one is another menu
+    assert menu.id != before.id
+
+
+def test_a_refused_upload_is_alone_in_its_menu():
+    app = settled(opened("simulate", State(choices=STUDY)).run())
+    assert {box.label for box in app.checkbox} >= {"Flip E–W", "Transpose"}
+    file = app.file_uploader(key="image_file")
+    file.upload("broken.csv", b"sand, and mud\n", "text/csv").run()
+    assert "keeps the image" in " ".join(error.value for error in app.error)
+    assert not any(box.label.startswith("Flip") for box in app.checkbox)
+    assert not any((box.key or "").startswith("image_name") for box in app.text_input)
+    assert all(toggle.key != "image_advice" for toggle in app.toggle)
+    next(b for b in app.button if b.label == "Keep the image as it was").click().run()
+    assert {box.label for box in app.checkbox} >= {"Flip E–W", "Transpose"}
