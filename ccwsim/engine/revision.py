@@ -1,4 +1,4 @@
-"""Answer an edit of the hard data at once: re-simulate locally what the data touch."""
+"""Answer an edit of hard data at once: re-simulate what they touch (not in the paper)."""
 
 from __future__ import annotations
 

@@ -25,8 +25,9 @@ MEANINGS = {
     "varied and less faithful realizations.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
-    "similarity": "How overlap and training image are compared: sum of squared differences, or the "
-    "plain cross-correlation of the paper.",
+    "similarity": "How overlap and training image are compared: sum of squared differences, the "
+    "smallest best, as in the authors' code; or the plain cross-correlation of the paper, the "
+    "largest best.",
     "search_fraction": "Where there are hard data, the share of the locations, best overlap "
     "first, among which one that fits the data is sought. Less keeps to the best overlaps, more "
     "fits more data at once.",

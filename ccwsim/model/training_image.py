@@ -21,7 +21,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 
 class TrainingImage:
-    """A picture of facies codes (section 2.1 of the paper: the TI).
+    """A picture of facies codes, in which patches are searched (the TI).
 
     Facies are categories: any integer codes, in any number up to 254; nothing depends on how they
     are numbered.

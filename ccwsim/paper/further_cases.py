@@ -177,7 +177,7 @@ def limits(run: Run) -> Outcome:
     header = ("image", "facies", "share by quarter, image", "share by quarter, realizations")
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
     remark = Text(
-        "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8, 7.7 s "
+        "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
         "a realization) are not at hand; the images here are drawn by this program.",
         quiet=True,
     )

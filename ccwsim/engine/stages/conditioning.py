@@ -1,4 +1,8 @@
-"""Hard data in the template and the co-template condition the choice (section 4.4).
+"""Hard data in the template and the co-template condition the choice (section 4.4, Fig. 5).
+
+The paper searches the sorted scores one after another. Not in the paper: the weights of data
+against the overlap, the limit on how much worse than the best a candidate may be, and smaller
+patches where data are dense.
 
 Agreement is counted at full resolution, cell by cell, for every location of the training image: the
 approximation of a datum says little about the cell it lies in.

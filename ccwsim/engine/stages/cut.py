@@ -1,4 +1,4 @@
-"""The minimum error boundary cut (section 2) and the paste (4.4; Algorithm 1, line 14)."""
+"""The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14)."""
 
 from __future__ import annotations
 

@@ -49,11 +49,11 @@ def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
 
 
 def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> NDArray[np.float64]:
-    """Return the patch at a location by the inverse DWT of its coefficients (section 4.4; line 13).
+    """Return the patch at a location by the inverse DWT of its coefficients.
 
-    For Haar this is the slice of the image itself, which is what the simulation loop uses; this
-    function shows, and the tests prove, that it may. The place is in the approximation; the size
-    of the patch in cells is a multiple of 2^J.
+    Section 4.4; Algorithm 1, line 13. For Haar this is the slice of the image itself, which is what
+    the simulation loop uses; this function shows, and the tests prove, that it may. The place is in
+    the approximation; the size of the patch in cells is a multiple of 2^J.
 
     Examples
     --------

@@ -1,4 +1,8 @@
-"""The CCW score map: how well the overlap fits every location of the TI (3.2 and 4.3; line 10).
+"""The CCW score map: how well the overlap fits every location of the training image.
+
+Sections 3.2 and 4.3; Algorithm 1, line 10. The paper's CCW is the plain cross-correlation ΣA·B, the
+largest best (similarity "correlation"). The authors' code takes the sum of squared differences, the
+smallest best, and so does the default here.
 
 The sum of squared differences between overlap B and TI A, over the coefficients of the overlap, is
 ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) is known beforehand for the three shapes of overlap, ΣB² is
@@ -28,7 +32,7 @@ def score_type(level: int, template_size: int, overlap_size: int) -> type[np.sig
 def overlap_energies(
     sums: NDArray[np.integer], template: int, overlap: int, kind: type[np.signedinteger]
 ) -> NDArray[np.signedinteger]:
-    """Return ΣA² of each shape of overlap at each location (section 3.2), shape (4, ny, nx).
+    """Return ΣA² of each shape of overlap at each location, shape (4, ny, nx).
 
     Shape 0 is the first patch, which has no overlap; T and OR are in blocks.
     """

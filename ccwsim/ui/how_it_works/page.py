@@ -166,7 +166,8 @@ def _position(trace: Trace, patch: Patch) -> str:
         f"{at} of the path",
     ]
     if patch.parts > 1:
-        facts.append(f"part {patch.part + 1} of {patch.parts**2}, as the tile is full of data")
+        why = f"as the tile is full of data ({words.OURS})"
+        facts.append(f"part {patch.part + 1} of {patch.parts**2}, {why}")
     dot = ' <span class="dot">·</span> '
     return dot.join(f'<span class="fact">{fact}</span>' for fact in facts)
 
@@ -236,7 +237,7 @@ def _draw_grid(how: How, view: PatchView) -> None:
 
     options = {"grid": trace.study.grid, "max_height": MAX_HEIGHT, "name": "grid_so_far"}
     draw_map(maps.grid_map(view), "how_map_grid", on_cell=jump, **options)
-    say(words.describe_path(trace), "section 4.1 · Algorithm 1, line 3")
+    say(words.describe_path(trace), words.PAPER["path"])
 
 
 def _draw_overlap(how: How, view: PatchView) -> None:
@@ -254,7 +255,8 @@ def _draw_overlap(how: How, view: PatchView) -> None:
         values = frame.patch_to_grid(step.approximation[plane])
         shown = maps.value_map(values, scale, view.theme, f"Approximation of {name}")
         draw_map(shown, "how_map_approximation", **SMALL_MAP)
-    say(words.describe_overlap(view), "section 4.2 · Algorithm 1, lines 8 and 9")
+    source = "overlap" if view.level else "single cells"
+    say(words.describe_overlap(view), words.PAPER[source if step.patch.shape else "first patch"])
 
 
 def _draw_scores(how: How, view: PatchView) -> None:
@@ -278,7 +280,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
     shown.marks.extend(maps.location_marks(view, frame, scale, labels))
     draw_map(shown, "how_map_score", max_height=MAX_HEIGHT, name="ccw_score_map")
     st.html(MARKS.format(REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""))
-    say(words.describe_scores(step), "section 4.3 · Algorithm 1, line 10")
+    say(words.describe_scores(step), words.PAPER["scores" if step.patch.shape else "first patch"])
 
 
 def _draw_pasting(view: PatchView) -> None:
@@ -301,8 +303,8 @@ def _draw_pasting(view: PatchView) -> None:
         with place:
             st.html(f'<p class="caption">{title}</p>')
             draw_map(small, f"how_map_{title.replace(' ', '_')}", **SMALL_MAP)
-    say(words.describe_draw(view), "section 4.4 · Algorithm 1, line 12")
-    say(words.describe_cut(step), "section 2 (the cut) · Algorithm 1, line 14")
+    say(words.describe_draw(view), words.PAPER["draw" if step.patch.shape else "first patch"])
+    say(words.describe_cut(step), words.PAPER["cut" if step.patch.shape else "paste"])
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
@@ -318,7 +320,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
             field(st.selectbox, "Facies", key="how_facies", **options)
     if not level:
         none = "At level 0 the image is compared as it is: there are no sub-bands."
-        say(f"{none} Choose level 1 or more to see them.", "section 3.1")
+        say(f"{none} Choose level 1 or more to see them.", words.PAPER["image"])
         return
     bands = _bands(image.digest, how.facies, level, image)
     box = view.trace.image_frame.box_to_grid(*view.step.drawn_place, *view.step.cells.shape)
@@ -337,9 +339,11 @@ def _draw_bands(how: How, view: PatchView) -> None:
     say(
         f"Each block of {unit} × {unit} cells gives one number a band. The approximation is what "
         f"the search compares; the three details are what it leaves out, and what the inverse "
-        f"transform puts back. {words.describe_inverse(view.step, _largest_difference(how, view))}",
-        "sections 3.1 and 4.2, Figs. 2 and 4 · Algorithm 1, lines 2 and 13",
+        f"transform puts back.",
+        words.PAPER["image"],
     )
+    largest = _largest_difference(how, view)
+    say(words.describe_inverse(view.step, largest), words.PAPER["inverse"])
 
 
 def _band_scale(name: str, values: NDArray[np.float64], unit: int) -> Scale:

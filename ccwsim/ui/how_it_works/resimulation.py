@@ -13,7 +13,7 @@ from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import box_mark, data_in, patch_map
 from ccwsim.ui.how_it_works.run import How
-from ccwsim.ui.how_it_works.words import describe_window, format_count, say
+from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
@@ -30,18 +30,18 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
         "After the last patch: local re-simulation", "what the raster pass left wrong is corrected"
     )
     if not trace.study.hard_data.n:
-        say("There are no hard data in this study, so there is nothing to correct.", "section 4.4")
+        say("There are no hard data in this study, so there is nothing to correct.", OURS)
         return
     if not trace.study.parameters.exact_data:
         off = "“Honour data exactly” is off: the search alone is conditioned on the data."
-        say(f"{off} What is wrong stays wrong.", "section 4.4")
+        say(f"{off} What is wrong stays wrong, as in the authors' code.", PAPER["data"])
         return
     if _n_terms(trace) > MAX_TERMS and trace.n_done < len(trace.patches):
         step_note("This realization takes a while to finish.")
         if not st.button("Place all its patches", key="how_finish"):
             return
     by_datum = windows_by_datum(trace.windows)
-    say(_describe(trace, by_datum), "not in the paper, whose codes leave such data wrong")
+    say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
     if not by_datum:
         return
     data = list(by_datum)

@@ -13,12 +13,33 @@ from ccwsim.ui.widgets.text import scrolled
 
 MAX_ROWS = 24
 DATA = "datum", "data"
+OURS = "not in the paper"
+PAPER = {
+    "path": "section 4.1, Fig. 3 a–c · Algorithm 1, lines 3 and 4",
+    "first patch": "Algorithm 1, lines 5 and 6",
+    "single cells": "section 2.1",
+    "overlap": "section 4.2, Fig. 4 · Algorithm 1, lines 8 and 9",
+    "scores": "section 4.3, Fig. 3 d · Algorithm 1, line 10",
+    "candidates": "section 4.4, Fig. 3 e · Algorithm 1, line 11",
+    "data": "section 4.4, Fig. 5 · Algorithm 1, line 11",
+    "draw": "section 4.4 · Algorithm 1, line 12",
+    "inverse": "sections 3.1 and 4.4, Fig. 2 · Algorithm 1, line 13",
+    "cut": "section 2 (the cut) · section 4.4, Algorithm 1, line 14 (the paste)",
+    "paste": "section 4.4 · Algorithm 1, line 14",
+    "image": "sections 3.1 and 4.2, Figs. 1 and 4 · Algorithm 1, line 2",
+}
+"""Where the paper has each step, by its own numbering."""
 OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
 
 def say(text: str, source: str) -> None:
     """Write the words of a panel, with where the paper has it; `text` is HTML."""
-    st.html(f'<p class="say">{text} <span class="ref">{escape(source)}</span></p>')
+    st.html(f'<p class="say">{referred(text, source)}</p>')
+
+
+def referred(text: str, source: str) -> str:
+    """Return a sentence in HTML with where the paper has it, or that it does not."""
+    return f'{text} <span class="ref">{escape(source)}</span>'
 
 
 def format_count(n: int, one: str, many: str = "") -> str:
@@ -85,12 +106,13 @@ def describe_scores(step: TracedPatch) -> str:
         return f"Without an overlap all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
-        best, how = ccw.max(), "the cross-correlation ΣA·B; the largest fits best"
+        best, how = ccw.max(), "the paper's CCW, the cross-correlation ΣA·B; the largest fits best"
     else:
         best = ccw.min()
         how = (
-            "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB², whose middle term is the cross-correlation; the "
-            "smallest fits best"
+            "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB²; the smallest fits best. The paper's CCW is the "
+            "cross-correlation ΣA·B alone, the largest best; the authors' code takes the squared "
+            "difference, as here"
         )
     return (
         f"The coefficients B of the overlap are compared with those of the image, A, at all "
@@ -109,7 +131,8 @@ def describe_draw(view: PatchView) -> str:
     shift, moved = max(abs(a - c), abs(b - d)), ""
     if shift:
         cells = format_count(shift, "cell")
-        moved = f" Then it was shifted by {cells} to where it fits best at full resolution."
+        moved = f"Refinement shifted it by {cells} to where it fits best at full resolution."
+        moved = f" {referred(moved, OURS)}"
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}{moved}"
 
 
@@ -133,7 +156,8 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
     return (
         f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
         f"DWT puts back all {size} × {size} cells; for Haar it equals the slice of the image "
-        f"(largest difference {shown}), so nothing is lost by searching the approximation only."
+        f"(largest difference {shown}): the search compares the approximation alone, and the patch "
+        "still has every detail."
     )
 
 
@@ -204,20 +228,22 @@ def say_candidates(view: PatchView) -> None:
     """Say how the candidates were chosen, with and without data."""
     step, k = view.step, len(view.step.places)
     if step.data is not None:
-        say(_conditional_candidates(view), "section 4.4")
+        say(_data_and_search(view), PAPER["data"])
+        say(_choice_with_data(view), OURS)
         return
     text = f"The K = {k} locations with the best scores are the candidates."
-    source = "section 4.4 · Algorithm 1, line 11"
+    source = PAPER["candidates"]
     if not step.patch.shape:
         text = f"All locations being equal, K = {k} of them are chosen at random."
-        source = "Algorithm 1, lines 5 and 6"
+        source = PAPER["first patch"]
     if view.trace.study.hard_data.n:
         text += " No hard data are in this patch or just ahead of it, so none conditions it."
     say(text, source)
 
 
-def _conditional_candidates(view: PatchView) -> str:
-    d, k = view.step.data, len(view.step.places)
+def _data_and_search(view: PatchView) -> str:
+    """Return which data condition the patch, and which locations are searched for them."""
+    d = view.step.data
     assert d is not None
     n_inside = sum(datum.inside for datum in d.seen)
     searched = "All locations are searched."
@@ -227,16 +253,26 @@ def _conditional_candidates(view: PatchView) -> str:
         n = format_count(int((~d.ruled_out).sum()), "location")
         best = f"{100 * view.search_fraction:.3g}"
         searched = f"Only the locations of the best {best} % of overlaps are searched ({n})."
+    return (
+        f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
+        f"ahead of the path, in a square of {d.reach} cells (the paper's virtual template), "
+        f"condition it. {searched} The paper searches the sorted scores one after another."
+    )
+
+
+def _choice_with_data(view: PatchView) -> str:
+    """Return how data and overlap are weighed here, and how many locations are left."""
+    d, k = view.step.data, len(view.step.places)
+    assert d is not None
     n_rejected = sum(map(is_rejected, view.locations))
     were = "was" if n_rejected == 1 else "were"
     rejected = f" {format_count(n_rejected, 'location')} that fit the overlap {were} rejected."
     return (
-        f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
-        f"ahead of the path, in a square of {d.reach} cells, condition it. {searched} Each datum "
-        f"that a location would miss costs as much as {d.weights.missed} wrong cells of overlap "
-        f"({d.weights.held} where the grid has it right already, {d.weights.ahead} ahead). Of the "
-        f"K = {k} best, the draw is among those within {d.weights.slack} cells of the very best: "
-        f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
+        f"Here each datum that a location would miss costs as much as {d.weights.missed} wrong "
+        f"cells of overlap ({d.weights.held} where the grid has it right already, "
+        f"{d.weights.ahead} ahead). Of the K = {k} best, the draw is among those within "
+        f"{d.weights.slack} cells of the very best: <b>{view.step.n_candidates}</b>."
+        f"{rejected if n_rejected else ''}"
     )
 
 

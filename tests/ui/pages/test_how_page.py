@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -161,6 +162,62 @@ def test_level_0_has_no_sub_bands_and_another_realization_another_path():
         origins.add(how(app).trace.grid_frame.origin)
         assert f"starts in the {how(app).trace.grid_frame.origin}" in text(app)
     assert len(origins) > 1
+
+
+def referred(app: AppTest) -> Iterator[tuple[str, str]]:
+    """Yield what the page says, each with where the paper has it."""
+    for said in re.findall(r'<p class="say">(.*?)</p>', html(app), re.S):
+        for words, source in re.findall(r'(.*?)<span class="ref">(.*?)</span>', said, re.S):
+            yield re.sub("<[^>]*>", "", words), source
+
+
+def source_of(app: AppTest, words: str) -> str:
+    found = [source for said, source in referred(app) if words in said]
+    assert len(found) == 1, (words, found)
+    return found[0]
+
+
+def test_each_step_stands_beside_its_place_in_the_paper():
+    app = seen(opened("how_it_works").run())  # a patch with an overlap on two sides
+    for words, places in {
+        "The path starts": ("section 4.1", "Algorithm 1, lines 3 and 4"),
+        "Haar approximation at level": ("section 4.2", "lines 8 and 9"),
+        "The coefficients B of the overlap": ("section 4.3", "line 10"),
+        "Drawn: CCW": ("section 4.4", "line 12"),
+        "cheapest boundary": ("section 2 (the cut)", "line 14 (the paste)"),
+        "gives one number a band": ("sections 3.1 and 4.2", "line 2"),
+        "The inverse DWT puts back": ("sections 3.1 and 4.4", "line 13"),
+    }.items():
+        for place in places:
+            assert place in source_of(app, words), words
+    named(app.slider, "how_patch").set_value(1).run()
+    assert source_of(seen(app), "Drawn: CCW") == "Algorithm 1, lines 5 and 6"
+
+
+def test_the_score_is_set_beside_the_papers():
+    said = text(launched())
+    assert "The paper's CCW is the cross-correlation ΣA·B alone, the largest best" in said
+    assert "the authors' code takes the squared difference, as here" in said
+    plain = replace(SMALL, parameters=replace(OWN, similarity="correlation"))
+    assert "the paper's CCW, the cross-correlation ΣA·B; the largest fits best" in text(
+        launched(plain)
+    )
+
+
+def test_what_is_not_in_the_paper_is_marked():
+    app = launched(WITH_DATA)
+    trace = trace_of(WITH_DATA)
+    number = next(p.number for p in trace.patches if trace.at(p.number).data is not None)
+    named(app.slider, "how_patch").set_value(number + 1).run()
+    assert source_of(seen(app), "of the very best") == "not in the paper"
+    assert source_of(app, "Of 5 data:").startswith("not in the paper")
+    moved = next(
+        p.number
+        for p in trace.patches
+        if not np.array_equal(trace.at(p.number).drawn_place, trace.at(p.number).place)
+    )
+    named(app.slider, "how_patch").set_value(moved + 1).run()
+    assert source_of(seen(app), "Refinement shifted it by") == "not in the paper"
 
 
 def test_ms_ccsim_is_declined_in_words_with_a_way_out():
