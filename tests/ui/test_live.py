@@ -14,7 +14,8 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
-from ccwsim.ui.simulate.history import changes_between, go_back, place_of, study_name
+from ccwsim.ui.simulate.history import go_back, place_of
+from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import collect, first_part, in_parts, part_of, part_size, start_run
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
@@ -145,7 +146,6 @@ def test_the_first_part_follows_the_pace_of_the_latest_run():
     assert 20 <= first_part(many, ensemble) <= 30
     assert first_part(replace(many, grid=Grid(480, 640)), ensemble) < 10
     assert first_part(many, None) == 2
-    assert first_part(many, replace(ensemble, revised=True)) == 2
 
 
 # on the page

@@ -49,6 +49,7 @@ from ccwsim.ui.compare.settings import (
     use_setting,
     want_curves,
 )
+from ccwsim.ui.jobs.job import PATIENCE
 from ccwsim.ui.jobs.limits import Demand, check_limits
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.curves import draw_curve_key
@@ -65,7 +66,6 @@ from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.study.study_column import parameter_field
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of

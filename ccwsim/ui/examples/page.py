@@ -34,12 +34,12 @@ from ccwsim.ui.examples.opened import (
     open_example,
 )
 from ccwsim.ui.examples.quiz import draw_quiz
+from ccwsim.ui.jobs.job import PATIENCE
 from ccwsim.ui.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style

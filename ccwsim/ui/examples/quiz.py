@@ -27,12 +27,12 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.job import PATIENCE, Job
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, failed
+from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
 from ccwsim.ui.widgets.maps import CellMap, canvas_component, draw_map
 from ccwsim.ui.widgets.text import panel_title, plain, step_note

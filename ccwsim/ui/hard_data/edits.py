@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
+
+import numpy as np
 
 from ccwsim.engine.revision import revise
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
@@ -14,24 +16,19 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import problem_of
 
 Cell = tuple[int, int]
 Ground = Literal["realization", "e_type", "empty"]
 Way = Literal["random", "N-S", "E-W", "grid"]
 MAX_MOMENTS = 200
-MAX_BYTES = 200_000_000
-"""Of realizations; older moments keep their data only."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """The data at one moment, with what was shown for them."""
+    """The data at one moment, with the field that they were sampled from."""
 
     data: DataChoice
-    ensemble: Ensemble | None = None
     reference: TrainingImage | None = None
-    revised: bool = False
 
 
 @dataclass
@@ -54,7 +51,7 @@ class History:
         """Keep a moment that is about to be changed; what was undone before is forgotten."""
         self.past.append(now)
         self.future.clear()
-        self._forget()
+        del self.past[:-MAX_MOMENTS]
 
     def undo(self, now: Moment) -> Moment | None:
         """Return the moment before, None where there is none."""
@@ -68,22 +65,7 @@ class History:
         if not back:
             return None
         forth.append(now)
-        moment = back.pop()
-        self._forget()
-        return moment
-
-    def _forget(self) -> None:
-        del self.past[:-MAX_MOMENTS]
-        for moments in (self.past, self.future):
-            left, kept = MAX_BYTES // 2, set()
-            for k in reversed(range(len(moments))):
-                ensemble = moments[k].ensemble
-                if ensemble is None or id(ensemble) in kept:
-                    continue
-                left -= ensemble.indices.nbytes
-                kept.add(id(ensemble))
-                if left < 0:
-                    moments[k] = replace(moments[k], ensemble=None)
+        return back.pop()
 
 
 @dataclass(frozen=True)
@@ -117,7 +99,7 @@ class Editor:
     reference_choice: ImageChoice | None = None  # to sample; None for the shown realization
     table: Table = field(default_factory=Table)
     taken: int = 0  # the number of the last edit of the canvas that was taken
-    answered: Ensemble | None = None  # the last one that was re-simulated around edits
+    local: Ensemble | None = None  # re-simulated around the edits since the last run
     message: str = ""  # what went wrong with the last edit
 
 
@@ -150,16 +132,11 @@ def take_data(state: State, data: HardData, reference: TrainingImage | None = No
 
 def moment_of(state: State) -> Moment:
     """Return what an undo has to bring back."""
-    return Moment(state.choices.data, state.ensemble, state.reference, is_revised(state))
-
-
-def is_revised(state: State) -> bool:
-    """Return whether the realizations were re-simulated around edits since their run."""
-    return state.ensemble is not None and state.ensemble is state.page(Editor).answered
+    return Moment(state.choices.data, state.reference)
 
 
 def undo(state: State) -> None:
-    """Go back to the data before the last edit, and to the realizations that answered them."""
+    """Go back to the data before the last edit."""
     _restore(state, state.page(Editor).history.undo(moment_of(state)))
 
 
@@ -169,13 +146,9 @@ def redo(state: State) -> None:
 
 
 def _restore(state: State, moment: Moment | None) -> None:
-    if moment is None:
-        return
-    state.change(data=moment.data)
-    state.data_draft, state.reference = None, moment.reference
-    if moment.ensemble is not None and fits(moment.ensemble, state.choices):
-        state.ensemble = moment.ensemble
-        state.page(Editor).answered = moment.ensemble if moment.revised else None
+    if moment is not None:
+        state.change(data=moment.data)
+        state.data_draft, state.reference = None, moment.reference
 
 
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
@@ -213,25 +186,33 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble is of the study, its hard data and seed aside."""
+    """Return whether an ensemble is of the study, its hard data aside."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters
+        and ensemble.seed == choices.seed
         and ensemble.training_image.digest == image_of(choices.image).digest
     )
 
 
-def needs_run(state: State) -> bool:
-    """Return whether the study has no realizations yet, and could have some."""
-    missing = state.ensemble is None or not fits(state.ensemble, state.choices)
-    return missing and state.job is None and not state.message and not problem_of(state)
+def answer(state: State) -> Ensemble | None:
+    """Return realizations that honour the data as they are, None where only a run can give them.
+
+    Those of the latest run are returned where it had the same data. Where data were only added they
+    are re-simulated locally, which only this page shows, and only until the run that each edit
+    starts is finished. Data that were taken away have left their mark on cells all around.
+    """
+    data, page_state = data_of(state.choices), state.page(Editor)
+    known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]
+    known = [e for e in known if _triples(e.hard_data) <= _triples(data)]
+    if not known:
+        return None
+    nearest = max(known, key=lambda ensemble: ensemble.hard_data.n)
+    if nearest.hard_data.digest != data.digest:
+        nearest = revise(nearest, data)
+    page_state.local = None if nearest is state.ensemble else nearest
+    return nearest
 
 
-def answer(state: State) -> None:
-    """Let the realizations honour the data as they are now, changed only around what they miss."""
-    ensemble = state.ensemble
-    if ensemble is None or not fits(ensemble, state.choices):
-        return
-    data = data_of(state.choices)
-    if ensemble.hard_data.digest != data.digest:
-        state.ensemble = state.page(Editor).answered = revise(ensemble, data)
+def _triples(data: HardData) -> set[tuple[int, ...]]:
+    return set(map(tuple, np.column_stack([data.cells, data.facies]).tolist()))

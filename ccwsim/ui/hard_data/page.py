@@ -17,7 +17,7 @@ from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.hard_data.edits import Editor, answer, fits, is_revised, needs_run, take, take_edits
+from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits
 from ccwsim.ui.hard_data.menus import draw_export, draw_import, draw_problem, draw_sampling
 from ccwsim.ui.hard_data.table import draw_table
 from ccwsim.ui.results.maps import (
@@ -31,7 +31,8 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
-from ccwsim.ui.study.run import problem_of, start_run
+from ccwsim.ui.study.news import draw_news
+from ccwsim.ui.study.run import keep_up
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
@@ -43,31 +44,34 @@ STYLE = Path(__file__).with_name("editor.css")
 KEY = "editor"
 SHARED = "export default function (component)"
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
-RUN_AGAIN = (
-    "Simulate the realizations with all data from the beginning, instead of local re-simulation "
-    "around each edit."
-)
+REST = 0.4
+"""Seconds without another edit before the run that answers all of them begins."""
 
 
 @st.fragment
 def draw_editor(state: State) -> None:
-    """Draw the editor; an edit redraws only this."""
+    """Draw the editor over the realizations of the study; an edit redraws only this.
+
+    Every edit starts a run. Until it is finished the map that is edited shows a local answer where
+    data were added; all else shows the run before, dimmed.
+    """
     with error_boundary():
         st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
         problem = problem_of_data(state.choices)
-        if problem:
-            draw_problem(state, problem)
-        else:
-            _editor(state)
+        local = None if problem else answer(state)
+        keep_up(state, live=True, after=REST if local else 0.0)
+        draw_news(state, wait=local is None)
+        with st.container(key="editing"):
+            if problem:
+                draw_problem(state, problem)
+            else:
+                _editor(state)
 
 
 def _editor(state: State) -> None:
-    if needs_run(state):
-        st.rerun()
-    answer(state)
     data, image = data_of(state.choices), image_of(state.choices.image)
     colours = colours_of(state)
-    ensemble = state.ensemble
+    ensemble, answered = state.ensemble, answer(state)
     if ensemble is not None and not fits(ensemble, state.choices):
         ensemble = None
     if ensemble is not None:
@@ -78,10 +82,11 @@ def _editor(state: State) -> None:
         left, middle, right = st.columns([1.0, 1.0, 0.56], gap="medium")
     with left:
         _ground(state.page(Editor))
-        draw_canvas(state, data, image, colours, ensemble)
+        of_run = state.page(Editor).ground == "e_type"  # a local answer has no E-type
+        draw_canvas(state, data, image, colours, ensemble if of_run else answered or ensemble)
         if ensemble is not None:  # below, where its length moves no map under the pointer
-            step_note(describe_answer(state, ensemble))
-    with middle:
+            step_note(describe_answer(state, answered))
+    with middle, st.container(key="beside"):
         if ensemble is not None and state.page(Editor).ground == "e_type":
             draw_realization(ensemble, colours, state.shown)
         elif ensemble is not None:
@@ -107,32 +112,25 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
         clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
         clear["help"] = "Take all data away; undo brings them back."
         button("Clear", key="clear", on_click=take, **clear)
-        problem = problem_of(state)
-        run = {"type": "primary", "disabled": bool(problem), "help": problem or RUN_AGAIN}
-        if st.button("Run again", key="run_again", **run):
-            start_run(state)
-            st.rerun()
     if page_state.message:
         st.warning(plain(page_state.message))
 
 
-def describe_answer(state: State, ensemble: Ensemble) -> str:
-    """Say how the shown realization honours the data, and whether edits changed it."""
-    if not ensemble.hard_data.n:
+def describe_answer(state: State, answered: Ensemble | None) -> str:
+    """Say what the edited map shows and how it honours the data; None where only a run can tell."""
+    number = f"Realization {state.shown + 1}"
+    if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
+        return "E-type of the data before your edits, until the run with all data is finished."
+    if answered is None:
+        return f"{number} of the data before: data were taken away, so it is simulated anew."
+    if not answered.hard_data.n:
         return "Click the map to place a datum; drag to place a line of them."
-    honoured = describe_data_status(ensemble.data_status[state.shown])
-    text = f"Realization {state.shown + 1}: {honoured}."
-    if is_revised(state) and not ensemble.parameters.exact_data:
-        text += (
-            " Edits change nothing while “Honour data exactly” is off; Run again conditions the "
-            "search on them."
-        )
-    elif is_revised(state):
-        text += (
-            " Re-simulated locally around your edits; Run again simulates it with all data from "
-            "the beginning."
-        )
-    return text
+    text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."
+    if not answered.revised:
+        return text
+    if not answered.parameters.exact_data:
+        return f"{text} Edits steer the search of the next run: “Honour data exactly” is off."
+    return f"{text} Local answer to your edits, until the run with all data is finished."
 
 
 def _ground(page_state: Editor) -> None:
@@ -199,7 +197,9 @@ def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> l
     """Return the `Ensemble.data_status` of each datum in a realization; 0 where unknown."""
     if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
         return [0] * data.n
-    return ensemble.data_status[shown].tolist()
+    cells = map(tuple, ensemble.hard_data.cells.tolist())  # in an order of their own
+    known = dict(zip(cells, ensemble.data_status[shown].tolist(), strict=True))
+    return [known[cell] for cell in map(tuple, data.cells.tolist())]
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:

@@ -21,6 +21,8 @@ SLOW_START = 0.8
 """Seconds without progress after which the kernels must be compiling."""
 LEAST_SHARE = 0.02
 """Share of the work from which the time left can be estimated."""
+PATIENCE = 0.3
+"""Seconds to wait for the first results of quick work before progress is shown instead."""
 POLL_SECONDS = 0.25
 """Seconds between two looks at a job that is waited for."""
 MAX_CELLS_AT_ONCE = 4_000_000
@@ -119,6 +121,16 @@ class Job(Generic[Result]):
         """Show what is ready before the rest; the work calls this."""
         self.partial = partial
         self._first.set()
+
+    def rest(self, seconds: float) -> None:
+        """Wait, unless it is asked to stop meanwhile; the work calls this.
+
+        Raises
+        ------
+        Cancelled
+        """
+        if self._cancelled.wait(seconds):
+            raise Cancelled("stopped before it began")
 
     def cancel(self) -> None:
         """Ask the work to stop; it does so when it next looks, and at once where it waits."""

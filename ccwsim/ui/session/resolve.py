@@ -25,6 +25,7 @@ from ccwsim.io import (
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.model.bounds import MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters, legal_sizes
@@ -122,6 +123,27 @@ def _sampled(key: tuple, _image: TrainingImage, _grid: Grid, _parameters: Parame
     demand = demand_of(Study(_image, _grid, _parameters), 1)
     reference = result_in_turn(partial(simulate, _image, _grid, _parameters, seed=seed), demand)
     return sample_random(reference.realizations[0], n, seed)
+
+
+def same_realizations(study: Choices, other: Choices) -> bool:
+    """Return whether two studies give the same realizations: names and colours decide nothing.
+
+    Examples
+    --------
+    >>> renamed = replace(Choices(), image=ImageChoice(names=("mud", "channel")))
+    >>> same_realizations(Choices(), renamed), same_realizations(Choices(), Choices(seed=1))
+    (True, False)
+    """
+    try:
+        return study == other or _what_decides(study) == _what_decides(other)
+    except CCWSIMError:  # one of them cannot be simulated
+        return False
+
+
+def _what_decides(choices: Choices) -> tuple[object, ...]:
+    image, data = image_of(choices.image), data_of(choices)
+    settings = choices.grid, choices.parameters, choices.n_realizations, choices.seed
+    return image.digest, data.digest, *settings
 
 
 def template_sizes(level: int, shape: tuple[int, int]) -> list[int]:

@@ -60,9 +60,10 @@ class PastRuns:
     def remember(self, run: PastRun) -> None:
         """Keep a run; the same study again takes the place of the newest, the oldest go.
 
-        The newest is kept whatever it takes: it is on the page anyway.
+        So does one with other data placed by hand: a run answers every edit. The newest is kept
+        whatever it takes: it is on the page anyway.
         """
-        if self.runs and self.runs[0].choices == run.choices:
+        if self.runs and _but_for_placed(self.runs[0].choices) == _but_for_placed(run.choices):
             self.runs.pop(0)
         self.runs.insert(0, run)
         while len(self.runs) > 1 and (len(self.runs) > self.max_runs or self._too_large()):
@@ -72,6 +73,10 @@ class PastRuns:
         own = self.max_bytes
         limit = limits_of_environment().history if own is None else own
         return sum(run.nbytes for run in self.runs) > limit
+
+
+def _but_for_placed(choices: Choices) -> Choices:
+    return replace(choices, data=replace(choices.data, placed=None))
 
 
 @dataclass

@@ -19,7 +19,6 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.report import report_html, surroundings
 from ccwsim.sharing import (
-    REVISED,
     Recipe,
     left_out,
     link_of,
@@ -32,9 +31,14 @@ from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import start_run
+from ccwsim.ui.study.run import is_current, start_run
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.text import plain, step_note
+
+OLD_RESULTS = (
+    "Out of date: the link opens the study as it is set up now, the realizations that are shown "
+    "are of the study before."
+)
 
 
 @st.fragment
@@ -67,8 +71,8 @@ def _link(state: State) -> None:
     missing = left_out(state.choices)
     if missing:
         step_note(f"The link cannot carry {' and '.join(missing)}. Save the project for that.")
-    if state.ensemble is not None and state.ensemble.revised:
-        step_note(REVISED)
+    if state.ensemble is not None and not is_current(state):
+        step_note(OLD_RESULTS)
 
 
 def _files(state: State) -> None:
@@ -84,7 +88,7 @@ def _files(state: State) -> None:
         st.download_button("Report", report_of(state), key="share_report", **report)
     if state.ensemble is None:
         step_note("The report can be had when there are realizations.")
-    elif results_of(state) != state.choices:
+    elif not is_current(state):
         step_note("The report is of the realizations that are shown; the study was changed since.")
 
 
@@ -93,7 +97,7 @@ def report_of(state: State):
     ensemble = state.ensemble
     if ensemble is None:
         return b""
-    choices = results_of(state)
+    choices = state.ran or state.choices
     shown, facts = shown_of(state), facts_of(ensemble)
     colours = facies_colours(ensemble.training_image, dict(choices.image.colours))
     link = page_link_of(choices, shown)
@@ -104,15 +108,6 @@ def report_of(state: State):
         return report_html(document).encode()
 
     return made
-
-
-def results_of(state: State) -> Choices:
-    """Return the choices that the latest results came from."""
-    ensemble, ran = state.ensemble, state.ran or state.choices
-    if ensemble is None or not ensemble.revised:
-        return ran
-    # re-simulated realizations answer edits of the data that were made since the run
-    return replace(ran, data=state.choices.data)
 
 
 def _recipe(how: Recipe) -> None:
@@ -165,8 +160,7 @@ def project_of(state: State) -> Project:
     """Return the study as a project."""
     choices, shown = state.choices, shown_of(state)
     ensemble = state.ensemble
-    known = ensemble is not None and state.ran == choices and not ensemble.revised
-    digest = ensemble.digest if ensemble is not None and known else ""
+    digest = ensemble.digest if ensemble is not None and is_current(state) else ""
     colours, link, versions = choices.image.colours, link_of(choices, shown), dict(surroundings())
     n = choices.n_realizations
     return Project(study_of(choices), n, colours, shown, link, versions, digest)

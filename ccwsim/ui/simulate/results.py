@@ -1,8 +1,7 @@
-"""The results: maps, charts and files, kept up with the study or dimmed while it runs."""
+"""The results: maps, charts and files."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -25,13 +24,15 @@ from ccwsim.ui.results.maps import (
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE, collect, problem_of, start_run, stop_run
+from ccwsim.ui.study.run import is_current
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, field
+from ccwsim.ui.widgets.text import step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
 """Pixels of a realization on a usual screen, and of the title of the proportions."""
+OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
 MIME = {
     "npz": "application/octet-stream",
     "gslib": "text/plain",
@@ -39,19 +40,6 @@ MIME = {
     "json": "application/json",
     "csv": "text/csv",
 }
-WAIT_SECONDS = 0.05
-"""Seconds between two chances for a change of the user's to end the waiting."""
-UP_TO_DATE = "<i></i>"
-SOON_OLD = """<i></i><style>
-.st-key-results { opacity: 0.4; transition: opacity 0.1s 0.15s }
-</style>"""
-"""A run as quick as the eye dims nothing."""
-OLD = """<i></i><style>
-.st-key-results { opacity: 0.4 }
-.st-key-facts_row { display: none }
-</style>"""
-"""The old results are dimmed, and progress takes the place of their facts."""
-PARTLY = """<i></i><style>.st-key-facts_row { display: none }</style>"""
 
 
 @st.fragment
@@ -119,48 +107,11 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         "realizations.csv": ("Times and proportions, CSV", lambda: realizations_csv(ensemble)),
     }
     with st.popover("Download", key="downloads"):
+        if not is_current(state):
+            step_note(OLD_FILES)
         for name, (label, content) in files.items():
             options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]], "width": "stretch"}
             key = f"download_{name.replace('.', '_')}"
             st.download_button(label, content, name, key=key, on_click="ignore", **options)
         kind = bound_to(state, "chart_format", options=["svg", "png"], format_func=str.upper)
         field(st.segmented_control, "The camera on a chart saves", key="chart_format", **kind)
-
-
-def keep_up(state: State) -> bool:
-    """Start the first run of a session, and with `live` on one after every change.
-
-    Return whether one was started or stopped.
-    """
-    first = state.ensemble is None and state.job is None and not state.message
-    latest = state.job.about if state.job else state.ran
-    changed = state.choices not in (latest, state.tried)  # a run that failed is not tried again
-    if not first and not (state.live and changed):
-        return False
-    job = state.job
-    if first or not problem_of(state):
-        start_run(state)
-    else:
-        stop_run(state)  # it is of a study that is no more
-    return state.job is not job
-
-
-def dim_and_wait(state: State) -> None:
-    """Give a run that is going a moment to bring results; the old ones are dimmed meanwhile.
-
-    What dims them is replaced in place, so that nothing on the page moves.
-    """
-    place, job = st.empty(), state.job
-    if job is None:
-        place.html(UP_TO_DATE)
-        return
-    end = time.monotonic() + PATIENCE
-    while True:
-        place.html(SOON_OLD)
-        if job.wait_first(WAIT_SECONDS) or time.monotonic() > end:
-            break
-    collect(state)  # a run that finishes from here on is collected where it is followed
-    if state.job is None:
-        place.html(UP_TO_DATE)
-    else:
-        place.html(OLD if job.partial is None else PARTLY)

@@ -1,9 +1,10 @@
-"""Step 5 of the study, the run button; and the run: start it, follow it, take in what it gives."""
+"""Step 5 of the study, the run button; and the run: start it, take in what it gives."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import streamlit as st
 
@@ -24,23 +25,21 @@ from ccwsim.ui.jobs.limits import (
     executor_of_environment,
     limits_of_environment,
 )
-from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, same_realizations
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.text import pair, plain, step_note, step_title
+from ccwsim.ui.widgets.text import pair, step_note, step_title
 
-STORED = "Stored realizations of this study are shown until your machine has its own"
-PATIENCE = 0.3
-"""Seconds to wait for a quick run before progress is shown instead."""
 ENOUGH_TO_STOP = 1.0
 """Seconds in which a run that was stopped gives its memory back."""
 AT_ONCE = 0.3
-"""Seconds that the first part of a live run may take."""
+"""Seconds that the first part of a run may take."""
 NEXT_PART = 1.0
 """Seconds of the second part; each later one takes twice as long, as drawing costs time too."""
 MIN_PART = 2
+COPIES_OF_PARTS = 3
+"""Of the realizations, for a moment: the parts before, the next one, and both together."""
 NEARLY_ALL = 0.7
 """A part that is so large a share of what is left takes all of it."""
 MORE = "More show the uncertainty better and take proportionally longer."
@@ -68,10 +67,10 @@ def run_step(state: State) -> None:
         field(st.toggle, "Live", key="live", **live)
 
 
-def run_button(state: State, key: str) -> None:
+def run_button(state: State, key: str, width: str = "stretch") -> None:
     """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
     problem = problem_of(state)
-    options = {"type": "primary", "width": "stretch", "disabled": bool(problem)}
+    options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
 
 
@@ -88,42 +87,89 @@ def problem_of(state: State) -> str:
     return ""
 
 
-def start_run(state: State) -> None:
-    """Simulate the study as it is set up; a run that is still going is stopped."""
+def start_run(state: State, after: float = 0.0) -> None:
+    """Simulate the study as it is set up, `after` some seconds; a run that is going is stopped."""
     before = state.job
     try:
-        some, demand = part_of(state.choices), demand_of_run(state)
-        check_limits(demand)
+        some = part_of(state.choices)
+        check_limits(demand_of_run(state))
     except CCWSIMError as error:
         state.message = str(error)
         return
     stop_run(state)
     state.message, state.tried = "", state.choices
     try:
-        state.job = _begun(state, some, demand)
+        state.job = _begun(state, some, after)
     except CCWSIMError as error:
         if before is None or not before.wait(ENOUGH_TO_STOP):
             state.message = str(error)
             return
         try:  # what the run before had is free by now
-            state.job = _begun(state, some, demand)
+            state.job = _begun(state, some, after)
         except CCWSIMError as again:
             state.message = str(again)
 
 
-def _begun(state: State, some: Some, demand: Demand) -> Job[Ensemble]:
-    """Return the job of the study, which is in the queue."""
+def keep_up(state: State, *, live: bool, after: float = 0.0) -> bool:
+    """Start the first run of a session, and with `live` one after every change of the study.
+
+    It begins `after` some seconds without another change. Return whether one was started or
+    stopped.
+    """
+    first = state.ensemble is None and state.job is None and not state.message
+    if not first and not (live and _is_changed(state)):
+        return False
+    job, ensemble = state.job, state.ensemble
+    if ensemble is not None and is_current(state) and ensemble.n == state.choices.n_realizations:
+        stop_run(state)  # a change was taken back: the results are there
+    elif first or not problem_of(state):
+        start_run(state, after)
+    else:
+        stop_run(state)  # it is of a study that is no more
+    return state.job is not job
+
+
+def _is_changed(state: State) -> bool:
+    """Whether the study is none that runs, ran or was tried: one that failed is not tried again."""
+    known = (state.job.about if state.job else state.ran), state.tried
+    return not any(study and same_realizations(study, state.choices) for study in known)
+
+
+def is_current(state: State) -> bool:
+    """Return whether the results are of the study as it is set up now."""
+    return state.ran is not None and same_realizations(state.ran, state.choices)
+
+
+def take_names(state: State) -> None:
+    """Call the facies of results that are current as the study does by now."""
+    if state.ensemble is None or state.ran == state.choices or not is_current(state):
+        return
+    state.ran = state.choices
+    state.ensemble = replace(state.ensemble, training_image=image_of(state.choices.image))
+
+
+def _begun(state: State, some: Some, after: float) -> Job[Ensemble]:
+    """Return the job of the study, in the queue; in one part where memory is short for several."""
     choices, n = state.choices, state.choices.n_realizations
     state.wanted = state.shown
-    n_first = first_part(choices, state.ensemble) if state.live else n
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
 
-    def work(job: Job[Ensemble]) -> Ensemble:
-        if waits_for_kernels:  # the same realizations, stored; the facts and the progress say so
-            job.give(stored_ensemble())
-        return in_parts(job, some, n_first)
+    def begun(n_first: int, copies: int) -> Job[Ensemble]:
+        def work(job: Job[Ensemble]) -> Ensemble:
+            job.rest(after)
+            if waits_for_kernels:  # the same realizations, stored; facts and progress say so
+                job.give(stored_ensemble())
+            return in_parts(job, some, n_first)
 
-    return Job(work, choices, demand, n=n)
+        return Job(work, choices, demand_of_run(state, copies), n=n)
+
+    n_first = first_part(choices, state.ensemble)
+    try:
+        return begun(n_first, COPIES_OF_PARTS if n_first < n else 1)
+    except CCWSIMError:
+        if n_first == n:
+            raise
+        return begun(n, 1)
 
 
 def in_parts(job: Job[Ensemble], some: Some, n_first: int) -> Ensemble:
@@ -160,7 +206,7 @@ def _with_part(job: Job[Ensemble], some: Some, before: Ensemble | None, size: in
 
 def first_part(choices: Choices, latest: Ensemble | None) -> int:
     """Return how many realizations are likely to be finished at once, by the pace of the latest."""
-    if latest is None or latest.revised or latest.wall_seconds <= 0:
+    if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
     cells = choices.grid.ny * choices.grid.nx
     each = latest.wall_seconds / latest.n * cells / (latest.grid.ny * latest.grid.nx)
@@ -180,12 +226,12 @@ def part_size(left: int, fits: float) -> int:
     return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
-def demand_of_run(state: State) -> Demand:
-    """Return what the study asks of the server; with Live on parts are put together."""
+def demand_of_run(state: State, copies: int = 1) -> Demand:
+    """Return what the study asks of the server; parts are put together in `copies` of it."""
     choices = state.choices
     image, data = image_of(choices.image), data_of(choices)
     study = Study(image, choices.grid, choices.parameters, data, choices.seed)
-    return demand_of(study, choices.n_realizations, copies=3 if state.live else 1)
+    return demand_of(study, choices.n_realizations, copies=copies)
 
 
 def stop_run(state: State) -> None:
@@ -219,13 +265,16 @@ def part_of(choices: Choices) -> Some:
     return some
 
 
-def collect(state: State) -> None:
-    """Take what a job gives into the state; earlier results stay where it gave none."""
+def collect(state: State, *, parts: bool = True) -> None:
+    """Take what a job gives into the state; earlier results stay where it gave none.
+
+    Without `parts` they stay, where there are some, until the job is finished.
+    """
     job = state.job
     if job is None:
         return
     if not job.finished:
-        if job.partial is not None:
+        if job.partial is not None and (parts or state.ensemble is None):
             take_in(state, job, job.partial)
         return
     state.job = None
@@ -265,28 +314,3 @@ def failed(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "The results do not fit into memory: ask for fewer realizations or a smaller grid."
     return f"The run failed; your study is kept. The reason: {reason(error)}."
-
-
-def follow_run(state: State) -> None:
-    """Show progress where the results will be; the page is drawn again for each part of them."""
-    job = state.job
-    if job is not None:
-        follow(
-            job,
-            on_finished=lambda: collect(state),
-            has_news=lambda: job.partial is not None and job.partial is not state.ensemble,
-            label=lambda: STORED if state.ensemble and state.ensemble.is_stored else "",
-        )
-
-
-def draw_news(state: State) -> None:
-    """Take in a quick run, or follow a slow one above the earlier results; say what failed."""
-    if state.job is not None and state.job.wait(PATIENCE):
-        collect(state)
-    with st.container(key="news"):  # always there, so that what is below never moves or blanks
-        if state.job is not None:
-            follow_run(state)
-            if state.ensemble is not None:
-                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
-        if state.message:
-            st.warning(plain(state.message))

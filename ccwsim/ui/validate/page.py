@@ -22,7 +22,8 @@ from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.maps import choose, colours_of_ran, draw_e_type, draw_ghost, step_buttons
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import draw_news, problem_of, run_button, start_run
+from ccwsim.ui.study.news import draw_news
+from ccwsim.ui.study.run import problem_of, start_run
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
 from ccwsim.ui.validate.reproduction import (
@@ -49,7 +50,7 @@ from ccwsim.ui.validate.statistics import (
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import button, field
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("validate.css")
@@ -69,14 +70,12 @@ def draw_page(state: State) -> None:
     draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
     if state.ensemble is None and state.job is None and not state.message:
         start_run(state)
-    draw_news(state)
+    draw_news(state, parts=False)
     with st.container(key="results"):
         if state.ensemble is not None:
             _draw_validation(state, state.ensemble)
         else:
             draw_ghost(state)
-            if state.job is None:
-                run_button(state, "run_first")
     with st.container(key="work"):
         draw_work(state)
 
@@ -97,8 +96,6 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     draw_curves_row(state, ensemble)
     with top:
         draw_summary(state, ensemble)
-        if state.choices != state.ran:
-            step_note("The study was changed since these realizations were simulated.")
     _draw_sections(state, ensemble, colours)
 
 

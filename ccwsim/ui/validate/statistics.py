@@ -38,11 +38,11 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.run.simulation import simulate
+from ccwsim.ui.jobs.job import PATIENCE
 from ccwsim.ui.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import PATIENCE
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import step_note
 

@@ -35,6 +35,7 @@ from ccwsim.ui.hard_data.page import SHARED, describe_data_status, status_of
 from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, rows_of
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.run import is_current
 from ccwsim.ui.widgets.maps import CANVAS
 
 ROOT = Path(__file__).parents[3]
@@ -47,7 +48,7 @@ CELLS = st.tuples(st.integers(0, 9), st.integers(0, 9))
 def studied(choices: Choices = SMALL) -> State:
     """A state with realizations of its study."""
     state = State(choices=choices)
-    state.ensemble = run_of(choices)
+    state.ensemble, state.ran = run_of(choices), choices
     return state
 
 
@@ -56,11 +57,11 @@ def run_of(choices: Choices) -> Ensemble:
     return simulate(image, choices.grid, choices.parameters, data, n_realizations=n)
 
 
-def edit(state: State, *changes, seq: int | None = None, **more) -> None:
-    """An edit as the canvas sends it, answered as the page does."""
-    seq = state.page(Editor).taken + 1 if seq is None else seq
-    take_edits(state, [{"seq": seq, "set": [list(change) for change in changes], **more}])
-    answer(state)
+def edit(state: State, *changes) -> Ensemble | None:
+    """The answer to an edit as the canvas sends it; None where only a run can answer."""
+    seq = state.page(Editor).taken + 1
+    take_edits(state, [{"seq": seq, "set": [list(change) for change in changes]}])
+    return answer(state)
 
 
 def data_as_dict(state: State) -> dict:
@@ -87,20 +88,33 @@ def test_edits_one_by_one_leave_the_last_word_in_each_cell(changes):
     assert dict(zip(cells, data.facies.tolist(), strict=True)) == kept
 
 
-def test_edits_place_change_and_erase_and_every_realization_answers():
+def test_added_data_are_answered_locally_and_the_run_stays_what_it_is():
     state = studied()
-    assert not data_of(state.choices).n
-    edit(state, (5, 6, 1), (40, 60, 0))
+    run = ensemble_of(state)
+    one = edit(state, (5, 6, 1), (40, 60, 0))
     assert state.choices.data.source == "placed"
     assert data_as_dict(state) == {(5, 6): 1, (40, 60): 0}
-    assert (ensemble_of(state).realizations[:, 5, 6] == 1).all()
-    edit(state, (5, 6, 0))
-    assert data_as_dict(state) == {(5, 6): 0, (40, 60): 0}
-    assert (ensemble_of(state).realizations[:, 5, 6] == 0).all()
-    edit(state, (40, 60, -1))
-    assert data_as_dict(state) == {(5, 6): 0}
-    assert ensemble_of(state).hard_data.n == 1
-    assert ensemble_of(state).n_mismatched.sum() == 0
+    assert one is not None
+    assert one.revised
+    assert (one.realizations[:, 5, 6] == 1).all()
+    two = edit(state, (20, 20, 1))
+    assert two is not None
+    assert two.n_mismatched.sum() == 0
+    assert answer(state) is two
+    assert state.ensemble is run
+    assert not is_current(state)
+
+
+def test_data_taken_away_or_changed_are_answered_by_a_run_only():
+    placed = replace(SMALL, data=DataChoice("placed", placed=HardData([[5, 6], [9, 9]], [1, 0])))
+    for change in ((5, 6, -1), (5, 6, 0)):
+        state = studied(placed)
+        assert edit(state, change) is None
+        assert not is_current(state)
+    state = studied(placed)
+    assert edit(state, (1, 1, 1)) is not None
+    assert edit(state, (1, 1, -1)) is state.ensemble  # taken back: the run had the same data
+    assert is_current(state)
 
 
 def test_an_edit_that_comes_twice_or_late_is_taken_once():
@@ -121,24 +135,20 @@ def test_an_edit_outside_the_grid_or_of_no_facies_changes_nothing():
     assert not state.page(Editor).history.past
 
 
-def test_undo_brings_back_data_and_realizations_and_redo_the_edit():
+def test_undo_brings_back_data_and_redo_the_edit():
     state = studied()
-    before = ensemble_of(state)
     edit(state, (5, 6, 1))
-    one = ensemble_of(state)
     edit(state, (20, 20, 0), (21, 20, 0))
-    two = ensemble_of(state)
     undo(state)
-    assert (data_as_dict(state), state.ensemble) == ({(5, 6): 1}, one)
+    assert data_as_dict(state) == {(5, 6): 1}
     undo(state)
-    assert (data_as_dict(state), state.ensemble) == ({}, before)
     assert state.choices.data == SMALL.data
+    assert answer(state) is state.ensemble
     undo(state)
-    assert state.ensemble is before
+    assert state.choices.data == SMALL.data
     redo(state)
     redo(state)
-    answer(state)
-    assert (len(data_as_dict(state)), state.ensemble) == (3, two)
+    assert len(data_as_dict(state)) == 3
     undo(state)
     edit(state, (1, 1, 1))
     redo(state)
@@ -153,17 +163,12 @@ def test_undo_by_the_canvas_is_in_line_with_its_edits():
     assert data_as_dict(state) == {(1, 1): 1, (3, 3): 0}
 
 
-def test_undo_after_the_grid_has_changed_keeps_the_realizations_of_the_study():
+def test_realizations_of_another_grid_or_seed_answer_nothing():
     state = studied()
-    edit(state, (5, 6, 1))
-    state.change(grid=Grid(32, 32))
-    assert not fits(ensemble_of(state), state.choices)
-    other = studied(state.choices)
-    state.ensemble = other.ensemble
-    undo(state)
-    assert state.ensemble is other.ensemble
-    answer(state)
-    assert ensemble_of(state).hard_data.n == 0
+    for changes in ({"grid": Grid(32, 32)}, {"seed": 7}):
+        state.choices = replace(SMALL, **changes)
+        assert not fits(ensemble_of(state), state.choices)
+        assert answer(state) is None
 
 
 def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
@@ -180,16 +185,12 @@ def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
     assert data_as_dict(app.session_state[KEY]) == {}
 
 
-def test_history_is_bounded_in_steps_and_in_bytes(monkeypatch):
+def test_history_is_bounded(monkeypatch):
     monkeypatch.setattr(editor_edits, "MAX_MOMENTS", 5)
-    ensemble = ensemble_of(studied())
-    monkeypatch.setattr(editor_edits, "MAX_BYTES", 4 * ensemble.indices.nbytes)
     history = History()
-    moments = [Moment(DataChoice(seed_sampled=k), replace(ensemble, seed=k)) for k in range(8)]
-    for moment in moments:
-        history.remember(moment)
+    for k in range(8):
+        history.remember(Moment(DataChoice(seed_sampled=k)))
     assert [moment.data.seed_sampled for moment in history.past] == [3, 4, 5, 6, 7]
-    assert [moment.ensemble is not None for moment in history.past] == [False] * 3 + [True] * 2
 
 
 @given(st.integers(0, 40), st.integers(0, 99), st.booleans())
@@ -238,8 +239,8 @@ def test_help_is_marked_for_the_shown_realization_only_where_it_is_known():
     ensemble = ensemble_of(state)
     shares = ensemble.realizations.mean(axis=0)
     row, column = np.argwhere(shares == 0)[0].tolist()
-    edit(state, (row, column, 1))
-    after = ensemble_of(state)
+    after = edit(state, (row, column, 1))
+    assert after is not None
     assert (after.data_status != 0).all()
     data = data_of(state.choices)
     assert status_of(data, after, 1) == after.data_status[1].tolist()
@@ -266,8 +267,6 @@ def test_samples_are_of_the_shown_realization_which_becomes_the_reference():
         assert data_of(state.choices).digest == expected.digest
         assert state.reference is not None
         assert np.array_equal(state.reference.array, truth)
-    answer(state)
-    assert ensemble_of(state).n_mismatched.sum() == 0
     edit(state, (0, 0, 1))
     assert state.reference is not None
 
@@ -306,26 +305,48 @@ def said(app: AppTest) -> str:
     return " ".join(element.proto.body for element in app.get("html"))
 
 
-def test_the_page_answers_runs_again_and_clears():
+def rested(app: AppTest) -> State:
+    """The state of the page when its run is finished."""
+    while (job := app.session_state[KEY].job) is not None:
+        assert job.wait(60)
+        app.run()
+    assert not app.exception
+    return app.session_state[KEY]
+
+
+def assert_of_study(state: State) -> None:
+    """Everything that pages, files and links take is of a run of the study as it is."""
+    assert is_current(state)
+    assert np.array_equal(ensemble_of(state).indices, run_of(state.choices).indices)
+    assert not ensemble_of(state).revised
+    assert state.runs.runs[0].ensemble is state.ensemble
+
+
+def test_a_local_answer_is_marked_and_replaced_by_a_run():
     state = studied()
     edit(state, (5, 6, 1), (30, 30, 0))
     app = opened(state)
+    assert "Local answer to your edits" in said(app)
+    state = rested(app)
     assert "2 of 2 data honoured" in said(app)
-    assert "Re-simulated locally around your edits" in said(app)
-    app.button("run_again").click().run()
-    state = app.session_state[KEY]
-    if state.job is not None:
-        assert state.job.wait(60)
-        app.run()
-    full = ensemble_of(app.session_state[KEY])
-    fresh = run_of(state.choices)
-    assert np.array_equal(full.indices, fresh.indices)
-    assert "Re-simulated locally" not in said(app)
+    assert "Local answer" not in said(app)
+    assert_of_study(state)
+    assert state.page(Editor).local is None
+
+
+def test_cleared_data_leave_nothing_behind():
+    data = HardData([[k, k] for k in range(40)], [k % 2 for k in range(40)])
+    app = opened(studied(replace(SMALL, data=DataChoice("placed", placed=data))))
     app.button("clear").click().run()
+    state = rested(app)
     assert "no hard data" in said(app)
-    undo(app.session_state[KEY])
+    assert_of_study(state)
+    assert ensemble_of(state).hard_data.n == 0
+    assert data.n_mismatched(ensemble_of(state).realizations[0]) > 0
+    undo(state)
     app.run()
-    assert "2 of 2 data honoured" in said(app)
+    assert_of_study(rested(app))
+    assert "40 of 40 data honoured" in said(app)
 
 
 def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
@@ -342,6 +363,7 @@ def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
     assert not app.error
     assert state.data_draft is None
     assert data_as_dict(state) == {(3, 4): 1}
+    rested(app)
     assert "1 of 1 data honoured" in said(app)
     edit(state, (4, 4, 1))
     assert state.choices.data.source == "placed"

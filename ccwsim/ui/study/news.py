@@ -1,0 +1,88 @@
+"""What became of the study: progress of its run, results that are out of date, what went wrong."""
+
+from __future__ import annotations
+
+import time
+from html import escape
+
+import streamlit as st
+
+from ccwsim.ui.jobs.job import PATIENCE
+from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.changes import changes_between
+from ccwsim.ui.study.run import collect, is_current, run_button, take_names
+from ccwsim.ui.widgets.text import plain
+
+STORED = "Stored realizations of this study are shown until your machine has its own"
+WAIT_SECONDS = 0.05
+"""Seconds between two chances for a change of the user's to end the waiting."""
+
+
+def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
+    """Follow the run that is going, dim results that are out of date, and say what failed.
+
+    Without `parts` earlier results stay until the run is finished; without `wait` a run that has
+    just begun is not waited for.
+    """
+    take_names(state)
+    with st.container(key="news"):  # always there, so that what is below is never made anew
+        _wait_and_dim(state, parts, PATIENCE if wait else 0.0)
+        if state.job is not None:
+            _follow_run(state, parts)
+        if state.message:
+            st.warning(plain(state.message))
+        if state.job is None and (state.ensemble is None or out_of_date(state)):
+            with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
+                st.html(f'<p role="status">{out_of_date(state)}</p>')
+                run_button(state, "run_news", width="content")
+
+
+def out_of_date(state: State) -> str:
+    """Say, as HTML, how the study differs from the one of the results; empty where it does not."""
+    if state.ensemble is None or state.ran is None or is_current(state):
+        return ""
+    changes = ", ".join(changes_between(state.ran, state.choices))
+    return f"<b>Out of date:</b> simulated before {escape(changes)}."
+
+
+def _wait_and_dim(state: State, parts: bool, patience: float) -> None:
+    """Give a run that is going a moment to bring results; older ones are dimmed meanwhile.
+
+    What dims them is replaced in place, so that nothing on the page moves. The style sheet of all
+    pages says what each state looks like.
+    """
+    place, job = st.empty(), state.job
+    if job is not None:
+        end = time.monotonic() + patience
+        while True:
+            _mark(place, "soon-old")  # a run as quick as the eye dims nothing
+            first = job.wait_first if parts else job.wait
+            if first(WAIT_SECONDS) or time.monotonic() > end:
+                break
+        collect(state, parts=parts)  # from here on results are collected where the run is followed
+    if state.job is not None:
+        _mark(place, "partly" if is_current(state) else "old")
+    else:
+        _mark(place, "outdated" if out_of_date(state) else "current")
+
+
+def _mark(place, results: str) -> None:
+    place.html(f'<i class="results-{results}"></i>')
+
+
+def _follow_run(state: State, parts: bool) -> None:
+    """Show progress where the results will be; the page is drawn again for each part of them."""
+    job = state.job
+    assert job is not None
+
+    def has_news() -> bool:
+        wanted = parts or state.ensemble is None
+        return wanted and job.partial is not None and job.partial is not state.ensemble
+
+    follow(
+        job,
+        on_finished=lambda: collect(state, parts=parts),
+        has_news=has_news,
+        label=lambda: STORED if state.ensemble and state.ensemble.is_stored else "",
+    )
