@@ -45,14 +45,27 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     Examples
     --------
     >>> link_of(Choices(image=ImageChoice("dunes"), seed=7))
-    {'ti': ['dunes'], 'seed': ['7']}
+    {'ti': ['dunes'], 'data': ['channels_400_data'], 'seed': ['7']}
     """
-    query = {**_image_query(choices.image), **_data_query(choices.data)}
+    query = {**_image_query(choices.image), **_data_query(choices)}
     own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
     for row in SETTINGS:
         if row.part != "data" and row.value_in(own) != row.value_in(usual):
             query[row.key] = [row.write(row.value_in(own))]
     return query
+
+
+def usual_data(image: ImageChoice) -> DataChoice:
+    """Return the hard data of a study that names none: bundled ones are of their image only.
+
+    Examples
+    --------
+    >>> usual_data(ImageChoice("channels")).bundled, usual_data(ImageChoice("dunes")).source
+    ('channels_400_data', 'none')
+    """
+    usual = Choices().data
+    own = datasets.hard_data_training_image(usual.bundled)
+    return usual if image.upload is None and image.bundled == own else DataChoice()
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
@@ -91,7 +104,7 @@ def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple
     parts = parts_of(usual, shown)
     image = reader.image(usual.image)
     parameters = reader.parameters()
-    data = reader.data(usual.data)
+    data = reader.data(usual_data(image))
     grid = replace(usual.grid, **reader.fields("grid", parts))
     own = reader.fields("study", parts)
     choices = Choices(image, data, grid, parameters, **own)
@@ -129,8 +142,9 @@ def _image_query(image: ImageChoice) -> dict[str, list[str]]:
     return {name: values for name, values in query.items() if values}
 
 
-def _data_query(data: DataChoice) -> dict[str, list[str]]:
-    usual, source = Choices().data, data.source
+def _data_query(choices: Choices) -> dict[str, list[str]]:
+    data, usual = choices.data, usual_data(choices.image)
+    source = data.source
     query: dict[str, list[str]] = {}
     if source == "bundled":
         query["data"] = [data.bundled] if data.bundled != usual.bundled else []
@@ -262,8 +276,10 @@ class _Reader:
             return DataChoice("sampled", answers=answers, **fields)
         if name == "placed":
             return self._placed(answers)
-        if name is None or name in bundled:
-            return replace(usual, bundled=name or usual.bundled, answers=answers)
+        if name is None:
+            return replace(usual, answers=answers)
+        if name in bundled:
+            return DataChoice("bundled", name, answers=answers)
         there = ", ".join([*bundled, "sampled", "placed", "none"])
         self.refuse("data", f"is none of {there}", "there are none")
         return DataChoice()

@@ -151,9 +151,22 @@ def test_two_hundred_data_fit_into_an_address():
 def test_a_usual_study_needs_no_words_and_an_unusual_one_few():
     assert link_of(Choices()) == {}
     choices = Choices(
-        ImageChoice("dunes"), parameters=Parameters(template_size=48, wavelet_level=3), seed=7
+        ImageChoice("dunes"),
+        DataChoice(),
+        parameters=Parameters(template_size=48, wavelet_level=3),
+        seed=7,
     )
-    assert urlencode(link_of(choices), doseq=True) == "ti=dunes&template=48&level=3&seed=7"
+    text = "ti=dunes&data=none&template=48&level=3&seed=7"
+    assert urlencode(link_of(choices), doseq=True) == text
+
+
+def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
+    assert read_link({"ti": ["dunes"]})[0].data == DataChoice()
+    assert read_link({"ti": ["channels"]})[0].data == Choices().data
+    for image in (ImageChoice("dunes"), ImageChoice("channels")):
+        for data in (DataChoice(), Choices().data, DataChoice("bundled", "channels_60_wells")):
+            choices = Choices(image, data)
+            assert read_link(link_of(choices))[0] == choices
 
 
 @pytest.mark.parametrize(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ccwsim import Grid, Parameters
 from ccwsim.io import training_image_as_bytes
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.image_step import use_image
-from tests.ui.widgets import named, opened
+from tests.ui.widgets import html, named, opened, texts
 
 CHECKS = np.indices((20, 20)).sum(axis=0) // 2 % 2
 STUDY = Choices(
@@ -76,3 +79,36 @@ def test_a_refused_upload_is_alone_in_its_menu():
     assert all(toggle.key != "image_advice" for toggle in app.toggle)
     next(b for b in app.button if b.label == "Keep the image as it was").click().run()
     assert {box.label for box in app.checkbox} >= {"Flip E–W", "Transpose"}
+
+
+def test_bundled_data_leave_with_their_image():
+    state = State()
+    assert state.choices.data.source == "bundled"
+    use_image(state, ImageChoice("channels", flip_ew=True))
+    assert state.choices.data.source == "bundled"  # turned, it is the same image
+    use_image(state, ImageChoice("dunes"))
+    assert (state.choices.data, state.data_draft) == (DataChoice(), None)
+
+
+def test_data_of_ones_own_are_asked_after_when_the_image_changes():
+    mine = DataChoice("placed", placed=HardData([[1, 1], [9, 30]], [0, 1]))
+    app = settled(opened("simulate", State(choices=replace(STUDY, data=mine))).run())
+    named(app.selectbox, "image_bundled").set_value("dunes").run()
+    assert app.session_state[KEY].choices.data == DataChoice()
+    assert "Your 2 data (placed by hand) were set up with another training image" in html(app)
+    named(app.button, "data_keep").click().run()
+    assert app.session_state[KEY].choices.data == mine
+    assert "another training image" not in html(app)
+    named(app.selectbox, "image_bundled").set_value("channels").run()
+    named(app.button, "data_leave").click().run()
+    state = app.session_state[KEY]
+    assert (state.choices.data, state.data_draft) == (DataChoice(), None)
+    assert not app.exception
+
+
+def test_data_of_ones_own_that_the_image_does_not_have_are_said_and_kept():
+    mine = DataChoice("placed", placed=HardData([[1, 1], [9, 30]], [0, 7]))
+    state = State(choices=replace(STUDY, data=DataChoice()), data_draft=mine)
+    app = settled(opened("simulate", state).run())
+    assert "The study keeps the data that it has" in texts(app)
+    assert app.session_state[KEY].data_draft == mine

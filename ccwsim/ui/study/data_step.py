@@ -51,10 +51,23 @@ def data_step(state: State) -> None:
                 st.page_link("pages/data.py", label="Edit on a map")
     if problem:
         st.error(plain(problem))
-    draft = state.data_draft
-    if draft is not None and draft.upload is not None:
-        problem = problem_of_data(replace(state.choices, data=draft))
-        st.error(plain(f"{problem or 'Not taken yet'}. The study keeps the data that it has."))
+    if state.data_draft is not None:
+        _draft(state, state.data_draft)
+
+
+def _draft(state: State, draft: DataChoice) -> None:
+    """Say why data are not taken; ask whether those of another image are to be."""
+    tried = replace(state.choices, data=draft)
+    problem, waits = problem_of_data(tried), draft.source == "file" and draft.upload is None
+    if problem:
+        st.error(plain(f"{problem}. The study keeps the data that it has."))
+    elif not waits:
+        n, name = data_of(tried).n, draft.upload.name if draft.upload else "placed by hand"
+        step_note(f"Your {n} data ({name}) were set up with another training image.")
+        with st.container(horizontal=True, gap="small"):
+            use, leave = {"args": (state, draft)}, {"args": (state, "data_draft", None)}
+            button("Use them", key="data_keep", on_click=use_data, **use)
+            button("Leave them out", key="data_leave", on_click=setattr, **leave)
 
 
 def problem_of_data(choices: Choices) -> str:

@@ -9,7 +9,7 @@ import streamlit as st
 from ccwsim import datasets
 from ccwsim.figures import map_png
 from ccwsim.metrics import Diagnosis, diagnose
-from ccwsim.model.choices import ImageChoice, Upload
+from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.maps import colours_of, pretty
@@ -67,7 +67,23 @@ def use_image(state: State, choice: ImageChoice) -> None:
     state.image_draft = None
     shape = image_of(choice).shape
     parameters, state.moved = refitted(state.choices.parameters, shape, state.moved)
+    before = state.choices
     state.change(image=choice, parameters=parameters)
+    if (choice.bundled, choice.upload) != (before.image.bundled, before.image.upload):
+        _part_from_data(state, before.data)
+
+
+def _part_from_data(state: State, data: DataChoice) -> None:
+    """Take out hard data of the image before; whether the user's own are kept is asked."""
+    image = state.choices.image
+    if data.source in ("file", "placed"):
+        state.data_draft = data
+        state.change(data=DataChoice())
+    elif data.source == "bundled":
+        own = datasets.hard_data_training_image(data.bundled)
+        if image.upload is not None or image.bundled != own:
+            state.change(data=DataChoice())
+            st.toast(f"{pretty(data.bundled)} left with their training image, {pretty(own)}.")
 
 
 def _menu(state: State) -> None:

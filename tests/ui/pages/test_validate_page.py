@@ -157,10 +157,10 @@ def test_the_arrows_go_round():
 def test_more_realizations_can_be_run_from_here():
     app = launched(seen=frozenset())
     app.number_input(key="n_realizations").set_value(5).run()
-    assert "was changed since" in html(app)
+    assert "Out of date" in html(app)
     settled(app.button(key="run").click().run())
     assert app.session_state[KEY].ensemble.n == 5
-    assert "was changed since" not in html(app)
+    assert "Out of date" not in html(app)
 
 
 def test_advice_can_be_taken_into_the_study():
@@ -168,7 +168,7 @@ def test_advice_can_be_taken_into_the_study():
     app.button(key="use_advice").click().run()
     p = app.session_state[KEY].choices.parameters
     assert (p.template_size, p.overlap_size, p.wavelet_level) != (16, 4, 2)
-    assert "was changed since" in html(app)
+    assert "Out of date" in html(app)
 
 
 @pytest.mark.slow
