@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.experiments.settings import Settings as Settings
+from ccwsim.experiments.settings import expected_seconds, label, varied
+from ccwsim.experiments.settings import settings as settings
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
 from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import Cancelled, CCWSIMError, shown
+from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
@@ -21,171 +22,37 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import Progress
 
-RANGED = {
-    "method": "",
-    "template_size": "T",
-    "overlap_size": "OR",
-    "wavelet_level": "level",
-    "n_candidates": "K",
-    "search_fraction": "search",
-}
-"""The parameters that may have a range, and their signs in a label."""
-CELL, LOCATION, PRODUCT, DATUM = 2e-8, 1.2e-9, 1.2e-11, 1.8e-12
-"""Seconds on one core of 2024: to cut and paste a cell, to visit a location of the training image,
-to multiply two coefficients, and to compare a window's cell with one of the training image."""
-JUDGING = 6e-8
-"""Seconds a cell to judge a realization."""
 ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,
     "connection": lambda quality: quality.tau_error,
+    "proportions": lambda quality: abs(quality.proportion_error),
+    "copying": lambda quality: quality.largest_copied,
     "mended": lambda quality: quality.n_resimulated + quality.n_forced,
 }
 """Errors of a setting, as numbers of its `Quality`; less is better."""
+SPREADS = {
+    "patterns": lambda quality: quality.pattern_spread,
+    "connection": lambda quality: quality.tau_spread,
+    "proportions": lambda quality: quality.proportion_spread,
+    "copying": lambda quality: quality.copied_spread,
+}
+"""Standard deviations of errors between realizations."""
 PATTERN_TOLERANCE = 0.1
 """Pattern distances within this share of the smallest count as equally good."""
 TAU_TOLERANCE = 0.03
 """Errors of τ(h) within this of the smallest count as equally good."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """The settings that a sweep tries."""
-
-    fitting: tuple[Parameters, ...]  # the combinations that fit together, each once
-    # the others: the values of each, and why they do not fit
-    left_out: tuple[tuple[dict[str, Any], str], ...] = ()
-    # how many were left out as they simulate the same as another: "ccsim" has no level
-    n_equal: int = 0
-
-    def __len__(self) -> int:
-        return len(self.fitting)
-
-    def __iter__(self) -> Iterator[Parameters]:
-        return iter(self.fitting)
-
-
-def settings(
-    base: Parameters,
-    ranges: Mapping[str, Sequence[Any]],
-    image_shape: tuple[int, int] | None = None,
-) -> Settings:
-    """Return all combinations of ranges that fit together.
-
-    Parameters
-    ----------
-    base : Parameters
-        What is not in the ranges.
-    ranges : mapping of str to sequence
-        Values by the name of a parameter of `RANGED`.
-    image_shape : pair of int, optional
-        Of the training image; templates larger than it are left out.
-
-    Returns
-    -------
-    Settings
-
-    Raises
-    ------
-    CCWSIMError
-        For the name of another parameter, or a range without a value.
-
-    Examples
-    --------
-    >>> found = settings(Parameters(), {"wavelet_level": [1, 3], "overlap_size": [8, 12]})
-    >>> [(p.wavelet_level, p.overlap_size) for p in found], found.left_out[0][1]
-    ([(1, 8), (3, 8), (1, 12)], 'Overlap 12 must be a multiple of 8 at level 3: try 8 or 16')
-    """
-    for name, values in ranges.items():
-        if name not in RANGED:
-            raise CCWSIMError(f"{shown(name)} has no range: choose from {', '.join(RANGED)}")
-        if not len(values):
-            raise CCWSIMError(f"{name} has no value to try: give at least one")
-    names = [name for name in RANGED if name in ranges]
-    fitting: dict[Parameters, Parameters] = {}
-    left_out: list[tuple[dict[str, Any], str]] = []
-    n_equal = 0
-    for values in product(*(dict.fromkeys(ranges[name]) for name in names)):
-        changes = dict(zip(names, values, strict=True))
-        try:
-            parameters = replace(base, **changes)
-            _check_fits(parameters, image_shape)
-        except CCWSIMError as error:
-            left_out.append((changes, str(error)))
-            continue
-        n_equal += _canonical(parameters) in fitting
-        fitting.setdefault(_canonical(parameters), parameters)
-    return Settings(tuple(fitting.values()), tuple(left_out), n_equal)
-
-
-def varied(parameters: Iterable[Parameters]) -> list[str]:
-    """Return which of the ranged parameters are not the same in all settings.
-
-    Examples
-    --------
-    >>> varied([Parameters(), Parameters(template_size=48)])
-    ['template_size']
-    """
-    found = list(parameters)
-    return [name for name in RANGED if len({_value(p, name) for p in found}) > 1]
-
-
-def label(parameters: Parameters, names: Iterable[str]) -> str:
-    """Return a setting in one short line.
-
-    Examples
-    --------
-    >>> label(Parameters(), ["template_size", "wavelet_level"])
-    'T 32 · level 2'
-    """
-    parts = []
-    for name in names:
-        value = _value(parameters, name)
-        if name == "wavelet_level" and parameters.method == "ccsim":
-            continue
-        text = f"{value:g}" if isinstance(value, float) else str(value)
-        parts.append(f"{RANGED[name]} {text}".strip())
-    return " · ".join(parts)
-
-
-def _canonical(p: Parameters) -> Parameters:
-    """Return equal parameters for all settings that simulate the same."""
-    return replace(p, wavelet_level=0) if p.method == "ccsim" else p
-
-
-def _value(p: Parameters, name: str) -> Any:
-    return p.level if name == "wavelet_level" else getattr(p, name)
-
-
-def _check_fits(p: Parameters, image_shape: tuple[int, int] | None) -> None:
-    if image_shape is not None and p.template_size > min(image_shape):
-        ny, nx = image_shape
-        raise CCWSIMError(
-            f"Template {p.template_size} is larger than the training image of {nx} × {ny}"
-        )
-
-
-def expected_seconds(
-    parameters: Parameters,
-    image_shape: tuple[int, int],
-    grid_shape: tuple[int, int],
-    n_facies: int = 2,
-    n_data: int = 0,
-) -> float:
-    """Return the expected seconds of one realization, its judgement included.
-
-    Right within a factor of about three; the relation between settings is what matters.
-    """
-    p, shrunk = parameters, 2**parameters.level
-    size, overlap = p.template_size, p.overlap_size
-    cells, image_cells = grid_shape[0] * grid_shape[1], image_shape[0] * image_shape[1]
-    n_tiles = cells / p.step**2
-    locations = 1.0
-    for side in image_shape:
-        locations *= max(side - size, 0) / shrunk + 1
-    planes = 1 if n_facies <= 2 else n_facies
-    products = planes * (2 * size - overlap) * overlap / shrunk**2
-    raster = n_tiles * (size**2 * CELL + locations * (LOCATION + products * PRODUCT))
-    return raster + n_data * size**2 * image_cells * DATUM + cells * JUDGING
+PROPORTION_TOLERANCE = 0.1
+"""Relative errors of the worst proportion within this of the smallest count as equally good."""
+MAX_COPIED = 4
+"""Templates whose cells the largest copied piece may have: K 1 copies 5 to 13, K 5 at most 3."""
+EQUALLY_GOOD = (
+    f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
+    f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or less than their spread"
+)
+MAX_NAMED = 4
+"""Settings that are named in a sentence."""
+DOUBT = 2.0
+"""Standard errors by which two settings must differ to be told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,6 +106,24 @@ class Sweep:
     def errors(self, kind: str = "patterns") -> NDArray[np.float64]:
         """Return one of `ERRORS`, by setting."""
         return np.array([ERRORS[kind](row.quality) for row in self.rows], dtype=float)
+
+    def spreads(self, kind: str) -> NDArray[np.float64]:
+        """Return one of `SPREADS`, by setting; NaN for a single realization."""
+        return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
+
+    def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
+        """Return which of some settings cannot be told from the best of them by one error.
+
+        An error may be larger by `tolerance`, or by `DOUBT` standard errors of the difference.
+        """
+        n = np.array([row.quality.n for row in self.rows])
+        errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
+        known = among[~np.isnan(errors[among])]
+        if not len(known):
+            return among
+        best = known[np.argmin(errors[known])]
+        apart = DOUBT * np.hypot(doubts[known], doubts[best])
+        return known[errors[known] <= errors[best] + np.maximum(tolerance, apart)]
 
 
 def sweep(
@@ -310,7 +195,9 @@ def sweep(
 
         try:
             study = training_image, grid, parameters, data, n, seed
-            ensemble = simulate(*study, n_workers=1, progress=report, cancel=cancel)
+            ensemble = simulate(
+                *study, n_workers=1, progress=report, cancel=cancel, keep_sources=True
+            )
             row = Row(parameters, judge(ensemble, facies), _first(ensemble.indices, n_kept))
         except Cancelled:
             break
@@ -339,6 +226,8 @@ class Recommendation:
 
     index: int  # which row of the sweep
     reason: str  # why, in words
+    # rows that cannot be told from it by their realizations, itself included; it is the fastest
+    alike: tuple[int, ...] = ()
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
@@ -370,12 +259,14 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 
 
 def recommended(sweep: Sweep) -> Recommendation:
-    """Return the fastest of the settings that are as good as the best.
+    """Return the fastest of the settings that cannot be told from the best.
 
     The settings are narrowed down in steps: those that miss the fewest data; those whose template
-    fits the training image often enough not to repeat it; those whose pattern distance lies within
-    a tenth of the smallest, or within its standard error; those whose error of τ(h) lies within
-    0.03 of the smallest. The fastest of the rest is recommended.
+    fits the training image often enough not to repeat it; those whose largest copied piece has at
+    most the cells of four templates; then, one after another, those whose proportions, patterns
+    and connectivity are like the best of what is left. Two settings are alike where they differ by
+    less than a tolerance (0.1 of the proportion, a tenth of the pattern distance, 0.03 of τ) or by
+    less than two standard errors, which follow from the spread between realizations.
 
     Raises
     ------
@@ -386,49 +277,98 @@ def recommended(sweep: Sweep) -> Recommendation:
         raise CCWSIMError("no setting is finished yet: let the sweep go on")
     wrong = np.array([row.quality.n_mismatched for row in sweep.rows])
     among = np.flatnonzero(wrong == wrong.min())
+    why: list[str] = []
+    if wrong.min() > 0:
+        why.append("It does not honour all data; no setting does.")
+    for rule in (_without_large_templates, _without_copies):
+        among, sentence = rule(sweep, among)
+        why += [sentence] if sentence else []
+    patterns = sweep.errors("patterns")
+    for kind in ("proportions", "patterns", "connection"):
+        tolerances = {
+            "proportions": PROPORTION_TOLERANCE,
+            "patterns": PATTERN_TOLERANCE * patterns[among].min(),
+            "connection": TAU_TOLERANCE,
+        }
+        good = sweep.alike(kind, among, tolerances[kind])
+        if len(good) < len(among):
+            why.append(_left_behind(sweep, kind, good, np.setdiff1d(among, good)))
+        among = good
+    among = among[np.argsort(sweep.times[among], kind="stable")]
+    first = _first_reason(sweep, among.tolist())
+    return Recommendation(int(among[0]), " ".join([first, *why]), tuple(among.tolist()))
+
+
+Narrowed = tuple[NDArray[np.int64], str]
+"""Which settings are left, and a sentence on those that are not."""
+
+
+def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
     sizes = [row.parameters.template_size for row in sweep.rows]
-    fitting = [templates_that_fit(sweep.image_shape, size) for size in sizes]
-    varied_enough = [k for k in among.tolist() if fitting[k] >= MIN_ACROSS**2]
-    too_large = len(among) - len(varied_enough) if varied_enough else 0
-    among = np.array(varied_enough or among)
-    patterns, tau = sweep.errors("patterns"), sweep.errors("connection")
-    best = among[np.argmin(patterns[among])]
-    quality = sweep.rows[best].quality
-    doubt = np.nan_to_num(quality.pattern_spread) / quality.n**0.5
-    limit = patterns[best] + max(PATTERN_TOLERANCE * patterns[best], doubt)
-    good = near = among[patterns[among] <= limit]
-    known = near[~np.isnan(tau[near])]
-    if len(known):
-        good = known[tau[known] <= tau[known].min() + TAU_TOLERANCE]
-    index = int(good[np.argmin(sweep.times[good])])
-    return Recommendation(index, _reason(sweep, index, int(best), near.tolist(), too_large))
+    fits = [templates_that_fit(sweep.image_shape, sizes[k]) >= MIN_ACROSS**2 for k in among]
+    n = len(among) - sum(fits)
+    if n in (0, len(among)):
+        return among, ""
+    many = "setting has a template" if n == 1 else "settings have templates"
+    return among[fits], (
+        f"{n} other {many} so large that fewer than {MIN_ACROSS**2} fit the training image: "
+        "realizations would repeat pieces of it."
+    )
 
 
-def _reason(sweep: Sweep, index: int, best: int, near: list[int], too_large: int) -> str:
-    patterns, tau, times = sweep.errors("patterns"), sweep.errors("connection"), 1000 * sweep.times
-    faster = [k for k in near if times[k] < times[index]]
-    against = f"{patterns[index]:.3g} against {patterns[best]:.3g} bits"
+def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
+    copied = sweep.errors("copying")
+    allowed = np.array([MAX_COPIED * row.parameters.template_size**2 for row in sweep.rows])
+    copies = copied > allowed  # NaN is not
+    out = among[copies[among]]
+    if not len(out):
+        return among, ""
+    largest = f"{copied[out].max():,.0f}".replace(",", "\u202f")
+    if len(out) == len(among):
+        least = among[np.argmin((copied / allowed)[among])]
+        return np.array([least]), (
+            f"It copies the least, yet its largest copied piece has {copied[least]:.0f} cells; "
+            f"those of all settings have more than {MAX_COPIED} templates."
+        )
+    many = "setting copies" if len(out) == 1 else "settings copy"
+    return among[~copies[among]], (
+        f"{len(out)} other {many} pieces of up to {largest} cells from the training image, more "
+        f"than {MAX_COPIED} templates."
+    )
+
+
+def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
+    """Say by how much settings are worse in one error than those that are as good as the best."""
+    errors = sweep.errors(kind)
+    best, other = np.nanmin(errors[good]), errors[out]
+    known = other[~np.isnan(other)]
+    n = f"{len(out)} {'is' if len(out) == 1 else 'are'}"
+    if not len(known):
+        return f"{n} left out: their connectivity is not known."
+    least = known.min()
+    return {
+        "proportions": f"{n} farther off in proportions: a facies by {100 * least:.0f} % or more, "
+        f"the best {100 * best:.0f} %.",
+        "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, the best {best:.3g}.",
+        "connection": f"{n} farther off in connectivity: the error of τ(h) is {least:.2g} or more, "
+        f"the best {best:.2g}.",
+    }[kind]
+
+
+def _first_reason(sweep: Sweep, alike: list[int]) -> str:
+    """Say which settings cannot be told apart, or that one is alone; the fastest is first."""
     if len(sweep.rows) == 1:
-        reason = "The only setting that is finished."
-    elif index == best:
-        reason = f"Its patterns are the closest to the training image's, {patterns[best]:.3g} bits"
-        rest = f", and no setting as close is faster than its {times[index]:.3g} ms."
-        reason += "." if faster else rest
-    else:
-        reason = f"Its patterns are as close to the training image's as the best ({against})"
-        quicker = times[index] < times[best]
-        reason += f", in {times[index]:.3g} instead of {times[best]:.3g} ms." if quicker else "."
-    if faster:
-        reason += (
-            f" Of the settings as close it is the fastest with the right connectivity: the error "
-            f"of τ(h) is {tau[index]:.2g}, that of faster ones {tau[faster].min():.2g} or more."
-        )
-    if sweep.rows[index].quality.n_mismatched:
-        reason += " It does not honour all data; no setting does."
-    if too_large:
-        many = "setting has a template" if too_large == 1 else "settings have templates"
-        reason += (
-            f" {too_large} other {many} so large that fewer than {MIN_ACROSS**2} fit the training "
-            "image: realizations would repeat pieces of it."
-        )
-    return reason
+        return "The only setting that is finished."
+    k, n = alike[0], sweep.rows[alike[0]].quality.n
+    if len(alike) == 1:
+        return "No other setting is as good."
+    names = varied(row.parameters for row in sweep.rows)
+    labels = [label(sweep.rows[j].parameters, names) for j in alike]
+    more = f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
+    kinds, rows = ("proportions", "patterns", "connection"), np.array(alike)
+    same = n > 1 and all(len(sweep.alike(kind, rows, 0.0)) == len(rows) for kind in kinds)
+    are = f"cannot be told apart by {n} realizations each" if same else EQUALLY_GOOD
+    return (
+        f"These {are}: {'; '.join(labels[:MAX_NAMED])}{more}. The fastest of them is {labels[0]}, "
+        f"{1000 * sweep.times[k]:.3g} ms."
+    )

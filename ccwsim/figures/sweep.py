@@ -41,6 +41,7 @@ def sweep_chart(
     selected: int | None,
     recommended: int | None,
     y_title: str,
+    spreads: NDArray[np.float64] | None = None,
     height: int = 380,
 ) -> go.Figure:
     """Return a dot a setting, the Pareto front as steps, and two dots marked.
@@ -58,6 +59,8 @@ def sweep_chart(
         The setting that is ringed, and the one drawn as a diamond.
     y_title : str
         What the error is.
+    spreads : ndarray, shape (n,), optional
+        Standard deviation of each error between realizations, drawn up and down; NaN is not drawn.
 
     Examples
     --------
@@ -71,7 +74,8 @@ def sweep_chart(
     on_front = [int(k) for k in front]
     x_title = "CPU time of a realization (ms)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
-    across, up = _axis(milliseconds, 0.12), _axis(errors, 0.12)
+    bar = np.zeros(len(errors)) if spreads is None else np.nan_to_num(spreads)
+    across, up = _axis(milliseconds, 0.12), _axis(np.append(errors, errors + bar), 0.12)
     chart.update_xaxes(**across)
     chart.update_yaxes(**up)
     room = (NARROW, height - 60.0)
@@ -100,7 +104,8 @@ def sweep_chart(
         selected=same,
         unselected=same,
     )
-    chart.add_trace(settings)
+    bars = {"array": bar, "width": 0, "thickness": 1, "color": theme.quiet}
+    chart.add_trace(settings.update(error_y=bars) if bar.any() else settings)
     if on_front:
         steps = line("front", milliseconds[on_front], errors[on_front], theme.quiet, 1)
         chart.add_trace(steps.update(line_shape="hv"))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import connectivity
+from ccwsim.metrics.copying import copying
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.patterns import pattern_distance
@@ -48,6 +51,21 @@ class Quality:
         realizations.
     cpu_seconds : float
         CPU time of a realization, median.
+    proportion_error : float
+        (Mean proportion of the realizations − proportion of the training image) / the latter, of
+        the facies for which it is the largest in size: −0.4 for 40 % too little.
+    proportion_facies : int
+        Index of that facies.
+    proportion_spread : float
+        Standard deviation of it between realizations; NaN for one.
+    tau_spreads : tuple of 2 float
+        Standard deviation of τ(h) between realizations, mean over the lags, E–W and N–S; NaN for
+        one.
+    largest_copied : float
+        Cells of the largest piece copied verbatim from the training image, mean over
+        realizations; NaN where the ensemble does not keep its sources.
+    copied_spread : float
+        Standard deviation of it between realizations.
     """
 
     n: int
@@ -60,6 +78,12 @@ class Quality:
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
+    proportion_error: float = nan
+    proportion_facies: int = 0
+    proportion_spread: float = nan
+    tau_spreads: tuple[float, float] = (nan, nan)
+    largest_copied: float = nan
+    copied_spread: float = nan
 
     @property
     def n_mended(self) -> float:
@@ -75,16 +99,21 @@ class Quality:
     @property
     def tau_error(self) -> float:
         """Mean of the errors along both axes."""
-        known = [error for error in self.tau_errors if not np.isnan(error)]
-        return float(np.mean(known)) if known else float("nan")
+        return _mean_of_known(self.tau_errors)
+
+    @property
+    def tau_spread(self) -> float:
+        """Mean of the spreads along both axes."""
+        return _mean_of_known(self.tau_spreads)
 
 
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
-    """Judge an ensemble by patterns, connectivity, variety, hard data and CPU time.
+    """Judge an ensemble by patterns, connectivity, proportions, copying, data and CPU time.
 
     Parameters
     ----------
     ensemble : Ensemble
+        With `keep_sources` for what was copied.
     facies : int, optional
         Index into the training image's codes of the facies whose connectivity counts; the last
         where not given.
@@ -111,23 +140,46 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     last = image.n_facies - 1
     index = check_int("facies", last if facies is None else facies, 0, last)
     each = pattern_distance(ensemble.indices, image.indices, image.n_facies)
-    spread = float(each.mean(axis=1).std(ddof=1)) if ensemble.n > 1 else float("nan")
     lags = lags_of(ensemble)
+    tau = [_tau_error(ensemble, index, way, lags) for way in AXES]
+    relative = ensemble.proportions / image.proportions - 1
+    worst = int(np.abs(relative.mean(axis=0)).argmax())
+    copied = _copied(ensemble)
     return Quality(
         n=ensemble.n,
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
-        pattern_spread=spread,
-        tau_errors=(
-            _tau_error(ensemble, index, AXES[0], lags),
-            _tau_error(ensemble, index, AXES[1], lags),
-        ),
+        pattern_spread=_spread(each.mean(axis=1)),
+        tau_errors=(tau[0][0], tau[1][0]),
         facies=index,
         differing=differing_share(ensemble.indices, image.n_facies),
         n_resimulated=float(ensemble.n_resimulated.mean()),
         n_forced=float(ensemble.n_forced.mean()),
         n_mismatched=float(ensemble.n_mismatched.mean()),
         cpu_seconds=float(np.median(ensemble.cpu_seconds)),
+        proportion_error=float(relative[:, worst].mean()),
+        proportion_facies=worst,
+        proportion_spread=_spread(relative[:, worst]),
+        tau_spreads=(tau[0][1], tau[1][1]),
+        largest_copied=float(copied.mean()) if len(copied) else nan,
+        copied_spread=_spread(copied),
     )
+
+
+def _spread(each: NDArray[np.floating]) -> float:
+    """Return the standard deviation between realizations, NaN for fewer than two."""
+    return float(each.std(ddof=1)) if len(each) > 1 else nan
+
+
+def _mean_of_known(values: Sequence[float]) -> float:
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.mean(known)) if known else nan
+
+
+def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
+    """Return the cells of the largest copied piece of each realization whose sources are kept."""
+    sources = () if ensemble.sources is None else ensemble.sources
+    shape = ensemble.training_image.shape
+    return np.array([copying(one, shape).largest_block for one in sources], float)
 
 
 def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
@@ -142,7 +194,7 @@ def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
     """
     n = len(indices)
     if n < 2:
-        return float("nan")
+        return nan
     _, ny, nx = indices.shape
     rows, agree = max(CELLS_COMPARED // nx, 1), 0
     for first in range(0, ny, rows):
@@ -158,12 +210,17 @@ def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
     return np.arange(1, max(min(MAX_LAG, smallest // 2), 1) + 1)
 
 
-def _tau_error(ensemble: Ensemble, facies: int, way: Direction, lags: NDArray[np.int64]) -> float:
+def _tau_error(
+    ensemble: Ensemble, facies: int, way: Direction, lags: NDArray[np.int64]
+) -> tuple[float, float]:
+    """Return the error of the mean τ(h) and the spread of τ(h), each mean over the lags."""
     reference = connectivity(ensemble.training_image.indices, facies, way, lags).tau[0]
     found = connectivity(ensemble.indices, facies, way, lags).tau
     there = ~np.isnan(found)
     known = there.any(axis=0) & ~np.isnan(reference)
     if not known.any():
-        return float("nan")
+        return nan, nan
     mean = np.where(there, found, 0.0).sum(axis=0)[known] / there.sum(axis=0)[known]
-    return float(np.abs(mean - reference[known]).mean())
+    several = there.sum(axis=0) > 1
+    spread = float(np.nanstd(found[:, several], axis=0, ddof=1).mean()) if several.any() else nan
+    return float(np.abs(mean - reference[known]).mean()), spread

@@ -11,18 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
-from ccwsim.experiments.sweep import (
-    Row,
-    Sweep,
-    expected_seconds,
-    label,
-    pareto_front,
-    recommended,
-    settings,
-    sweep,
-    varied,
-)
+from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim.experiments.settings import expected_seconds, label, settings, varied
+from ccwsim.experiments.sweep import Row, Sweep, pareto_front, recommended, sweep
 from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
 from ccwsim.metrics import judge
@@ -108,7 +99,7 @@ def test_rows_are_what_simulate_and_judge_give(found):
     assert [row.parameters for row in found.rows] == TRIED
     assert not found.stopped
     for row, parameters in zip(found.rows, TRIED, strict=True):
-        alone = simulate(IMAGE, (40, 44), parameters, DATA, 3, seed=5)
+        alone = simulate(IMAGE, (40, 44), parameters, DATA, 3, seed=5, keep_sources=True)
         assert np.array_equal(row.realizations, alone.indices[:2])
         own = replace(judge(alone), cpu_seconds=row.quality.cpu_seconds)
         assert row.quality == own
@@ -184,22 +175,30 @@ def judged(found: Sweep, numbers: list[dict], image_shape=(640, 640)) -> Sweep:
     return replace(found, rows=tuple(rows), image_shape=image_shape)
 
 
-def numbers(distance, seconds, tau=0.01, wrong=0.0) -> dict:
-    each = {"pattern_distances": (distance,) * 3, "pattern_spread": 0.0, "tau_errors": (tau, tau)}
+def numbers(distance, seconds, tau=0.01, wrong=0.0, spread=0.0, share=0.01, copied=90.0) -> dict:
+    each = {"pattern_distances": (distance,) * 3, "pattern_spread": spread}
+    each |= {"tau_errors": (tau, tau), "tau_spreads": (spread, spread)}
+    each |= {"proportion_error": share, "proportion_spread": spread}
+    each |= {"largest_copied": copied, "copied_spread": 0.0}
     return {**each, "cpu_seconds": seconds, "n_mismatched": wrong}
 
 
 FIRST, SECOND, POOR, NEXT = (1.0, 9), (1.05, 3), numbers(2, 1), numbers(1.2, 2)
 CHOICES = [
-    ([numbers(*FIRST), numbers(*SECOND), POOR, NEXT], 1, "as close"),
-    ([numbers(1.0, 2), numbers(*SECOND), POOR, NEXT], 0, "closest"),
+    ([numbers(*FIRST), numbers(*SECOND), POOR, NEXT], 1, "differ by less than 10 % in patterns"),
+    ([numbers(1.0, 2), numbers(*SECOND), POOR, NEXT], 0, "2 are farther off in patterns: 1.2"),
     (
         [numbers(*FIRST), numbers(*SECOND, tau=0.2), POOR, NEXT],
         0,
-        "the error of τ(h) is 0.01, that of faster ones 0.2 or more",
+        "the error of τ(h) is 0.2 or more, the best 0.01",
     ),
-    ([numbers(*FIRST, wrong=2), numbers(*SECOND, wrong=2), POOR, numbers(3, 2)], 2, "closest"),
-    ([numbers(*FIRST, tau=np.nan), numbers(*SECOND, tau=np.nan), POOR, NEXT], 1, "as close"),
+    ([numbers(*FIRST, wrong=2), numbers(*SECOND, wrong=2), POOR, numbers(3, 2)], 2, "as good"),
+    ([numbers(*FIRST, tau=np.nan), numbers(*SECOND, tau=np.nan), POOR, NEXT], 1, "fastest"),
+    (
+        [numbers(*FIRST), numbers(*SECOND, share=-0.4), POOR, NEXT],
+        0,
+        "1 is farther off in proportions: a facies by 40 % or more, the best 1 %",
+    ),
 ]
 
 
@@ -208,6 +207,45 @@ def test_the_fastest_of_the_good_ones_is_recommended(found, each, index, words):
     choice = recommended(judged(found, each))
     assert choice.index == index
     assert words in choice.reason
+
+
+def test_settings_that_the_spread_cannot_tell_apart_are_named_with_the_fastest(found):
+    each = [numbers(1.0, 9, spread=0.5), numbers(1.4, 3, spread=0.5), POOR, numbers(1.3, 4)]
+    choice = recommended(judged(found, each))
+    names = "T 8 · level 2; T 16 · level 2; T 8 · level 1"
+    assert choice.reason.startswith(
+        f"These cannot be told apart by 3 realizations each: {names}. The fastest of them is "
+        "T 8 · level 2, 3"
+    )
+    assert (choice.index, choice.alike) == (1, (1, 3, 0))
+    apart = [{**one, "pattern_spread": 0.01, "proportion_spread": 0.01} for one in each]
+    assert recommended(judged(found, apart)).alike == (0,)
+
+
+def test_copying_is_weighed_before_the_patterns(found):
+    t = [row.parameters.template_size**2 for row in found.rows]
+    each = [numbers(1.0, 1, copied=9.0 * t[0]), numbers(2.0, 5, copied=2.0 * t[1]), POOR, POOR]
+    choice = recommended(judged(found, each))
+    assert choice.index != 0
+    assert "1 other setting copies pieces of up to 576 cells from the training image" in (
+        choice.reason
+    )
+    all_copy = [numbers(1.0, 1, copied=(9.0 - k) * t[k]) for k in range(4)]
+    choice = recommended(judged(found, all_copy))
+    assert choice.index == 3
+    assert "It copies the least" in choice.reason
+
+
+@pytest.mark.parametrize("name", ["channels", "levees"])
+def test_one_candidate_is_not_recommended_as_it_copies_large_pieces(name):
+    image = datasets.load(name)
+    tried = [Parameters(n_candidates=k) for k in (1, 5, 20)]
+    result = sweep(image, (256, 256), tried, n_realizations=3, seed=1)
+    copied = result.errors("copying")
+    assert copied[0] > 4 * 32**2 > copied[1:].max()
+    choice = recommended(result)
+    assert choice.index != 0
+    assert "1 other setting copies pieces of up to" in choice.reason
 
 
 def test_a_template_that_hardly_fits_the_image_is_not_recommended(found):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
-from ccwsim.metrics import judge
+from ccwsim.metrics import copying, judge
 from ccwsim.metrics.connectivity import connected_geobodies
 from ccwsim.metrics.quality import differing_share, lags_of
 from tests.small_images import blobs, noise
@@ -86,6 +86,25 @@ def test_the_differing_share_is_the_mean_over_pairs(ensemble):
     images = np.array([noise((7, 9), 4, seed) for seed in range(6)])
     by_hand = np.mean([(a != b).mean() for a, b in combinations(images, 2)])
     assert differing_share(images, 4) == pytest.approx(by_hand)
+
+
+def test_the_worst_proportion_is_signed_and_relative(ensemble):
+    shares = np.array([[(one == k).mean() for k in range(3)] for one in ensemble.indices])
+    image = ensemble.training_image.indices
+    relative = shares / [(image == k).mean() for k in range(3)] - 1
+    worst = int(np.argmax(np.abs(relative.mean(axis=0))))
+    found = judge(ensemble)
+    assert found.proportion_facies == worst
+    assert found.proportion_error == pytest.approx(relative[:, worst].mean())
+    assert found.proportion_spread == pytest.approx(relative[:, worst].std(ddof=1))
+
+
+def test_the_largest_copied_piece_is_known_where_sources_are_kept(ensemble):
+    assert np.isnan(judge(ensemble).largest_copied)
+    e = simulate(ensemble.training_image, (30, 36), P, None, 3, seed=2, keep_sources=True)
+    each = [copying(one, (40, 48)).largest_block for one in e.sources]
+    assert judge(e).largest_copied == np.mean(each)
+    assert judge(e).copied_spread == pytest.approx(np.std(each, ddof=1))
 
 
 def test_data_and_time_are_those_of_the_ensemble(ensemble):

@@ -14,17 +14,17 @@ import numpy as np
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
+from ccwsim.experiments.settings import RANGED, label, varied
 from ccwsim.experiments.sweep import (
-    RANGED,
+    SPREADS,
     Recommendation,
     Row,
     Sweep,
-    label,
     pareto_front,
     recommended,
-    varied,
 )
 from ccwsim.figures import contact_sheet, sweep_chart, tile_size
+from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -64,7 +64,9 @@ WIDTHS = (1.15, 1, 0.72)
 ERRORS = {
     "patterns": ("Patterns", "pattern distance to the training image (bits)"),
     "connection": ("Connectivity", "error of connectivity τ(h)"),
-    "mended": ("Re-simulated data", "data not honoured in the raster pass"),
+    "proportions": ("Proportions", "relative error of the worst facies' proportion"),
+    "copying": ("Copying", "cells of the largest piece copied from the training image"),
+    "mended": ("Data", "data not honoured in the raster pass"),
 }
 """What may be over time in the chart: the name of the choice, and the title of the axis."""
 HEADS = {
@@ -73,6 +75,14 @@ HEADS = {
     "pattern_third": "at 1/3",
     "tau_error_EW": "τ error E–W",
     "tau_error_NS": "τ error N–S",
+    "proportion_error": "worst proportion, relative",
+    "proportion_facies": "of facies",
+    "largest_copied": "largest copied piece",
+    "pattern_spread": "spread of patterns",
+    "tau_spread_EW": "of τ E–W",
+    "tau_spread_NS": "of τ N–S",
+    "proportion_spread": "of proportion",
+    "copied_spread": "of copied piece",
     "differing": "differing",
     "mended": "re-simulated",
     "forced": "forced",
@@ -239,6 +249,8 @@ def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
         marks: dict[str, Any] = {"selected": shown.k, "recommended": shown.choice.index}
         marks |= {"front": pareto_front(found.times, errors), "height": CHART_HEIGHT}
         axis, milliseconds = ERRORS[kind][1], 1000 * found.times
+        if kind in SPREADS:
+            marks["spreads"] = found.spreads(kind)
         chart = sweep_chart(milliseconds, errors, labels, chart_theme(), y_title=axis, **marks)
         alt = "Settings by CPU time and error; a line joins the Pareto front"
         draw_clickable_chart(chart, "sweep", alt, lambda k: choose(state, k), mode_bar=False)
@@ -260,7 +272,7 @@ def _draw_outlines() -> None:
         text = "The setting that you click, large, with the hard data on it"
         ghost_panel(text, shape, "One setting")
     with right:
-        text = "Patterns, connectivity, variety, data and CPU time, beside the best of all settings"
+        text = "Patterns, connectivity, proportions, copying, data and CPU time, beside the best"
         ghost_panel(text, shape, "Its numbers")
 
 
@@ -319,28 +331,53 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
 
 
 def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str, str, str]]:
-    """Return name, value and the best value of all settings, in words."""
-    qualities = [r.quality for r in rows]
-    names = ["Patterns, full resolution (bits)", "… half resolution", "… third resolution"]
-    each = [(names[f], [q.pattern_distances[f] for q in qualities], np.min) for f in range(3)]
-    facies = run.training_image.facies_names[run.facies]
-    for axis, way in enumerate(("E–W", "N–S")):
-        errors = [q.tau_errors[axis] for q in qualities]
-        each.append((f"τ of {facies} {way}, error", errors, np.min))
-    if row.quality.n > 1:
-        each.append(("Cells that differ (%)", [100 * q.differing for q in qualities], np.max))
-    if n := run.hard_data.n:
-        resimulated = [q.n_resimulated + q.n_forced for q in qualities]
-        each.append((f"Data re-simulated, of {n}", resimulated, np.min))
-        each.append(("Data not honoured", [q.n_mismatched for q in qualities], np.min))
-    each.append(("CPU time (ms)", [1000 * q.cpu_seconds for q in qualities], np.min))
+    """Return name, value ± spread between realizations, and the best value of all settings."""
+    image, qualities = run.training_image, [r.quality for r in rows]
     k = next(k for k, other in enumerate(rows) if other is row)
-    lines = []
-    for name, values, best in each:
-        known = [value for value in values if not np.isnan(value)]
-        best_text = three_digits(float(best(known))) if known else "–"
-        lines.append((name, three_digits(values[k]), best_text))
-    return lines
+    worst = image.facies_names[row.quality.proportion_facies]
+    facies = image.facies_names[run.facies]
+
+    def line(
+        name: str,
+        value: Callable[[Quality], float],
+        spread: Callable[[Quality], float] = lambda q: float("nan"),
+        best: Callable[[list[float]], float] = min,
+    ) -> tuple[str, str, str]:
+        known = [value(q) for q in qualities if not np.isnan(value(q))]
+        off = spread(qualities[k])
+        own = three_digits(value(qualities[k])) + ("" if np.isnan(off) else f" ± {off:.2g}")
+        return name, *(minus(text) for text in (own, three_digits(best(known)) if known else "–"))
+
+    lines = [
+        line("Patterns, mean (bits)", lambda q: q.pattern_distance, lambda q: q.pattern_spread),
+        line("… full resolution", lambda q: q.pattern_distances[0]),
+        line("… half resolution", lambda q: q.pattern_distances[1]),
+        line("… third resolution", lambda q: q.pattern_distances[2]),
+    ]
+    for axis, way in enumerate(("E–W", "N–S")):
+        error, spread = (lambda q, a=axis: q.tau_errors[a]), (lambda q, a=axis: q.tau_spreads[a])
+        lines.append(line(f"τ of {facies} {way}, error", error, spread))
+    lines.append(
+        line(
+            f"Proportion of {worst}, relative error (%)",
+            lambda q: 100 * q.proportion_error,
+            lambda q: 100 * q.proportion_spread,
+            best=lambda values: min(values, key=abs),
+        )
+    )
+    copied = "Largest copied piece (cells)"
+    lines.append(line(copied, lambda q: q.largest_copied, lambda q: q.copied_spread))
+    if row.quality.n > 1:
+        lines.append(line("Cells that differ (%)", lambda q: 100 * q.differing, best=max))
+    if n := run.hard_data.n:
+        lines.append(line(f"Data re-simulated, of {n}", lambda q: q.n_resimulated + q.n_forced))
+        lines.append(line("Data not honoured", lambda q: q.n_mismatched))
+    return [*lines, line("CPU time (ms)", lambda q: 1000 * q.cpu_seconds)]
+
+
+def minus(text: str) -> str:
+    """Return a number with the sign for minus, not a hyphen."""
+    return text.replace("-", "−")
 
 
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
@@ -412,7 +449,9 @@ def columns_of(row: Row) -> dict[str, Any]:
     """Return the setting and all its numbers by name."""
     q = row.quality
     data = (q.n_resimulated, q.n_forced, q.n_mismatched)
-    numbers = (*q.pattern_distances, *q.tau_errors, q.differing, *data, 1000 * q.cpu_seconds)
+    spreads = (q.pattern_spread, *q.tau_spreads, q.proportion_spread, q.copied_spread)
+    shares = (q.proportion_error, q.proportion_facies, q.largest_copied, *spreads, q.differing)
+    numbers = (*q.pattern_distances, *q.tau_errors, *shares, *data, 1000 * q.cpu_seconds)
     setting = {name: getattr(row.parameters, name) for name in RANGED}
     own = {"wavelet_level": row.parameters.level}
     return {**setting, **own, **dict(zip(HEADS, numbers, strict=True))}

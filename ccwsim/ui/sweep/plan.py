@@ -8,15 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ccwsim.experiments.sweep import (
-    JUDGING,
-    Row,
-    Settings,
-    Sweep,
-    expected_seconds,
-    settings,
-    sweep,
-)
+from ccwsim.experiments.settings import JUDGING, Settings, expected_seconds, settings
+from ccwsim.experiments.sweep import Row, Sweep, sweep
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
@@ -37,10 +30,12 @@ from ccwsim.ui.widgets.facts import seconds
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""
+SOURCE_BYTES = 4
+"""Of a cell, for where in the training image it came from."""
 MAX_KEPT = 4
 REDRAW_SECONDS = 1.5
 """Seconds at least from one look at new settings to the next."""
-Error = Literal["patterns", "connection", "mended"]
+Error = Literal["patterns", "connection", "proportions", "copying", "mended"]
 MAX_SWEPT = 64
 """Settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
@@ -98,9 +93,11 @@ class SweepRun:
                 study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
                 needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
                 largest = max(largest, needed)
-        cells = self.grid.ny * self.grid.nx * len(self.settings)
+        each = self.grid.ny * self.grid.nx
+        cells = each * len(self.settings)
         kept = max(CELLS_KEPT, cells)  # one realization at least
-        return Demand(cells * self.n_realizations, self.hard_data.n, largest + kept)
+        sources = SOURCE_BYTES * each * self.n_realizations
+        return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
     def _work(self, job: Job[Sweep]) -> Sweep:
         n_kept = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))

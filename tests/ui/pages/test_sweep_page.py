@@ -10,7 +10,8 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.experiments.sweep import recommended, settings
+from ccwsim.experiments.settings import settings
+from ccwsim.experiments.sweep import recommended
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
 from ccwsim.ui.jobs.job import progress_text
@@ -173,7 +174,7 @@ def test_a_sweep_from_the_button_to_its_results():
     assert len(run.rows) == 4
     said = html(app)
     assert "Recommended: " in said
-    assert "Patterns, full resolution" in said
+    assert "Patterns, mean (bits)" in said
     assert "Data not honoured" in said
     assert not texts(app)
 
@@ -239,7 +240,17 @@ def test_numbers_are_said_beside_the_best_of_all(done):
     best = min(1000 * row.quality.cpu_seconds for row in rows)
     assert float(lines["CPU time (ms)"][1]) == pytest.approx(best, rel=0.01)
     assert lines["Data not honoured"] == ("0", "0")
-    assert len(lines) == 9
+    assert len(lines) == 12
+    assert "±" in lines["Patterns, mean (bits)"][0]
+    q = rows[1].quality
+    name = run.training_image.facies_names[q.proportion_facies]
+    said = lines[f"Proportion of {name}, relative error (%)"][0]
+    value, spread = said.replace("−", "-").split(" ± ")
+    assert float(value) == pytest.approx(100 * q.proportion_error, rel=0.01)
+    assert float(spread) == pytest.approx(100 * q.proportion_spread, rel=0.05)
+    assert float(lines["Largest copied piece (cells)"][0].split(" ± ")[0]) == pytest.approx(
+        q.largest_copied, rel=0.01
+    )
 
 
 def test_the_table_has_every_row_and_number(done):
@@ -251,6 +262,9 @@ def test_the_table_has_every_row_and_number(done):
         assert int(line["template_size"]) == row.parameters.template_size
         q = row.quality
         assert float(line["pattern_full"]) == pytest.approx(q.pattern_distances[0], rel=1e-5)
+        assert float(line["proportion_error"]) == pytest.approx(q.proportion_error, rel=1e-5)
+        assert float(line["largest_copied"]) == pytest.approx(q.largest_copied, rel=1e-5)
+        assert float(line["pattern_spread"]) == pytest.approx(q.pattern_spread, rel=1e-5)
         assert float(line["cpu_ms"]) == pytest.approx(1000 * q.cpu_seconds, rel=1e-5)
     assert [line["recommended"] for line in lines] == ["0", "0", "1", "0"]
     assert any(line["on_front"] == "1" for line in lines)
