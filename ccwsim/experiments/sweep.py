@@ -342,13 +342,13 @@ def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]
-    n = f"{len(out)} {'is' if len(out) == 1 else 'are'}"
+    n = "1 setting is" if len(out) == 1 else f"{len(out)} settings are"
     if not len(known):
         return f"{n} left out: their connectivity is not known."
     least = known.min()
     return {
-        "proportions": f"{n} farther off in proportions: a facies by {100 * least:.0f} % or more, "
-        f"the best {100 * best:.0f} %.",
+        "proportions": f"{n} farther off in proportions: a facies by {100 * least:.2g} % or more, "
+        f"the best {100 * best:.2g} %.",
         "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, the best {best:.3g}.",
         "connection": f"{n} farther off in connectivity: the error of τ(h) is {least:.2g} or more, "
         f"the best {best:.2g}.",

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim.datasets.sampling import sample_random
+from ccwsim.engine.trace import Trace
+from ccwsim.metrics import judge
+from ccwsim.model.study import Study
 from tests.small_images import noise, places_of
 from tools.datasets import generate
 
@@ -67,6 +71,32 @@ def test_a_finer_level_breaks_fewer_shapes():
 def test_fewer_candidates_are_more_faithful():
     few, many = simulated(n_candidates=1), simulated(n_candidates=100)
     assert broken_share(few).mean() < 0.6 * broken_share(many).mean()
+
+
+def test_candidates_matter_little_where_data_are_dense():
+    truth = simulate(CHANNELS, (128, 128), Parameters(wavelet_level=1), seed=99).realizations[0]
+
+    def judged(data: HardData | None, k: int):
+        p = Parameters(n_candidates=k)
+        options = {"n_realizations": 5, "seed": 1, "keep_sources": True}
+        return judge(simulate(CHANNELS, (128, 128), p, data, **options))
+
+    free = [judged(None, k) for k in (1, 20, 500)]
+    dense = [judged(sample_random(truth, 1000, 3), k) for k in (1, 20, 500)]
+    assert free[0].largest_copied > 2 * free[1].largest_copied
+    assert free[2].pattern_distance > 1.3 * free[0].pattern_distance
+    assert dense[0].largest_copied < 1.3 * dense[1].largest_copied
+    assert abs(dense[2].pattern_distance / dense[0].pattern_distance - 1) < 0.2
+
+
+def test_few_of_the_candidates_are_drawn_from_where_data_are_dense():
+    truth = simulate(CHANNELS, (128, 128), Parameters(wavelet_level=1), seed=99).realizations[0]
+    study = Study(CHANNELS, Grid(128, 128), Parameters(), sample_random(truth, 1000, 3), 1)
+    trace = Trace(study, 0)
+    steps = [trace.at(k) for k in range(0, len(trace.patches), 4)]
+    left = [step.n_candidates for step in steps if step.data is not None]
+    assert len(left) > 10
+    assert np.median(left) <= 3
 
 
 def test_a_wider_overlap_joins_shapes_better():

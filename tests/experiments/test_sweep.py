@@ -186,7 +186,11 @@ def numbers(distance, seconds, tau=0.01, wrong=0.0, spread=0.0, share=0.01, copi
 FIRST, SECOND, POOR, NEXT = (1.0, 9), (1.05, 3), numbers(2, 1), numbers(1.2, 2)
 CHOICES = [
     ([numbers(*FIRST), numbers(*SECOND), POOR, NEXT], 1, "differ by less than 10 % in patterns"),
-    ([numbers(1.0, 2), numbers(*SECOND), POOR, NEXT], 0, "2 are farther off in patterns: 1.2"),
+    (
+        [numbers(1.0, 2), numbers(*SECOND), POOR, NEXT],
+        0,
+        "2 settings are farther off in patterns: 1.2",
+    ),
     (
         [numbers(*FIRST), numbers(*SECOND, tau=0.2), POOR, NEXT],
         0,
@@ -197,7 +201,7 @@ CHOICES = [
     (
         [numbers(*FIRST), numbers(*SECOND, share=-0.4), POOR, NEXT],
         0,
-        "1 is farther off in proportions: a facies by 40 % or more, the best 1 %",
+        "1 setting is farther off in proportions: a facies by 40 % or more, the best 1 %",
     ),
 ]
 

@@ -59,14 +59,14 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
-WIDTHS = (1.15, 1, 0.72)
+WIDTHS = (1.1, 0.95, 0.82)
 """Of the chart, the large setting and its numbers."""
 ERRORS = {
     "patterns": ("Patterns", "pattern distance to the training image (bits)"),
     "connection": ("Connectivity", "error of connectivity τ(h)"),
     "proportions": ("Proportions", "relative error of the worst facies' proportion"),
     "copying": ("Copying", "cells of the largest piece copied from the training image"),
-    "mended": ("Data", "data not honoured in the raster pass"),
+    "mended": ("Re-simulated data", "data not honoured in the raster pass"),
 }
 """What may be over time in the chart: the name of the choice, and the title of the axis."""
 HEADS = {
@@ -241,8 +241,8 @@ def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
         with st.container(horizontal=True, gap="small", key="title_sweep"):
             options = {"options": kinds, "format_func": lambda one: ERRORS[one][0]}
             value = {**bound_to(page_state, "error"), "value": kind}
-            options |= {"label_visibility": "collapsed", **value}
-            field(st.segmented_control, "Error", key="sweep_error", **options)
+            options |= {"label_visibility": "collapsed", "width": 220, **value}
+            field(st.selectbox, "Error", key="sweep_error", **options)
             chart_menu("Time against error", "sweep")
         errors = found.errors(kind)
         labels = [label(row.parameters, shown.names) for row in found.rows]
@@ -345,34 +345,39 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
     ) -> tuple[str, str, str]:
         known = [value(q) for q in qualities if not np.isnan(value(q))]
         off = spread(qualities[k])
-        own = three_digits(value(qualities[k])) + ("" if np.isnan(off) else f" ± {off:.2g}")
+        own = three_digits(value(qualities[k])) + ("" if np.isnan(off) else f" ± {two(off)}")
         return name, *(minus(text) for text in (own, three_digits(best(known)) if known else "–"))
 
     lines = [
         line("Patterns, mean (bits)", lambda q: q.pattern_distance, lambda q: q.pattern_spread),
-        line("… full resolution", lambda q: q.pattern_distances[0]),
-        line("… half resolution", lambda q: q.pattern_distances[1]),
-        line("… third resolution", lambda q: q.pattern_distances[2]),
+        line("… full", lambda q: q.pattern_distances[0]),
+        line("… half", lambda q: q.pattern_distances[1]),
+        line("… third", lambda q: q.pattern_distances[2]),
     ]
     for axis, way in enumerate(("E–W", "N–S")):
         error, spread = (lambda q, a=axis: q.tau_errors[a]), (lambda q, a=axis: q.tau_spreads[a])
-        lines.append(line(f"τ of {facies} {way}, error", error, spread))
+        lines.append(line(f"τ {way} of {facies}, error", error, spread))
     lines.append(
         line(
-            f"Proportion of {worst}, relative error (%)",
+            f"{worst}, relative to TI (%)",
             lambda q: 100 * q.proportion_error,
             lambda q: 100 * q.proportion_spread,
             best=lambda values: min(values, key=abs),
         )
     )
-    copied = "Largest copied piece (cells)"
+    copied = "Largest copy (cells)"
     lines.append(line(copied, lambda q: q.largest_copied, lambda q: q.copied_spread))
     if row.quality.n > 1:
-        lines.append(line("Cells that differ (%)", lambda q: 100 * q.differing, best=max))
+        lines.append(line("Differing cells (%)", lambda q: 100 * q.differing, best=max))
     if n := run.hard_data.n:
-        lines.append(line(f"Data re-simulated, of {n}", lambda q: q.n_resimulated + q.n_forced))
+        lines.append(line(f"Re-simulated, of {n}", lambda q: q.n_resimulated + q.n_forced))
         lines.append(line("Data not honoured", lambda q: q.n_mismatched))
     return [*lines, line("CPU time (ms)", lambda q: 1000 * q.cpu_seconds)]
+
+
+def two(spread: float) -> str:
+    """Return a spread with two digits, never in powers of ten."""
+    return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
 def minus(text: str) -> str:

@@ -201,7 +201,7 @@ def test_it_is_drawn_for_any_training_image_without_data(name):
     app = launched(state)
     said = html(app)
     assert "Recommended: " in said
-    assert "Data re-simulated" not in said
+    assert "Re-simulated, of" not in said
     assert "search" not in said
 
 
@@ -244,11 +244,11 @@ def test_numbers_are_said_beside_the_best_of_all(done):
     assert "±" in lines["Patterns, mean (bits)"][0]
     q = rows[1].quality
     name = run.training_image.facies_names[q.proportion_facies]
-    said = lines[f"Proportion of {name}, relative error (%)"][0]
+    said = lines[f"{name}, relative to TI (%)"][0]
     value, spread = said.replace("−", "-").split(" ± ")
     assert float(value) == pytest.approx(100 * q.proportion_error, rel=0.01)
     assert float(spread) == pytest.approx(100 * q.proportion_spread, rel=0.05)
-    assert float(lines["Largest copied piece (cells)"][0].split(" ± ")[0]) == pytest.approx(
+    assert float(lines["Largest copy (cells)"][0].split(" ± ")[0]) == pytest.approx(
         q.largest_copied, rel=0.01
     )
 
