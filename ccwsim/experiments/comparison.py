@@ -28,6 +28,8 @@ SIMULATED, CURVES_DONE = 0.7, 0.85
 """Shares of the progress at which simulation and curves are finished; patterns take the rest."""
 LOW, HIGH = 0.05, 0.95
 """Quantiles of the bands."""
+MIN_ERRORS = 2.0
+"""Standard errors that a difference between settings must exceed to be called one."""
 STATISTICS = ("variogram", "connection")
 DIRECTIONS = ("E-W", "N-S")
 
@@ -97,6 +99,19 @@ class PairRatio:
     between: float  # above 1 where `name` is the more varied one
     within: float  # above 1 where `name` lies farther from the training image
     ratio: float  # between / within: above 1 where `name` is the better one
+    errors: tuple[float, float, float]  # standard errors of the logarithms of the three
+
+    @property
+    def grades(self) -> tuple[int, int, int]:
+        """Whether between, within and ratio are below 1 (−1), above (1), or not told from it (0).
+
+        A logarithm has to be farther from 0 than two of its standard errors.
+        """
+        with np.errstate(divide="ignore"):
+            logs = np.log([self.between, self.within, self.ratio])
+        told = np.abs(logs) > MIN_ERRORS * np.array(self.errors)  # False where NaN
+        between, within, ratio = np.where(told, np.sign(logs), 0).astype(int).tolist()
+        return between, within, ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +179,13 @@ class Comparison:
         if self.anodi is None:
             return []
         pairs = [(a, b) for k, a in enumerate(self.names) for b in self.names[:k]]
-        return [PairRatio(a, b, *self.anodi.relative(a, b)) for a, b in pairs]
+        return [self.ratio_of(a, b) for a, b in pairs]
+
+    def ratio_of(self, name: str, other: str) -> PairRatio:
+        """Return a setting against another; only where `anodi` is known."""
+        assert self.anodi is not None
+        errors = self.anodi.relative_errors(name, other)
+        return PairRatio(name, other, *self.anodi.relative(name, other), errors)
 
 
 OnPartial = Callable[[Comparison], None]

@@ -40,8 +40,16 @@ from ccwsim.metrics.patterns import (
     pattern_histogram,
     pyramid_histograms,
 )
-from ccwsim.metrics.quality import Quality, judge
+from ccwsim.metrics.quality import Quality, differing_share, judge
 from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
+from ccwsim.metrics.reference_band import (
+    Fit,
+    ReferenceBand,
+    crop_shape,
+    fit_curve,
+    fit_geobodies,
+    fit_proportions,
+)
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
 from ccwsim.metrics.variograms import (
     Transiograms,
@@ -67,10 +75,12 @@ __all__ = [
     "Diagnosis",
     "Direction",
     "EType",
+    "Fit",
     "Geobodies",
     "Granulometry",
     "PatternHistogram",
     "Quality",
+    "ReferenceBand",
     "ReferenceScores",
     "RunningCurves",
     "RunningStatistics",
@@ -89,14 +99,19 @@ __all__ = [
     "connected_geobodies",
     "connectivity",
     "copying",
+    "crop_shape",
     "data_match",
     "diagnose",
+    "differing_share",
     "divergences",
     "entropy",
     "etype",
     "etype_of_counts",
     "facies_counts",
     "feature_spacing",
+    "fit_curve",
+    "fit_geobodies",
+    "fit_proportions",
     "geobody_statistics",
     "granulometry",
     "js_divergence",

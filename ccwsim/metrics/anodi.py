@@ -15,6 +15,9 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 HISTOGRAM_SHARE = 0.5
 """What counting takes of the time, for the progress bar; comparing takes the rest."""
+MIN_JACKKNIFE = 3
+"""Realizations of an ensemble of which one can be left out and pairs remain."""
+Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +124,11 @@ class Anodi:
             where=self.within > 0,
         )
 
+    @property
+    def mean_ratio(self) -> NDArray[np.float64]:
+        """Σ w · between / within over the resolutions, shape (n_ensembles,)."""
+        return self.ratio @ self.weights
+
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
         """Return Σ w between / between, Σ w within / within, and their ratio, `name` to `other`.
 
@@ -133,10 +141,55 @@ class Anodi:
             For a name that is not there.
         """
         a, b = (self._row(n) for n in (name, other))
+        return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
+
+    def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
+        """Return the standard errors of the logarithms of what `relative` returns, by jackknife.
+
+        Each realization of both ensembles is left out in turn. NaN where an ensemble has fewer
+        than three.
+
+        Raises
+        ------
+        CCWSIMError
+            For a name that is not there.
+        """
+        a, b = (self._row(n) for n in (name, other))
+        if a == b:
+            return 0.0, 0.0, 0.0
+        whole = [(self.between[k], self.within[k]) for k in (a, b)]
+        variance = np.zeros(3)
+        for k, one in enumerate((a, b)):
+            left = []
+            for parts in zip(*self._without_each(one), strict=True):
+                pair = [parts, whole[1]] if k == 0 else [whole[0], parts]
+                left.append(self._relative(*pair))
+            if len(left) < MIN_JACKKNIFE:
+                return float("nan"), float("nan"), float("nan")
+            with np.errstate(divide="ignore", invalid="ignore"):
+                logs = np.log(left)
+                variance += (len(logs) - 1) * logs.var(axis=0)
+        first, second, third = np.sqrt(variance).tolist()
+        return first, second, third
+
+    def _relative(self, one: Part, other: Part) -> tuple[float, float, float]:
+        """Return the weighted ratios of (between, within) by resolution to those of another."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            between = float(self.weights @ (self.between[a] / self.between[b]))
-            within = float(self.weights @ (self.within[a] / self.within[b]))
+            between = float(self.weights @ (one[0] / other[0]))
+            within = float(self.weights @ (one[1] / other[1]))
             return between, within, float(np.divide(between, within))
+
+    def _without_each(self, k: int) -> Part:
+        """Return between and within of an ensemble without each realization, shape (n, factors)."""
+        own = np.flatnonzero(self.owner == k)
+        n = len(own)
+        if n < MIN_JACKKNIFE:
+            return np.empty((0, len(self.factors))), np.empty((0, len(self.factors)))
+        rows = self.divergence[:, own[:, None], own].sum(axis=2)
+        pairs = rows.sum(axis=1, keepdims=True) - 2 * rows
+        to_image = self.divergence[:, 0, own]
+        others = to_image.sum(axis=1, keepdims=True) - to_image
+        return (pairs / ((n - 1) * (n - 2))).T, (others / (n - 1)).T
 
     def scaling(self, n_dimensions: int = 2) -> Scaling:
         """Return positions of the training image (first) and all realizations.

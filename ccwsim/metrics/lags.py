@@ -71,6 +71,22 @@ def as_lags(lags: Lags) -> NDArray[np.int64]:
     return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
 
 
+def distinct_lags(
+    direction: Direction, n_lags: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the lags from 0 to n_lags that reach different cells, and how far those are.
+
+    Examples
+    --------
+    >>> distinct_lags(45.0, 2)
+    (array([0, 1]), array([0.        , 1.41421356]))
+    """
+    offsets = lag_offsets(direction, np.arange(n_lags + 1))
+    _, first = np.unique(offsets, axis=0, return_index=True)
+    lags = np.sort(first)
+    return lags, np.hypot(*offsets[lags].T.astype(float))
+
+
 def lags_within(
     shape: tuple[int, ...], direction: Direction, lags: Lags
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 from typing import cast
@@ -98,13 +97,17 @@ class Quality:
 
     @property
     def tau_error(self) -> float:
-        """Mean of the errors along both axes."""
-        return _mean_of_known(self.tau_errors)
+        """The larger of the errors along both axes: one does not make up for the other."""
+        return self._of_worse_axis(self.tau_errors)
 
     @property
     def tau_spread(self) -> float:
-        """Mean of the spreads along both axes."""
-        return _mean_of_known(self.tau_spreads)
+        """The spread along the axis that `tau_error` is of."""
+        return self._of_worse_axis(self.tau_spreads)
+
+    def _of_worse_axis(self, values: tuple[float, float]) -> float:
+        known = np.nan_to_num(self.tau_errors, nan=-1.0)
+        return values[int(np.argmax(known))]
 
 
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
@@ -168,11 +171,6 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
 def _spread(each: NDArray[np.floating]) -> float:
     """Return the standard deviation between realizations, NaN for fewer than two."""
     return float(each.std(ddof=1)) if len(each) > 1 else nan
-
-
-def _mean_of_known(values: Sequence[float]) -> float:
-    known = [value for value in values if not np.isnan(value)]
-    return float(np.mean(known)) if known else nan
 
 
 def _copied(ensemble: Ensemble) -> NDArray[np.float64]:

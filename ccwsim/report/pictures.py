@@ -14,9 +14,9 @@ from ccwsim.metrics.lags import Direction
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Chart, Picture
+from ccwsim.report.verdicts import SIGNS
 
 Floats = NDArray[np.float64]
-SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
 LEGEND = (
     ("training image", LIGHT.reference),
     ("median", LIGHT.ink),

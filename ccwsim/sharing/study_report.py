@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
-from ccwsim.metrics import etype
+from ccwsim.metrics import etype, fit_curve
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.choices import Choices, Shown
@@ -28,6 +28,7 @@ from ccwsim.report import (
     surroundings,
 )
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
+from ccwsim.report.verdicts import describe_curve, relative_text, way_name
 from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
@@ -129,8 +130,9 @@ def _facies(ensemble: Ensemble) -> Table:
     for k, code in enumerate(image.codes.tolist()):
         shares = (f"{100 * share:.1f} %" for share in (image.proportions[k], mean[k]))
         n = np.count_nonzero(ensemble.hard_data.facies == code)
-        rows.append((image.facies_names[k], str(code), *shares, str(n)))
-    header = ("facies", "code", "in the training image", "in the realizations", "hard data")
+        off = relative_text(float(mean[k]), float(image.proportions[k]))
+        rows.append((image.facies_names[k], str(code), *shares, off, str(n)))
+    header = ("facies", "code", "in the training image", "in the realizations", "off", "hard data")
     return Table(header, tuple(rows))
 
 
@@ -188,16 +190,21 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
         return ()
     name, images, rows = image.facies_names[facies], ensemble.indices[:MAX_CURVES], []
     for statistic in STATISTICS:
-        bundles = {}
+        bundles, said = {}, []
         for axis, way in ((1, "E-W"), (0, "N-S")):
             longest = min(image.shape[axis], ensemble.grid.shape[axis]) // 2
             lags = np.arange(max(1, min(MAX_LAG, longest)) + 1)
             bundles[way] = bundle_of(statistic, images, image, facies, way, lags)
+            fit = fit_curve(ensemble, statistic, facies, way)
+            said.append(f"{way_name(way)}: {describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
         top = 1.1 * float(np.nanmax(each)) or 1.0
         rows.append(
             Row(
-                tuple(bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items())
+                tuple(
+                    bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items()
+                ),
+                f"{statistic.capitalize()} of {name}. {'. '.join(said)}.",
             )
         )
     return tuple(rows)

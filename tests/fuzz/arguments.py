@@ -333,6 +333,8 @@ def judged(source: random.Random) -> Act:
 
     def act() -> object:
         ensemble = simulate(image, (24, 30), SMALL, **own)
+        metrics.fit_curve(ensemble, "variogram", maybe(source, 0), maybe(source, "E-W"))
+        metrics.fit_geobodies(ensemble, maybe(source, 0))
         return metrics.judge(ensemble, facies), ensemble.probability(
             maybe(source, int(image.codes[0]))
         )

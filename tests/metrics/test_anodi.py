@@ -62,6 +62,30 @@ def test_the_better_ensemble_has_the_larger_ratio(images):
     assert found.relative("far", "far") == pytest.approx((1, 1, 1))
 
 
+def test_errors_of_ratios_are_those_of_leaving_each_realization_out(images):
+    ti, near, far = images
+    found = anodi({"near": near, "far": far}, ti, 2)
+    variance = np.zeros(3)
+    for left in (0, 1):
+        logs = []
+        for k in range(5):
+            stacks = [np.delete(s, k, 0) if j == left else s for j, s in enumerate((near, far))]
+            without = anodi(dict(zip(("near", "far"), stacks, strict=True)), ti, 2)
+            logs.append(np.log(without.relative("near", "far")))
+        variance += 4 / 5 * ((logs - np.mean(logs, axis=0)) ** 2).sum(axis=0)
+    errors = found.relative_errors("near", "far")
+    np.testing.assert_allclose(errors, np.sqrt(variance))
+    assert found.relative_errors("near", "near") == (0, 0, 0)
+    assert np.isnan(anodi({"a": near[:2], "b": far}, ti, 2).relative_errors("a", "b")).all()
+
+
+def test_one_ratio_of_an_ensemble_is_weighted_as_that_of_two(images):
+    ti, near, far = images
+    found = anodi({"near": near, "far": far}, ti, 2)
+    by_hand = [found.weights @ (found.between[k] / found.within[k]) for k in range(2)]
+    np.testing.assert_allclose(found.mean_ratio, by_hand)
+
+
 def test_weights_halve_from_level_to_level(images):
     ti, near, _ = images
     np.testing.assert_allclose(anodi(near, ti, 2).weights, np.array([4, 2, 1]) / 7)

@@ -17,10 +17,8 @@ from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.parameters import parameter_table
-from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.page import PAGES
-from ccwsim.ui.results.curves import alike_up_to
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.resolve import (
     data_of,
@@ -354,16 +352,9 @@ def test_facts_say_when_data_are_not_honoured():
     data = datasets.load_hard_data("channels_60_wells").__class__([[5, 7]], wrong[:1])
     facts = facts_of(replace(ensemble, hard_data=data))
     assert facts[0].startswith("up to 1 of 1 data not")
-    assert re.fullmatch(r"sand [\d.]+ % \(TI 27\.0 %, data (0|100)\.0 %\)", facts[-1])
-
-
-def test_curves_are_alike_up_to_where_the_band_is_left():
-    each = np.array([[0.0, 0.4, 0.4, 0.4], [0.0, 0.6, 0.6, 0.6]])
-    inside = bundle_of_curves(np.arange(4.0), np.array([0, 0.5, 0.5, 0.5]), each)
-    assert alike_up_to(inside, 0.0) == 3
-    leaves = bundle_of_curves(np.arange(4.0), np.array([0, 0.5, 0.5, 0.9]), each)
-    assert alike_up_to(leaves, 0.0) == 2
-    assert alike_up_to(leaves, 0.5) == 3
+    assert re.fullmatch(
+        r"sand [\d.]+ % \(TI 27\.0 %, data (0|100)\.0 %; (±|\+|−)\d+ %\)", facts[-1]
+    )
 
 
 def test_downloads_hold_what_is_shown():

@@ -6,7 +6,6 @@ from dataclasses import fields
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.experiments.comparison import ComparedCurves, Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT, setting_colours
@@ -17,10 +16,6 @@ from ccwsim.ui.widgets.facts import seconds, three_digits
 
 MAX_EQUAL_TIME = 1.05
 """Up to this ratio of CPU times two settings count as equally fast."""
-MAX_EQUAL_GAP = 0.02
-"""Ratios of varieties and distances that are nearer to 1 are called equal."""
-MIN_ERRORS = 2.0
-"""Standard errors that a difference must exceed to be called one."""
 
 
 def colour_of(letter: str) -> str:
@@ -36,12 +31,12 @@ def sentences(found: Comparison) -> list[str]:
 
 
 def describe_against_first(found: Comparison, k: int) -> str:
-    """Say how setting `k` compares with the first one in speed, likeness and variety."""
+    """Say how setting `k` compares with the first one: in speed, and as the table of ratios."""
     name, first = found.names[k], found.names[0]
     text = f"{name} is {describe_speed(found.cpu_seconds[k] / found.cpu_seconds[0])} {first}"
     if found.anodi is None:
         return f"{text}."
-    return f"{text} and {_describe_distance(found, k)}{_describe_variety(found, k)}."
+    return f"{text}; {describe_grades(found.ratio_of(name, first))}."
 
 
 def describe_speed(ratio: float) -> str:
@@ -49,31 +44,6 @@ def describe_speed(ratio: float) -> str:
     if 1 / MAX_EQUAL_TIME < ratio < MAX_EQUAL_TIME:
         return "as fast as"
     return f"{three_digits(max(ratio, 1 / ratio))} times {'slower' if ratio > 1 else 'faster'} than"
-
-
-def differs(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Return whether the means of two samples differ by more than their scatter explains."""
-    if len(a) < 2 or len(b) < 2:
-        return False
-    error = np.sqrt(a.var(ddof=1) / len(a) + b.var(ddof=1) / len(b))
-    return bool(abs(a.mean() - b.mean()) > MIN_ERRORS * error)
-
-
-def _describe_distance(found: Comparison, k: int) -> str:
-    gap = float(found.distance[k] - found.distance[0])
-    if not differs(found.distances[k], found.distances[0]):
-        return "as near to the training image, within the scatter"
-    way = "farther from" if gap > 0 else "nearer to"
-    return f"{abs(gap):.2g} bits {way} the training image ({abs(gap) / found.distance[0]:.0%})"
-
-
-def _describe_variety(found: Comparison, k: int) -> str:
-    ratio = found.variety[k] / found.variety[0] if found.variety[0] else np.nan
-    if not np.isfinite(ratio):
-        return ""
-    if abs(ratio - 1) < MAX_EQUAL_GAP:
-        return "; as varied"
-    return f"; {abs(ratio - 1):.0%} {'more' if ratio > 1 else 'less'} varied"
 
 
 def _describe_data(found: Comparison) -> list[str]:
@@ -91,20 +61,29 @@ def _describe_data(found: Comparison) -> list[str]:
     return [f"Of {n} data {', '.join(broken)} wrong on average{rest}."]
 
 
+def describe_grades(row: PairRatio) -> str:
+    """Say a pair of settings; what two standard errors do not tell from 1 is called equal."""
+    if not np.isfinite(row.ratio):
+        return "one realization has no variety"
+    if np.isnan(row.errors).any():
+        return "too few realizations to tell their patterns apart"
+    between, within, ratio = row.grades
+    if not (between or within or ratio):
+        return "patterns not told apart, within two standard errors"
+    percent = [f"{abs(value - 1):.0%}" for value in (row.between, row.within)]
+    varied = _graded(between, f"{percent[0]} less varied", "as varied", f"{percent[0]} more varied")
+    near = _graded(within, f"{percent[1]} nearer to", "as near to", f"{percent[1]} farther from")
+    verdict = _graded(ratio, "worse", "as good", "better")
+    return f"{varied}, {near} the training image; {verdict} by ANODI"
+
+
 def describe_ratio(row: PairRatio) -> str:
     """Say a row of the table of ratios."""
-    if not np.isfinite(row.ratio):
-        return f"{row.name} and {row.other}: one realization has no variety"
-    varied = _graded(row.between, "less varied", "as varied", "more varied")
-    near = _graded(row.within, "nearer to", "as near to", "farther from")
-    verdict = _graded(row.ratio, "worse", "as good", "better")
-    return f"{row.name} against {row.other}: {varied}, {near} the training image; {verdict}"
+    return f"{row.name} against {row.other}: {describe_grades(row)}"
 
 
-def _graded(ratio: float, below: str, same: str, above: str) -> str:
-    if abs(ratio - 1) < MAX_EQUAL_GAP:
-        return same
-    return above if ratio > 1 else below
+def _graded(grade: int, below: str, same: str, above: str) -> str:
+    return (same, above, below)[grade]
 
 
 def describe_nearest(curves: ComparedCurves, names: tuple[str, ...], tolerance: float) -> str:

@@ -417,9 +417,10 @@ def draw_patterns(state: State, found: Comparison) -> None:
         size = found.anodi.pattern_size
         step_note(
             "Between: how varied the realizations are; within: how far they are from the training "
-            "image; ratio = between / within. Above 1 the first setting is the better one (Tan et "
-            f"al. 2014, on exact histograms of all {size} × {size} patterns at full, half and "
-            f"third resolution, weighted {weights})."
+            "image; each is the first setting's over the second one's at full, half and third "
+            f"resolution, weighted {weights}; ratio = between / within. Above 1 the first setting "
+            f"is the better one (Tan et al. 2014, on exact histograms of all {size} × {size} "
+            "patterns). Called different: by more than two standard errors (jackknife)."
         )
 
 

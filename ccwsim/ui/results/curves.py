@@ -11,10 +11,12 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
-from ccwsim.metrics import EType, connectivity, etype, variogram
+from ccwsim.metrics import EType, Fit, connectivity, etype, fit_curve, variogram
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.pictures import bundle_of_curves
+from ccwsim.report.verdicts import describe_curve, way_name
 from ccwsim.ui.results.charts import draw_chart
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.text import panel_title
@@ -22,8 +24,7 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
-FEW = 4
-"""Up to so many cells two curves are not yet called alike."""
+WAYS = ("E-W", "N-S")
 Floats = NDArray[np.float64]
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 
@@ -71,6 +72,17 @@ def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
     return _curve()
 
 
+def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
+    """Return how a curve compares with crops of the training image, computed once."""
+    key = (ensemble.digest, ensemble.training_image.digest, statistic, facies, direction)
+    return _fit(key, lambda: fit_curve(ensemble, statistic, facies, direction))
+
+
+@st.cache_resource(max_entries=256, show_spinner=False)
+def _fit(key: tuple, _work: Callable[[], Fit | None]) -> Fit | None:
+    return _work()
+
+
 def e_type_of(ensemble: Ensemble) -> EType:
     """Return what an ensemble says about each cell, computed once.
 
@@ -88,17 +100,6 @@ def _e_type(digest: str, _ensemble: Ensemble) -> EType:
     return etype(_ensemble.indices, _ensemble.training_image.n_facies)
 
 
-def alike_up_to(bundle: Bundle, tolerance: float) -> int:
-    """Return the largest lag up to which the image's curve is in the band, or −1.
-
-    The `tolerance` is how far outside the band still counts as in it.
-    """
-    low, high = bundle.low - tolerance, bundle.high + tolerance
-    outside = (bundle.reference < low) | (bundle.reference > high)
-    beyond = np.flatnonzero(outside[1:])
-    return int(bundle.lags[beyond[0]]) if len(beyond) else int(bundle.lags[-1])
-
-
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
     """Draw four charts of a facies (a place in the codes) side by side.
 
@@ -107,18 +108,20 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     theme = chart_theme()
     name = ensemble.training_image.facies_names[facies]
     draw_band_key(ensemble)
-    variograms = [variogram_bundle(ensemble, facies, way) for way in ("E-W", "N-S")]
+    variograms = [variogram_bundle(ensemble, facies, way) for way in WAYS]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in variograms)
     with st.container(key="charts"):
         places = st.columns(5 if colours else 4, gap="medium")
-    for place, way, bundle in zip(places, ("E–W", "N–S"), variograms, strict=False):
+    for place, way, bundle in zip(places, WAYS, variograms, strict=False):
         with place:
-            panel_title(f"Variogram {way}", describe_fit(bundle, "variogram", 0.05 * top))
+            said = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
+            panel_title(f"Variogram {way_name(way)}", said)
             chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=(0, top))
-            draw_chart(chart, f"variogram_{way[0]}", f"Indicator variogram {way} of {name}")
+            alt = f"Indicator variogram {way_name(way)} of {name}"
+            draw_chart(chart, f"variogram_{way[0]}", alt)
     with places[2]:
         bundle = connectivity_bundle(ensemble, facies, "E-W")
-        panel_title("Connectivity E–W", describe_fit(bundle, "connectivity", 0.02))
+        panel_title("Connectivity E–W", _describe_connectivity(ensemble, facies))
         chart = curves_chart(bundle, theme, y_title=f"τ of {name}", y_range=(0, 1.04))
         draw_chart(chart, "connection", f"Connectivity function E–W of {name}")
     with places[3]:
@@ -126,6 +129,15 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     if colours:
         with places[4]:
             draw_proportions(ensemble, colours)
+
+
+def _describe_connectivity(ensemble: Ensemble, facies: int) -> str:
+    """Say how a facies is connected E–W, and N–S where that fails: it has no chart here."""
+    along, across = (fit_of(ensemble, "connectivity", facies, way) for way in WAYS)
+    said = describe_curve(along, "connectivity")
+    if across is None or across.fits:
+        return said
+    return f"{said}; N–S {describe_curve(across, 'connectivity')}"
 
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -136,20 +148,6 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
         image.facies_names, image.proportions, ensemble.proportions, colours, chart_theme()
     )
     draw_chart(chart, "proportions", "Facies proportions of the realizations and the image")
-
-
-def describe_fit(bundle: Bundle, what: str, tolerance: float) -> str:
-    """Say how the realizations' curves compare with the training image's; `what` names these.
-
-    `tolerance` is that of `alike_up_to`.
-    """
-    lag = alike_up_to(bundle, tolerance)
-    if lag >= bundle.lags[-1]:
-        return f"matches the training image's {what}"
-    if lag >= FEW:
-        return f"matches the training image's {what} up to {lag} cells"
-    above = np.nanmean(bundle.median - bundle.reference) > 0
-    return f"{'above' if above else 'below'} the training image's {what}"
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:

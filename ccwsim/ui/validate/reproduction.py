@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,28 +22,42 @@ from ccwsim.figures import (
     transiogram_chart,
 )
 from ccwsim.metrics import Anodi, Copying, Diagnosis
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.verdicts import (
+    SIGNS,
+    describe_curve,
+    describe_geobodies,
+    describe_proportion,
+    way_name,
+)
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.results.curves import describe_fit, draw_band_key
+from ccwsim.ui.results.curves import draw_band_key
 from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
-from ccwsim.ui.validate.statistics import GeobodiesCompared, LagMaps, Validation, panel
+from ccwsim.ui.validate.statistics import (
+    CurveCompared,
+    GeobodiesCompared,
+    LagMaps,
+    ProportionsCompared,
+    Validation,
+    panel,
+)
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import bound_to, field
 from ccwsim.ui.widgets.maps import CellMap, draw_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-CURVES = (
+CURVES: tuple[tuple[Statistic, str], ...] = (
     ("variogram", "E-W"),
     ("variogram", "N-S"),
     ("connectivity", "E-W"),
     ("connectivity", "N-S"),
 )
-SIGNS = {"variogram": "γ", "connectivity": "τ"}
 AREA = 10_000
 """Counts are given for so many cells, since grid and training image differ in size."""
 MAX_TAILS = 3
@@ -66,7 +79,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
 
 
 def draw_curve(
-    state: State, ensemble: Ensemble, statistic: str, way: str | float, height: int = 190
+    state: State, ensemble: Ensemble, statistic: Statistic, way: str | float, height: int = 190
 ) -> None:
     """Draw one statistic of the chosen facies along one direction."""
     name = ensemble.training_image.facies_names[state.facies]
@@ -76,23 +89,17 @@ def draw_curve(
     title = f"{statistic.capitalize()} {way_name(way)}"
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
 
-    def draw(bundle: Bundle) -> None:
+    def draw(found: CurveCompared) -> None:
+        bundle = found.bundle
         highest = float(np.nanmax([np.nanmax(bundle.each), np.nanmax(bundle.reference)]))
-        y_range, tolerance = (0, max(top, 1.05 * highest)), 0.05 * top
-        if statistic == "connectivity":
-            y_range, tolerance = (0, 1.04), 0.02
+        y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * highest))
         y_title = f"{SIGNS[statistic]} of {name}"
         chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range, height=height)
-        note = describe_fit(replace(bundle, lags=np.floor(bundle.lags)), statistic, tolerance)
+        note = describe_curve(found.fit, statistic)
         alt = f"{title} of {name}: training image over realizations, median and 5–95 %"
         titled_chart(title, note, chart, key, alt)
 
     panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
-
-
-def way_name(way: str | float) -> str:
-    """Return a direction as it is written: "E–W", or an azimuth in degrees."""
-    return way.replace("-", "–") if isinstance(way, str) else f"{way:.0f}°"
 
 
 def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -163,10 +170,9 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
-    def draw_shares(each: NDArray[np.float64]) -> None:
-        off = 100 * float(np.abs(each.mean(axis=0) - image.proportions).max())
-        chart = proportions_chart(names, image.proportions, each, colours, chart_theme())
-        note = f"mean within {off:.1f} %"
+    def draw_shares(found: ProportionsCompared) -> None:
+        chart = proportions_chart(names, image.proportions, found.each, colours, chart_theme())
+        note = describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"
         titled_chart("Facies proportions", note, chart, "proportions", alt)
 
@@ -178,6 +184,8 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
                 alt = f"{title} of {names[k]}: {strip.title}"
                 titled_chart(title, f"of {names[k]}", chart, key, alt)
         step_note(describe_percolation(found, names[k]))
+        for text in describe_geobodies(found.fit, names[k]):
+            step_note(f"{text[:1].upper()}{text[1:]}.")
 
     left, right = st.columns([1.0, 2.0], gap="large")
     with left:
@@ -223,16 +231,11 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
     panel(state, "anodi", statistics.patterns(ensemble), _draw_anodi)
 
 
-def mean_ratio(found: Anodi) -> float:
-    """Return Σ w · between / within over resolutions; NaN for a single realization."""
-    return float(found.weights @ found.ratio[0])
-
-
 def _draw_anodi(found: Anodi) -> None:
     left, right = st.columns([1.6, 1.0], gap="large")
     between, within, ratios = found.between[0], found.within[0], found.ratio[0]
     with left:
-        ratio = mean_ratio(found)
+        ratio = float(found.mean_ratio[0])
         note = "" if np.isnan(ratio) else f"between / within = {three_digits(ratio)}"
         chart = divergence_chart(found.factors, between, within, chart_theme())
         alt = "Divergence between realizations, and from the training image, by resolution"
@@ -244,10 +247,13 @@ def _draw_anodi(found: Anodi) -> None:
         ]
         st.html(numbers_table(rows, ("resolution", "between", "within", "ratio")))
         size = found.pattern_size
+        weights = ", ".join(three_digits(w) for w in found.weights)
         step_note(
             f"ANODI (Tan et al. 2014) on exact histograms of all {size} × {size} patterns. "
             "Between: realizations from each other (discs), more is more varied. Within: from the "
-            "training image (diamonds), less is more like it. A larger ratio is better."
+            "training image (diamonds), less is more like it. A larger ratio is better. Over the "
+            f"resolutions: Σ w · between / within with weights w of {weights}. The ratio grows as "
+            "the grid shrinks: compare only realizations of one grid and training image."
         )
 
 

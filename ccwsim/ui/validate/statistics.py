@@ -18,20 +18,24 @@ from ccwsim.metrics import (
     Copying,
     Diagnosis,
     EType,
+    Fit,
     Geobodies,
     ReferenceScores,
     anodi,
     calibration,
-    connectivity,
     copying,
     diagnose,
+    differing_share,
+    fit_curve,
+    fit_geobodies,
+    fit_proportions,
     geobody_statistics,
     score_reference,
     transiograms,
-    variogram,
     variogram_map,
 )
-from ccwsim.metrics.lags import Direction, lag_offsets
+from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.lags import Direction, distinct_lags
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
@@ -69,13 +73,30 @@ class LagMaps:
 
 
 @dataclass(frozen=True, eq=False)
+class CurveCompared:
+    """Curves of the realizations and of the training image, and how crops of that compare."""
+
+    bundle: Bundle
+    fit: Fit | None
+
+
+@dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies of the realizations, of the training image, and cells of both."""
+    """Geobodies of the realizations, of the training image, cells of both, and how they fit."""
 
     each: Geobodies
     reference: Geobodies
     n_cells: int
     n_cells_reference: int
+    fit: Fit | None
+
+
+@dataclass(frozen=True, eq=False)
+class ProportionsCompared:
+    """Facies proportions of each realization, and how their mean fits crops."""
+
+    each: NDArray[np.float64]
+    fit: Fit | None
 
 
 def study_key(ensemble: Ensemble) -> tuple:
@@ -91,27 +112,20 @@ def max_lag(ensemble: Ensemble, direction: Direction) -> int:
     return max(1, min(MAX_LAG, side // 2))
 
 
-def steps_along(direction: Direction, n_lags: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the lags along a direction that reach different cells, and how far those are."""
-    offsets = lag_offsets(direction, np.arange(n_lags + 1))
-    _, first = np.unique(offsets, axis=0, return_index=True)
-    lags = np.sort(first)
-    return lags, np.hypot(*offsets[lags].T.astype(float))
-
-
-def curves(ensemble: Ensemble, statistic: str, facies: int, direction: Direction) -> Task[Bundle]:
-    """Return "variogram" or "connectivity" of a facies along a direction, as a bundle."""
-    lags, distances = steps_along(direction, max_lag(ensemble, direction))
+def curves(
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
+) -> Task[CurveCompared]:
+    """Return a statistic of a facies along a direction, and whether crops give the same."""
+    lags, distances = distinct_lags(direction, max_lag(ensemble, direction))
 
     def curve(images: NDArray[np.integer], progress: Fraction | None = None) -> NDArray:
-        if statistic == "variogram":
-            return variogram(images, facies, direction, lags, progress).gamma
-        return connectivity(images, facies, direction, lags, progress=progress).tau
+        return curves_of(statistic, images, facies, direction, lags, progress)
 
-    def work(progress: Fraction) -> Bundle:
+    def work(progress: Fraction) -> CurveCompared:
         each = curve(ensemble.indices[:MAX_CURVES], progress)
         reference = curve(ensemble.training_image.indices)[0]
-        return bundle_of_curves(distances, reference, each)
+        fit = fit_curve(ensemble, statistic, facies, direction)
+        return CurveCompared(bundle_of_curves(distances, reference, each), fit)
 
     return Task((statistic, *study_key(ensemble), facies, direction), work)
 
@@ -160,14 +174,28 @@ def geobodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
             geobody_statistics(image.indices, facies),
             ensemble.grid.ny * ensemble.grid.nx,
             image.indices.size,
+            fit_geobodies(ensemble, facies),
         )
 
     return Task(("geobodies", *study_key(ensemble), facies), work)
 
 
-def proportions(ensemble: Ensemble) -> Task[NDArray[np.float64]]:
+def proportions(ensemble: Ensemble) -> Task[ProportionsCompared]:
     """Return the facies proportions of each realization."""
-    return Task(("proportions", *study_key(ensemble)), lambda progress: ensemble.proportions)
+
+    def work(progress: Fraction) -> ProportionsCompared:
+        return ProportionsCompared(ensemble.proportions, fit_proportions(ensemble))
+
+    return Task(("proportions", *study_key(ensemble)), work)
+
+
+def variety(ensemble: Ensemble) -> Task[float]:
+    """Return the share of cells in which two realizations differ."""
+
+    def work(progress: Fraction) -> float:
+        return differing_share(ensemble.indices, ensemble.training_image.n_facies)
+
+    return Task(("variety", *study_key(ensemble)), work)
 
 
 def patterns(ensemble: Ensemble) -> Task[Anodi]:

@@ -7,7 +7,9 @@ from html import escape
 
 import streamlit as st
 
+from ccwsim.metrics import fit_proportions
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.verdicts import advise_proportions, describe_proportion
 
 SMALL = 3
 
@@ -75,15 +77,12 @@ def _time(ensemble: Ensemble) -> str:
 
 def _proportions(ensemble: Ensemble) -> list[str]:
     image = ensemble.training_image
-    mean = ensemble.proportions.mean(axis=0)
     if image.n_facies > SMALL:
-        off = abs(mean - image.proportions)
-        return [f"proportions within {100 * off.max():.1f} % of the training image"]
-    facts = []
-    for k in range(1 if image.n_facies == 2 else 0, image.n_facies):
-        others = f"TI {100 * image.proportions[k]:.1f} %"
-        if ensemble.hard_data.n:
-            share = float((ensemble.hard_data.facies == image.codes[k]).mean())
-            others += f", data {100 * share:.1f} %"
-        facts.append(f"{image.facies_names[k]} {100 * mean[k]:.1f} % ({others})")
-    return facts
+        off = abs(ensemble.proportions.mean(axis=0) / image.proportions - 1)
+        worst = describe_proportion(ensemble, int(off.argmax()))
+        facts = [f"proportion farthest from the TI: {worst}"]
+    else:
+        first = 1 if image.n_facies == 2 else 0
+        facts = [describe_proportion(ensemble, k) for k in range(first, image.n_facies)]
+    advice = advise_proportions(ensemble, fit_proportions(ensemble))
+    return [*facts, advice] if advice else facts

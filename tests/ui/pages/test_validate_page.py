@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +11,19 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
-from ccwsim.metrics import RunningStatistics, connectivity, copying, etype, variogram
-from ccwsim.metrics.lags import lag_offsets
+from ccwsim.metrics import (
+    Fit,
+    RunningStatistics,
+    connectivity,
+    copying,
+    etype,
+    fit_proportions,
+    variogram,
+)
+from ccwsim.metrics.lags import distinct_lags, lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.study import Study
+from ccwsim.report.verdicts import describe_curve
 from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
@@ -24,9 +34,16 @@ from ccwsim.ui.validate.conditioning import (
     wrong_map,
     wrong_points,
 )
+from ccwsim.ui.validate.findings import (
+    findings,
+    of_curves,
+    of_data,
+    of_proportions,
+    of_variety,
+)
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
-from ccwsim.ui.validate.page import SECTIONS, findings, of_connectivity, of_data, of_proportions
-from ccwsim.ui.validate.reproduction import mean_ratio, seam_map, strips_of, use_map
+from ccwsim.ui.validate.page import SECTIONS
+from ccwsim.ui.validate.reproduction import seam_map, strips_of, use_map
 from ccwsim.ui.validate.statistics import (
     Validation,
     copied,
@@ -36,9 +53,9 @@ from ccwsim.ui.validate.statistics import (
     patterns,
     reference_scores,
     sources_of,
-    steps_along,
     transitions,
 )
+from ccwsim.ui.widgets.facts import facts_of
 from tests.ui.widgets import charts, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
 
@@ -107,10 +124,14 @@ def test_only_what_came_into_view_is_worked_out():
 def test_the_summary_says_what_was_found():
     said = html(launched(seen=frozenset()))
     assert "No hard data" in said
-    assert "proportions within" in said
-    assert "sand is connected over" in said
-    assert "of the distance seen in the training image" in said
-    assert "realizations differ from each other" in said
+    assert "(TI 27.0 %; " in said
+    for statistic in ("variogram", "connectivity"):
+        for way in ("E–W", "N–S"):
+            inside = re.search(rf"sand: [^<]*{statistic} {way}[^<]*inside the band of TI", said)
+            missed = re.search(rf"sand, {way}: [^<]*{statistic[:8]}", said)
+            assert inside or missed
+    assert "two realizations differ in" in said
+    assert "as much as from the image" not in said
 
 
 @pytest.mark.slow
@@ -142,7 +163,7 @@ def test_another_facies_is_followed_everywhere():
     app = launched(seen=frozenset())
     settled(app.selectbox(key="judged").set_value(0).run())
     assert app.session_state[KEY].facies == 0
-    assert "mud is connected over" in html(app)
+    assert "mud: variogram E–W" in html(app)
     assert named(app.selectbox, "e_type").value == 0
 
 
@@ -210,10 +231,10 @@ def test_a_reference_field_that_does_not_fit_is_said(ensemble):
 
 def test_curves_are_those_of_the_metrics(ensemble):
     image = ensemble.training_image
-    found = curves(ensemble, "variogram", 1, "E-W").work(nothing)
+    found = curves(ensemble, "variogram", 1, "E-W").work(nothing).bundle
     assert found.each == pytest.approx(variogram(ensemble.indices, 1, "E-W", 32).gamma)
     assert found.reference == pytest.approx(variogram(image.indices, 1, "E-W", 32).gamma[0])
-    found = curves(ensemble, "connectivity", 1, "N-S").work(nothing)
+    found = curves(ensemble, "connectivity", 1, "N-S").work(nothing).bundle
     assert found.each == pytest.approx(
         connectivity(ensemble.indices, 1, "N-S", 24).tau, nan_ok=True
     )
@@ -221,7 +242,7 @@ def test_curves_are_those_of_the_metrics(ensemble):
 
 @pytest.mark.parametrize("azimuth", [0.0, 20.0, 45.0, 90.0, 135.0, 170.0])
 def test_lags_along_an_azimuth_reach_different_cells_at_their_true_distance(azimuth):
-    lags, distances = steps_along(azimuth, 30)
+    lags, distances = distinct_lags(azimuth, 30)
     offsets = lag_offsets(azimuth, lags)
     assert len({tuple(offset) for offset in offsets.tolist()}) == len(lags)
     assert distances == pytest.approx(np.linalg.norm(offsets, axis=1))
@@ -233,7 +254,7 @@ def test_lags_along_an_azimuth_reach_different_cells_at_their_true_distance(azim
 def test_a_variogram_map_goes_through_the_variograms(ensemble):
     found = lag_maps(ensemble, 1).work(nothing)
     middle = len(found.lags) // 2
-    along = curves(ensemble, "variogram", 1, "E-W").work(nothing)
+    along = curves(ensemble, "variogram", 1, "E-W").work(nothing).bundle
     assert found.mean[middle, middle:] == pytest.approx(
         along.each.mean(axis=0)[: middle + 1], abs=1e-9
     )
@@ -323,16 +344,76 @@ def test_the_map_of_resimulation_shows_each_datum(ensemble):
     assert len(shown.colours) == len(shown.labels) == 102
 
 
-def test_findings_tell_good_from_odd(ensemble):
-    good = of_proportions(np.array([[0.70, 0.30]]), np.array([0.69, 0.31]))
-    assert good.good
-    assert good.text == "proportions within 1.0 %"
-    assert not of_proportions(np.array([[0.5, 0.5]]), np.array([0.69, 0.31])).good
-    along = curves(ensemble, "connectivity", 1, "E-W").work(nothing)
-    same = replace(along, median=along.reference)
-    assert of_connectivity([same, same], "sand").text.startswith("sand is connected over 1.00")
-    less = replace(along, median=0.5 * along.reference)
-    assert not of_connectivity([less], "sand").good
+def band(found: list[float], tolerance: float = 0.2) -> Fit:
+    """Values beside a training image that has 0.9 everywhere, over lags of 1, 2, …"""
+    n = len(found)
+    levels = np.full(n, 0.9), np.full(n, tolerance)
+    return Fit(np.arange(1.0, n + 1), np.array(found), *levels, (100, 128))
+
+
+def test_a_curve_outside_the_band_says_where_how_much_and_which_way():
+    inside = "inside the band of TI crops of 128 × 100 cells"
+    assert describe_curve(band([1.0, 0.8, 0.8]), "connectivity") == inside
+    assert describe_curve(band([0.9, 0.6, 0.35]), "connectivity") == (
+        "too little connected beyond 1 cell: τ(3) 0.35, TI 0.90 (crops of 128 × 100)"
+    )
+    assert describe_curve(band([1.2, 0.9, 0.9]), "connectivity").startswith(
+        "too much connected at 1 cell: τ(1) 1.20, TI 0.90"
+    )
+    assert describe_curve(band([0.3, 0.6, 0.5]), "variogram").startswith(
+        "variogram too low at all lags: γ(1) 0.300, TI 0.900"
+    )
+    assert describe_curve(band([0.9, 0.3, 0.4, 0.9, 0.2, 1.5]), "variogram").startswith(
+        "variogram too low at 5 cells: γ(5) 0.200"
+    )
+    assert "not judged" in describe_curve(None, "variogram")
+    assert "not judged" in describe_curve(band([np.nan, np.nan]), "connectivity")
+
+
+def test_findings_go_by_direction_and_call_failure_failure():
+    """Too little one way and too much the other is two failures, not an average."""
+    fits = {
+        ("connectivity", "E-W"): band([0.9, 0.5]),
+        ("connectivity", "N-S"): band([0.9, 1.3]),
+        ("variogram", "E-W"): band([0.9, 0.9]),
+    }
+    less, more, rest = of_curves(fits, "channel")
+    assert (less.good, more.good, rest.good) == (False, False, True)
+    assert less.text.startswith("channel, E–W: too little connected beyond 1 cell: τ(2) 0.50")
+    assert more.text.startswith("channel, N–S: too much connected beyond 1 cell: τ(2) 1.30")
+    assert rest.text.startswith("channel: variogram E–W inside the band of TI crops")
+    (only,) = of_curves({("variogram", "E-W"): None}, "channel")
+    assert "not judged" in only.text
+
+
+def test_proportions_have_a_sign_and_the_data_beside_them():
+    data = HardData([[0, 0], [0, 1], [0, 2], [0, 3]], [0, 0, 0, 1])
+    image = TrainingImage(np.tile([0, 0, 0, 1], (64, 16)), facies_names=["mud", "sand"])
+    some = simulate(image, (40, 40), OWN, data, 2)
+    few = np.zeros_like(some.indices)
+    few[:, :4] = 1
+    bad = replace(some, indices=few)
+    said, advice = of_proportions(bad, fit_proportions(bad))
+    assert said.text == "sand 10.0 % (TI 25.0 %, data 25.0 %; −60 %)"
+    assert not said.good
+    assert advice.text == "“Match proportions” is off and would bring sand nearer to the TI"
+    assert facts_of(bad)[-2:] == [said.text, advice.text]
+    matched = replace(bad, parameters=replace(OWN, match_proportions=True))
+    assert len(of_proportions(matched, fit_proportions(matched))) == 1
+    good = np.zeros_like(some.indices)
+    good[:, :10] = 1
+    fine = replace(some, indices=good)
+    (said,) = of_proportions(fine, fit_proportions(fine))
+    assert said.good
+    assert said.text == "sand 25.0 % (TI 25.0 %, data 25.0 %; ±0 %)"
+
+
+def test_variety_is_the_share_of_differing_cells(ensemble):
+    shares = ensemble.proportions.mean(axis=0)
+    found = of_variety(ensemble, 0.39)
+    independent = f"{100 * (1 - (shares**2).sum()):.0f} % if cells were independent"
+    assert found.text == f"two realizations differ in 39 % of the cells ({independent})"
+    assert not of_variety(ensemble, 0.0).good
 
 
 def test_findings_come_as_they_are_known(ensemble):
@@ -340,16 +421,19 @@ def test_findings_come_as_they_are_known(ensemble):
     state.page(Validation).worker = StatisticsWorker(LruCache())
     few = len(findings(state, ensemble))
     shelf = state.page(Validation).worker.cache
-    for way in ("E-W", "N-S"):
-        asked = curves(ensemble, "connectivity", 1, way)
-        shelf.put(asked.key, asked.work(nothing))
+    for statistic in ("variogram", "connectivity"):
+        for way in ("E-W", "N-S"):
+            asked = curves(ensemble, statistic, 1, way)
+            shelf.put(asked.key, asked.work(nothing))
     assert len(findings(state, ensemble)) > few
 
 
 def test_more_variety_for_less_distance_is_a_larger_ratio(ensemble):
     found = patterns(ensemble).work(nothing)
     better = replace(found, between=2 * found.between)
-    assert mean_ratio(better) == pytest.approx(2 * mean_ratio(found))
+    assert better.mean_ratio == pytest.approx(2 * found.mean_ratio)
+    by_hand = sum(found.weights * found.between[0] / found.within[0])
+    assert float(found.mean_ratio[0]) == pytest.approx(by_hand)
 
 
 def large_run(n: int) -> LargeEnsembleRun:

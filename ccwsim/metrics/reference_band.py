@@ -1,0 +1,375 @@
+"""Whether realizations have the statistics of crops of their training image.
+
+A training image is one picture: its own crops differ, and statistics depend on the size of the
+window they are taken in (a smaller one cuts geobodies). So crops of the training image are compared
+with pieces of the realizations of the same size, and the spread between the crops alone says how
+much a difference means. The realizations' own spread plays no part: it grows as they get worse.
+
+With s the standard deviation between crops, the mean over m pieces of realizations may differ from
+the mean over crops that are worth k independent ones by c · s · √(1/k + 1/m).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.connectivity import geobody_statistics
+from ccwsim.metrics.etype import proportions
+from ccwsim.metrics.lags import Direction, distinct_lags
+from ccwsim.model.arrays import as_floats, check_int
+from ccwsim.model.bounds import MAX_LAG
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.training_image import TrainingImage
+
+MIN_SIDE, MAX_SIDE = 8, 512
+"""Of a crop in cells: in a smaller one there is no pattern, and larger ones take long."""
+MAX_CROPS_ALONG = 4
+"""Crops along an axis; they overlap by about half or less."""
+MIN_CROPS = 3
+"""Crops in which a value has to be known to be judged."""
+MAX_PIECES = 32
+"""Pieces of realizations; more make the mean hardly surer than the crops are."""
+CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
+"""Standard errors that may be missed: more at some lag of many than by a single value."""
+MIN_GAP = {"connectivity": 0.1, "variogram": 0.1}
+"""A smaller difference is not called one: of τ, and of γ in sills p (1 − p)."""
+MIN_PROPORTION_GAP = 0.05
+"""The same of a proportion, relative to the training image's."""
+MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
+"""The same of Γ and of the share of pieces that percolate."""
+Floats = NDArray[np.float64]
+Shape = tuple[int, int]
+ValuesOf = Callable[[NDArray[np.integer]], Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Values of realizations beside those of crops of their training image.
+
+    Attributes
+    ----------
+    at : ndarray, shape (m,)
+        Lags in cells for a curve, indices of the facies for proportions, else 0, 1, ….
+    found : ndarray, shape (m,)
+        Mean over pieces of the realizations; NaN where unknown.
+    reference : ndarray, shape (m,)
+        Mean over crops of the training image.
+    tolerance : ndarray, shape (m,)
+        How far `found` may be from `reference`; NaN where that cannot be judged.
+    crop_shape : pair of int
+        Rows and columns of crops and pieces.
+    """
+
+    at: Floats
+    found: Floats
+    reference: Floats
+    tolerance: Floats
+    crop_shape: Shape
+
+    @property
+    def judged(self) -> bool:
+        """Whether any value can be judged."""
+        return bool(np.isfinite(self._excess).any())
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """Which values are outside the band, shape (m,)."""
+        return self._excess > 1
+
+    @property
+    def fits(self) -> bool:
+        """Whether no value is outside the band."""
+        return not self.outside.any()
+
+    @property
+    def worst(self) -> int:
+        """Which value is farthest from the reference, in tolerances; the first where none is."""
+        return int(np.argmax(np.nan_to_num(self._excess, nan=-1.0)))
+
+    @property
+    def _excess(self) -> Floats:
+        """Differences in tolerances; NaN where unknown."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
+            return np.abs(self.found - self.reference) / self.tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceBand:
+    """Values of crops of a training image, and how far realizations may be from their mean.
+
+    Attributes
+    ----------
+    at : ndarray, shape (m,)
+        As in `Fit`.
+    values : ndarray, shape (n_crops, m)
+        Of each crop; NaN counts as missing.
+    n_independent : float
+        How many crops beside each other the training image holds: overlapping ones count less.
+    n_errors : float
+        Standard errors that may be missed.
+    min_gap : ndarray, shape (m,)
+        A smaller difference is inside the band in any case.
+    crop_shape : pair of int
+
+    Examples
+    --------
+    >>> crops = np.array([[0.4], [0.5], [0.6], [0.5]])
+    >>> band = ReferenceBand(np.zeros(1), crops, 4.0, 2.0, np.zeros(1), (64, 64))
+    >>> band.compare([0.45], 12).fits, band.compare([0.3], 12).fits
+    (True, False)
+    """
+
+    at: Floats
+    values: Floats
+    n_independent: float
+    n_errors: float
+    min_gap: Floats
+    crop_shape: Shape
+
+    def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
+        """Return how the mean of `n_pieces` pieces of realizations, shape (m,), fits."""
+        known = ~np.isnan(self.values)
+        n = known.sum(axis=0)
+        enough = n >= MIN_CROPS
+        zeros = np.where(known, self.values, 0.0)
+        mean = np.divide(zeros.sum(axis=0), n, out=np.full(len(n), np.nan), where=enough)
+        squares = np.where(known, (self.values - mean) ** 2, 0.0).sum(axis=0)
+        spread = np.sqrt(np.divide(squares, n - 1, out=np.full(len(n), np.nan), where=enough))
+        error = spread * np.sqrt(
+            1 / np.minimum(self.n_independent, np.maximum(n, 1)) + 1 / n_pieces
+        )
+        tolerance = np.maximum(self.n_errors * error, self.min_gap)
+        return Fit(self.at, as_floats(found, "values"), mean, tolerance, self.crop_shape)
+
+
+def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
+    """Return rows and columns of the crops that a training image and realizations are compared in.
+
+    A crop has the size of the grid, where the training image is at least twice as large, so that
+    several crops differ; else it is half as long as the training image along that axis. No crop is
+    longer than 512 cells.
+
+    Parameters
+    ----------
+    image_shape, grid_shape : pair of int
+        Rows and columns.
+
+    Returns
+    -------
+    pair of int, or None
+        None where crops would be smaller than 8 cells.
+
+    Examples
+    --------
+    >>> crop_shape((256, 256), (100, 512)), crop_shape((12, 300), (100, 100))
+    ((100, 128), None)
+    """
+    rows, columns = (
+        min(grid, image // 2, MAX_SIDE) for grid, image in zip(grid_shape, image_shape, strict=True)
+    )
+    return (rows, columns) if min(rows, columns) >= MIN_SIDE else None
+
+
+def crops_of(image: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
+    """Return crops of an image (ny, nx) at even distances, shape (n, *shape), up to 4 × 4.
+
+    Examples
+    --------
+    >>> crops_of(np.arange(12).reshape(1, 12), (1, 6))[:, 0, 0]
+    array([0, 3, 6])
+    """
+    starts = []
+    for side, own in zip(image.shape, shape, strict=True):
+        n = min(MAX_CROPS_ALONG, 1 + -(-2 * (side - own) // own))
+        starts.append(np.linspace(0, side - own, n).astype(int))
+    rows, columns = shape
+    return np.array([image[y : y + rows, x : x + columns] for y in starts[0] for x in starts[1]])
+
+
+def pieces_of(realizations: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
+    """Return up to 32 pieces of realizations (n, ny, nx) that do not overlap, shape (m, *shape).
+
+    Examples
+    --------
+    >>> pieces_of(np.zeros((3, 40, 60), int), (20, 20)).shape
+    (18, 20, 20)
+    """
+    (rows, columns), (ny, nx) = shape, realizations.shape[1:]
+    starts = [
+        (y, x)
+        for y in np.linspace(0, ny - rows, ny // rows).astype(int)
+        for x in np.linspace(0, nx - columns, nx // columns).astype(int)
+    ]
+    total = len(realizations) * len(starts)
+    chosen = np.linspace(0, total - 1, min(total, MAX_PIECES)).astype(int)
+    pieces = np.empty((len(chosen), rows, columns), np.uint8)
+    for k, (r, which) in enumerate(zip(*np.divmod(chosen, len(starts)), strict=True)):
+        y, x = starts[which]
+        pieces[k] = realizations[r][y : y + rows, x : x + columns]
+    return pieces
+
+
+def fit_curve(
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction = "E-W"
+) -> Fit | None:
+    """Compare a curve of realizations with that of crops of their training image.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    statistic : str
+        "variogram" or "connectivity".
+    facies : int
+        Index into the training image's codes.
+    direction : str, float or pair of int
+        As in `variogram`.
+
+    Returns
+    -------
+    Fit, or None
+        Over lags up to half of a crop; None where the training image or the grid is too small.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown statistic, facies or direction.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, TrainingImage, simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> fit_curve(simulate(stripes, (40, 50), p), "connectivity", 1).fits
+    True
+    """
+    image = ensemble.training_image
+    facies = check_int("facies", facies, 0, image.n_facies - 1)
+    if statistic not in tuple(MIN_GAP):
+        raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(MIN_GAP)}")
+    shape = crop_shape(image.shape, ensemble.grid.shape)
+    if shape is None:
+        return None
+    side = {"E-W": shape[1], "N-S": shape[0]}.get(str(direction), min(shape))
+    lags, distances = distinct_lags(direction, min(MAX_LAG, side // 2))
+    lags, distances = lags[1:], distances[1:]
+    p = float(image.proportions[facies])
+    least = MIN_GAP[statistic] * (p * (1 - p) if statistic == "variogram" else 1.0)
+
+    def values(images: NDArray[np.integer]) -> Floats:
+        return curves_of(statistic, images, facies, direction, lags)
+
+    def band() -> ReferenceBand:
+        return _band(image, shape, distances, values, CURVE_ERRORS, np.full(len(lags), least))
+
+    pieces = pieces_of(ensemble.indices, shape)
+    found = _mean(values(pieces))
+    return _kept(image, (statistic, facies, direction, shape), band).compare(found, len(pieces))
+
+
+def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
+    """Compare Γ of a facies, and how often it percolates, with crops of the training image.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    facies : int
+        Index into the training image's codes.
+
+    Returns
+    -------
+    Fit, or None
+        Three values: Γ, the share of pieces that percolate E–W, and N–S.
+    """
+    image = ensemble.training_image
+    facies = check_int("facies", facies, 0, image.n_facies - 1)
+    shape = crop_shape(image.shape, ensemble.grid.shape)
+    if shape is None:
+        return None
+
+    def values(images: NDArray[np.integer]) -> Floats:
+        found = geobody_statistics(images, facies)
+        both = found.percolates_ew, found.percolates_ns
+        return np.column_stack([found.gamma, *(way.astype(float) for way in both)])
+
+    def band() -> ReferenceBand:
+        least = np.array([MIN_GAMMA_GAP, MIN_PERCOLATION_GAP, MIN_PERCOLATION_GAP])
+        return _band(image, shape, np.arange(3.0), values, VALUE_ERRORS, least)
+
+    pieces = pieces_of(ensemble.indices, shape)
+    found = _mean(values(pieces))
+    return _kept(image, ("geobodies", facies, shape), band).compare(found, len(pieces))
+
+
+def fit_proportions(ensemble: Ensemble) -> Fit | None:
+    """Compare the mean facies proportions with the training image's, by what its crops scatter.
+
+    Returns
+    -------
+    Fit, or None
+        One value a facies; `reference` is the proportion in the whole training image.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, TrainingImage, simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> fit_proportions(simulate(stripes, (40, 50), p)).reference
+    array([0.5, 0.5])
+    """
+    image, n = ensemble.training_image, ensemble.training_image.n_facies
+    shape = crop_shape(image.shape, ensemble.grid.shape)
+    if shape is None:
+        return None
+
+    def band() -> ReferenceBand:
+        least = MIN_PROPORTION_GAP * image.proportions
+        points = np.arange(float(n))
+        return _band(image, shape, points, lambda c: proportions(c, n), VALUE_ERRORS, least)
+
+    n_pieces = ensemble.n * ensemble.grid.ny * ensemble.grid.nx / (shape[0] * shape[1])
+    found = ensemble.proportions.mean(axis=0)
+    fit = _kept(image, ("proportions", shape), band).compare(found, n_pieces)
+    return Fit(fit.at, found, image.proportions, fit.tolerance, shape)
+
+
+_bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
+MAX_BANDS = 256
+"""Bands kept of a training image, some kilobytes each."""
+
+
+def _kept(image: TrainingImage, key: tuple, make: Callable[[], ReferenceBand]) -> ReferenceBand:
+    """Return a band of an image, which is the same for all its ensembles on grids of one size."""
+    bands = _bands.setdefault(image, {})
+    if key not in bands:
+        if len(bands) >= MAX_BANDS:
+            bands.clear()
+        bands[key] = make()
+    return bands[key]
+
+
+def _band(
+    image: TrainingImage,
+    shape: Shape,
+    at: Floats,
+    values: ValuesOf,
+    n_errors: float,
+    least: Floats,
+) -> ReferenceBand:
+    crops = crops_of(image.indices, shape)
+    n_independent = image.indices.size / (shape[0] * shape[1])
+    return ReferenceBand(at, values(crops), n_independent, n_errors, least, shape)
+
+
+def _mean(values: Floats) -> Floats:
+    """Return the mean over rows of what is known; NaN where nothing is."""
+    known = ~np.isnan(values)
+    n = known.sum(axis=0)
+    sums = np.where(known, values, 0.0).sum(axis=0)
+    return np.divide(sums, n, out=np.full(values.shape[1], np.nan), where=n > 0)

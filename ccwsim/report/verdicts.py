@@ -1,0 +1,149 @@
+"""Sentences on how realizations compare with their training image, the same on all pages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.reference_band import Fit
+from ccwsim.model.ensemble import Ensemble
+
+SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
+VERDICTS: dict[Statistic, tuple[str, str]] = {
+    "connectivity": ("too little connected", "too much connected"),
+    "variogram": ("variogram too low", "variogram too high"),
+}
+NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
+
+
+def way_name(way: Direction) -> str:
+    """Return a direction as it is written: "E–W", or an azimuth in degrees.
+
+    Examples
+    --------
+    >>> way_name("E-W"), way_name(45.0)
+    ('E–W', '45°')
+    """
+    if isinstance(way, str):
+        return way.replace("-", "–")
+    return f"{way:.0f}°" if isinstance(way, (int, float)) else f"({way[0]}, {way[1]})"
+
+
+def size_text(fit: Fit) -> str:
+    """Return the size of the crops in columns and rows, as grids are written."""
+    rows, columns = fit.crop_shape
+    return f"{columns} × {rows}"
+
+
+def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
+    """Say whether a curve is inside the band of crops, else where it is not, by how much and how.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> band = np.array([1.0, 1.0, 0.9]), np.full(3, 0.2), (64, 128)
+    >>> describe_curve(Fit(np.arange(1.0, 4.0), np.array([1.0, 0.7, 0.5]), *band), "connectivity")
+    'too little connected beyond 1 cell: τ(3) 0.50, TI 0.90 (crops of 128 × 64)'
+    """
+    if fit is None or not fit.judged:
+        return NOT_JUDGED
+    if fit.fits:
+        return f"inside the band of TI crops of {size_text(fit)} cells"
+    k = fit.worst
+    low, high = VERDICTS[statistic]
+    verdict = high if fit.found[k] > fit.reference[k] else low
+    digits = 3 if statistic == "variogram" else 2
+    found, reference = (f"{value:.{digits}f}" for value in (fit.found[k], fit.reference[k]))
+    numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {found}, TI {reference}"
+    return f"{verdict} {_lags_text(fit)}: {numbers} (crops of {size_text(fit)})"
+
+
+def _lags_text(fit: Fit) -> str:
+    """Return the lags around the worst one at which the values miss the band on the same side."""
+    above = fit.found > fit.reference
+    same = fit.outside & (above == above[fit.worst])
+    inside = np.flatnonzero(~same)
+    first = int(inside[inside < fit.worst].max(initial=-1)) + 1
+    last = int(inside[inside > fit.worst].min(initial=len(same))) - 1
+    start, end = int(fit.at[first]), int(fit.at[last])
+    if last == len(same) - 1:
+        return f"beyond {_cells(int(fit.at[first - 1]))}" if first else "at all lags"
+    return f"at {_cells(start)}" if start == end else f"at {start} to {end} cells"
+
+
+def _cells(n: int) -> str:
+    return f"{n} {'cell' if n == 1 else 'cells'}"
+
+
+def describe_proportion(ensemble: Ensemble, facies: int) -> str:
+    """Say the share of a facies (an index) in realizations, training image and data.
+
+    The sign is that of the realizations against the training image, relative to it.
+    """
+    image = ensemble.training_image
+    mean, own = float(ensemble.proportions[:, facies].mean()), float(image.proportions[facies])
+    others = [f"TI {100 * own:.1f} %"]
+    if ensemble.hard_data.n:
+        share = float((ensemble.hard_data.facies == image.codes[facies]).mean())
+        others.append(f"data {100 * share:.1f} %")
+    numbers = f"{100 * mean:.1f} % ({', '.join(others)}; {relative_text(mean, own)})"
+    return f"{image.facies_names[facies]} {numbers}"
+
+
+def relative_text(value: float, reference: float) -> str:
+    """Return how far a value is from a reference that is not 0, relative to it and with its sign.
+
+    Examples
+    --------
+    >>> relative_text(0.029, 0.049), relative_text(0.27, 0.27)
+    ('−41 %', '±0 %')
+    """
+    off = 100 * (value / reference - 1)
+    return f"{off:+.0f} %".replace("-", "−") if round(off) else "±0 %"
+
+
+def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
+    """Return what would bring proportions nearer, where they are off; else an empty text."""
+    if fit is None or fit.fits or ensemble.parameters.match_proportions:
+        return ""
+    names = ensemble.training_image.facies_names
+    off = [name for name, missed in zip(names, fit.outside, strict=True) if missed]
+    off = off[1:] if len(off) == len(names) == 2 else off  # the other is the rest
+    return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"
+
+
+def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
+    """Say how Γ and percolation of a facies miss the band of crops; nothing where they do not."""
+    if fit is None:
+        return []
+    (gamma, *ways), (own, *own_ways) = fit.found, fit.reference
+    found = []
+    if fit.outside[0]:
+        word = "more" if gamma > own else "less"
+        found.append(f"geobodies of {name} {word} connected: Γ {gamma:.2f}, TI {own:.2f}")
+    for way, k in (("E–W", 0), ("N–S", 1)):
+        if fit.outside[k + 1]:
+            word = "too often" if ways[k] > own_ways[k] else "too seldom"
+            found.append(
+                f"{name} percolates {way} {word}: in {100 * ways[k]:.0f} % of the pieces, in "
+                f"{100 * own_ways[k]:.0f} % of the TI crops"
+            )
+    return [f"{text} (crops of {size_text(fit)})" for text in found]
+
+
+def describe_variety(differing: float, proportions: Sequence[float]) -> str:
+    """Say in how many cells two realizations differ, beside independent cells.
+
+    Examples
+    --------
+    >>> describe_variety(0.1, [0.5, 0.5])
+    'two realizations differ in 10 % of the cells (50 % if cells were independent)'
+    """
+    independent = 1 - float(np.sum(np.square(proportions)))
+    return (
+        f"two realizations differ in {100 * differing:.0f} % of the cells "
+        f"({100 * independent:.0f} % if cells were independent)"
+    )

@@ -1,0 +1,151 @@
+"""What the realizations have right and wrong, in one line at the top of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from html import escape
+from typing import Any
+
+import numpy as np
+import streamlit as st
+
+from ccwsim.metrics import Anodi, Fit
+from ccwsim.metrics.bands import Statistic
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.verdicts import (
+    NOT_JUDGED,
+    advise_proportions,
+    describe_curve,
+    describe_geobodies,
+    describe_proportion,
+    describe_variety,
+    size_text,
+    way_name,
+)
+from ccwsim.ui.jobs.statistics import Failure, Task
+from ccwsim.ui.session.state import State
+from ccwsim.ui.validate.reproduction import CURVES
+from ccwsim.ui.validate.statistics import (
+    Validation,
+    curves,
+    geobodies,
+    known,
+    patterns,
+    proportions,
+    variety,
+)
+from ccwsim.ui.widgets.facts import three_digits
+
+MOMENT_SECONDS = 0.1
+"""How long the line waits for the proportions."""
+MAX_LISTED = 4
+"""Up to so many facies all proportions are said, else those that are off."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something found, and whether it is as it should be."""
+
+    text: str
+    good: bool
+
+
+def findings(state: State, ensemble: Ensemble) -> list[Finding]:
+    """Return what can be said with what is known so far."""
+    found = [of_data(ensemble)]
+    worker = state.page(Validation).worker
+    tasks: dict[str, Task[Any]] = {"shares": proportions(ensemble), "variety": variety(ensemble)}
+    for name, task in tasks.items():
+        worker.ask(task)
+        if known(state, task) is None:
+            state.page(Validation).waiting[name] = task  # said when the page is drawn again
+    shares = worker.wait_for(proportions(ensemble), MOMENT_SECONDS)
+    if shares is not None and not isinstance(shares, Failure):
+        found += of_proportions(ensemble, shares.fit)
+    name = ensemble.training_image.facies_names[state.facies]
+    compared: dict[tuple[Statistic, str], Fit | None] = {}
+    for statistic, way in CURVES:
+        curve = known(state, curves(ensemble, statistic, state.facies, way))
+        if curve is not None:
+            compared[statistic, way] = curve.fit
+    if len(compared) == len(CURVES):
+        found += of_curves(compared, name)
+    joined = known(state, geobodies(ensemble, state.facies))
+    if joined is not None:
+        found += [Finding(text, False) for text in describe_geobodies(joined.fit, name)]
+    differing = known(state, variety(ensemble))
+    if differing is not None and ensemble.n > 1:
+        found.append(of_variety(ensemble, differing))
+    apart = known(state, patterns(ensemble))
+    if apart is not None:
+        found += of_patterns(apart)
+    return found
+
+
+def of_data(ensemble: Ensemble) -> Finding:
+    """Say whether the data are honoured."""
+    n = ensemble.hard_data.n
+    if not n:
+        return Finding("no hard data", True)
+    share = ensemble.n_mismatched.mean() / n
+    if not share:
+        return Finding(f"all {n} data honoured in all {ensemble.n} realizations", True)
+    return Finding(f"{three_digits(100 * share)} % of {n} data not honoured", False)
+
+
+def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
+    """Say the proportions with their sign, those that are off marked, and what would help."""
+    n = ensemble.training_image.n_facies
+    off = fit.outside if fit is not None else np.zeros(n, bool)
+    said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
+    found = [Finding(describe_proportion(ensemble, k), not off[k]) for k in said]
+    if n > MAX_LISTED:
+        others = "all" if not said else "the other"
+        found.append(Finding(f"{others} proportions within what TI crops scatter", True))
+    advice = advise_proportions(ensemble, fit)
+    return [*found, Finding(advice, True)] if advice else found
+
+
+def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
+    """Say which curves are inside the band of crops, and for each other one how it is not."""
+    inside, outside, size = [], [], ""
+    for (statistic, way), fit in fits.items():
+        if fit is None or not fit.judged:
+            continue
+        size = size_text(fit)
+        if fit.fits:
+            inside.append(f"{statistic} {way_name(way)}")
+        else:
+            said = f"{name}, {way_name(way)}: {describe_curve(fit, statistic)}"
+            outside.append(Finding(said, False))
+    if not size:
+        return [Finding(f"curves of {name} {NOT_JUDGED}", True)]
+    if not inside:
+        return outside
+    text = f"{name}: {', '.join(inside)} inside the band of TI crops of {size} cells"
+    return [*outside, Finding(text, True)]
+
+
+def of_variety(ensemble: Ensemble, differing: float) -> Finding:
+    """Say how much realizations differ; none of it is a failure."""
+    shares = ensemble.proportions.mean(axis=0).tolist()
+    return Finding(describe_variety(differing, shares), differing > 0)
+
+
+def of_patterns(found: Anodi) -> list[Finding]:
+    """Say where realizations are copies of the training image."""
+    if found.within[0].max() > 0:
+        return []
+    return [Finding("realizations are copies of the training image", False)]
+
+
+def draw_summary(state: State, ensemble: Ensemble) -> None:
+    """Write the findings in one line; what is not as it should be is marked."""
+    found = findings(state, ensemble)
+    found[0] = replace(found[0], text=found[0].text[:1].upper() + found[0].text[1:])
+    said = ' <span class="dot">·</span> '.join(
+        f'<span class="{"fact" if finding.good else "fact odd"}">{escape(finding.text)}</span>'
+        for finding in found
+    )
+    st.html(f'<p class="facts judged" role="status">{said}</p>')

@@ -1,0 +1,259 @@
+"""Good realizations are seldom called bad, and bad ones are, at any size of grid and image."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, read_training_image, simulate
+from ccwsim.metrics import (
+    connectivity,
+    fit_curve,
+    fit_geobodies,
+    fit_proportions,
+    reference_band,
+)
+from ccwsim.metrics.reference_band import (
+    CURVE_ERRORS,
+    VALUE_ERRORS,
+    Fit,
+    ReferenceBand,
+    crop_shape,
+    crops_of,
+    pieces_of,
+)
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from tests.small_images import blobs, noise
+
+SEEN = ("channels", "levees", "stone_wall", "barchans")
+"""The images that the limits were chosen by; the others are the check."""
+UNSEEN = tuple(name for name in datasets.names() if name not in SEEN)
+PUBLISHED = (
+    "paper/ti_three_facies_400x400.npy",
+    "paper/ti_channel_256x256.npy",
+    "formats/ti_strebelle_250_250_1.dat",
+    "formats/dunes_3facies.SGEMS",
+)
+BROKEN = Parameters(template_size=8, overlap_size=4, n_candidates=500)
+"""Small patches of many candidates: thin channels that break."""
+CURVES = [(s, way) for s in ("connectivity", "variogram") for way in ("E-W", "N-S")]
+
+
+def ensemble_of(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
+    """Return given images as realizations of a training image."""
+    n, grid = len(indices), Grid.of(indices.shape[1:])
+    no_data = np.zeros((n, 0), np.int16)
+    study = image, grid, Parameters(), HardData(), 0
+    return Ensemble(*study, indices, np.ones(n), 1.0, no_data, np.arange(n))
+
+
+def facies_of(image: TrainingImage) -> range:
+    return range(1 if image.n_facies == 2 else 0, image.n_facies)
+
+
+def fits_of_other_crops(image: TrainingImage, grid_shape: tuple[int, int]) -> list[bool]:
+    """Judge each crop of an image by all the others, as if it were a realization."""
+    shape = crop_shape(image.shape, grid_shape)
+    assert shape is not None
+    crops = crops_of(image.indices, shape)
+    found = []
+    for k in range(len(crops)):
+        alone = ensemble_of(image, crops[k : k + 1].astype(np.uint8))
+        for facies in facies_of(image):
+            for statistic, way in CURVES:
+                found.append(without(k, alone, fit_curve, statistic, facies, way))
+            found.append(without(k, alone, fit_geobodies, facies))
+        found.append(without(k, alone, fit_proportions))
+    return found
+
+
+def without(k: int, alone: Ensemble, function, *which) -> bool:
+    """Return whether a crop fits the band of the others."""
+    kept = reference_band._kept
+
+    def others(image, key, make) -> ReferenceBand:
+        band = kept(image, key, make)
+        return replace(band, values=np.delete(band.values, k, axis=0))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference_band, "_kept", others)
+        return function(alone, *which).fits
+
+
+@pytest.mark.parametrize("side", [512, 100])
+def test_crops_of_the_image_are_seldom_called_bad(side):
+    found = []
+    for name in UNSEEN:
+        found += fits_of_other_crops(datasets.load(name), (side, side))
+    assert len(found) > 400
+    assert np.mean(found) > 0.9
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_crops_of_published_images_are_seldom_called_bad(data_dir, name):
+    path = data_dir / name
+    image = TrainingImage(np.load(path)) if path.suffix == ".npy" else read_training_image(path)
+    assert np.mean(fits_of_other_crops(image, (512, 512))) > 0.9
+
+
+def test_crops_are_not_judged_by_the_whole_image():
+    """A crop is less connected than the whole image, as its border cuts geobodies."""
+    image = datasets.load("channels")
+    for side in (64, 100, 128):
+        crops = crops_of(image.indices, (side, side)).astype(np.uint8)
+        lags = side // 2
+        whole = np.nansum(connectivity(image.indices, 1, "N-S", lags).tau)
+        assert np.nansum(connectivity(crops, 1, "N-S", lags).tau, axis=1).min() < 0.85 * whole
+        for statistic, way in CURVES:
+            assert fit_curve(ensemble_of(image, crops), statistic, 1, way).fits
+
+
+@pytest.mark.parametrize("name", ["channels_400_data", "stone_wall_300_data"])
+def test_a_field_drawn_as_the_image_was_fits(name):
+    image = datasets.load(datasets.hard_data_training_image(name))
+    field = datasets.load_reference_field(name)
+    drawn = ensemble_of(image, np.searchsorted(image.codes, field.array).astype(np.uint8)[None])
+    for statistic, way in CURVES:
+        assert fit_curve(drawn, statistic, 1, way).fits
+    assert fit_geobodies(drawn, 1).fits
+    assert fit_proportions(drawn).fits
+
+
+def test_levees_fail_with_opposite_signs_along_the_axes():
+    """Too little along the rivers and too much across them would cancel out in a sum."""
+    image = datasets.load("levees")
+    river = image.facies_names.index("channel")
+    found = simulate(image, (200, 200), Parameters(), n_realizations=6, seed=1)
+    along, across = (fit_curve(found, "connectivity", river, way) for way in ("E-W", "N-S"))
+    assert not along.fits
+    assert along.found[along.worst] < along.reference[along.worst] - 0.2
+    assert not across.fits
+    assert across.found[across.worst] > across.reference[across.worst] + 0.2
+    shares = fit_proportions(found)
+    splay = image.facies_names.index("crevasse splay")
+    assert shares.found[splay] < 0.75 * shares.reference[splay]
+
+
+def test_a_proportion_that_all_realizations_miss_is_outside():
+    image = datasets.load("fractures")
+    found = simulate(image, (256, 256), Parameters(), n_realizations=12, seed=1)
+    shares = fit_proportions(found)
+    assert shares.found[1] < 0.93 * shares.reference[1]
+    assert shares.outside[1]
+    own = replace(found, parameters=Parameters(match_proportions=True))
+    nearer = simulate(image, own.grid, own.parameters, n_realizations=12, seed=1)
+    assert fit_proportions(nearer).fits
+
+
+def test_broken_channels_fail_although_they_scatter():
+    image = datasets.load("channels")
+    found = simulate(image, (256, 256), BROKEN, n_realizations=8, seed=1)
+    fits = {key: fit_curve(found, key[0], 1, key[1]) for key in CURVES}
+    assert not fits["connectivity", "N-S"].fits
+    assert not fits["variogram", "E-W"].fits
+    assert not fits["variogram", "N-S"].fits
+    assert not fit_proportions(found).fits
+    percolates = fit_geobodies(found, 1)
+    assert percolates.outside[1]
+    assert percolates.found[1] < percolates.reference[1]
+
+
+def test_the_tolerance_is_that_of_the_image_alone():
+    image = TrainingImage(blobs((64, 64), 2, seed=1))
+    good = ensemble_of(image, np.array([blobs((64, 64), 2, seed) for seed in range(4)]))
+    wild = ensemble_of(image, np.array([noise((64, 64), 2, 1), *[np.eye(64, dtype=np.uint8)] * 3]))
+    for statistic, way in CURVES:
+        one, other = (fit_curve(e, statistic, 1, way) for e in (good, wild))
+        np.testing.assert_array_equal(one.tolerance, other.tolerance)
+    assert not fit_curve(wild, "variogram", 1, "E-W").fits
+
+
+def test_the_tolerance_is_some_standard_errors_of_crops():
+    image = TrainingImage(blobs((96, 128), 3, seed=2))
+    found = ensemble_of(image, np.array([blobs((100, 100), 3, seed) for seed in range(5)]))
+    shape = crop_shape(image.shape, (100, 100))
+    assert shape == (48, 64)
+    crops, pieces = crops_of(image.indices, shape), pieces_of(found.indices, shape)
+    assert len(crops) == 9
+    assert len(pieces) == 10
+    lags = np.arange(1, 33)
+    each = connectivity(crops, 2, "E-W", lags).tau
+    error = each.std(axis=0, ddof=1) * np.sqrt(1 / 4 + 1 / 10)
+    fit = fit_curve(found, "connectivity", 2, "E-W")
+    np.testing.assert_allclose(fit.reference, each.mean(axis=0))
+    np.testing.assert_allclose(fit.tolerance, np.maximum(CURVE_ERRORS * error, 0.1))
+    np.testing.assert_allclose(fit.found, connectivity(pieces, 2, "E-W", lags).tau.mean(axis=0))
+    shares = np.array([[(crop == k).mean() for k in range(3)] for crop in crops])
+    error = shares.std(axis=0, ddof=1) * np.sqrt(1 / 4 + 48 * 64 / (5 * 100 * 100))
+    least = 0.05 * image.proportions
+    wanted = np.maximum(VALUE_ERRORS * error, least)
+    np.testing.assert_allclose(fit_proportions(found).tolerance, wanted)
+
+
+@pytest.mark.parametrize(
+    ("image", "grid", "wanted"),
+    [
+        ((256, 256), (512, 512), (128, 128)),
+        ((256, 256), (100, 512), (100, 128)),
+        ((4000, 3000), (3000, 3000), (512, 512)),
+        ((15, 400), (100, 100), None),
+        ((400, 400), (7, 100), None),
+    ],
+)
+def test_a_crop_is_as_large_as_gives_several(image, grid, wanted):
+    assert crop_shape(image, grid) == wanted
+
+
+def test_crops_and_pieces_stay_inside_and_few():
+    image = np.arange(90 * 700, dtype=np.int64).reshape(90, 700)
+    crops = crops_of(image, (45, 20))
+    assert crops.shape == (12, 45, 20)
+    assert crops[0, 0, 0] == image[0, 0]
+    assert crops[-1, -1, -1] == image[-1, -1]
+    stack = np.zeros((50, 60, 60), np.uint8)
+    stack[:, 59, 59] = 1
+    pieces = pieces_of(stack, (20, 20))
+    assert pieces.shape == (32, 20, 20)
+    assert 0 < pieces.sum() < 32  # some in the corner, some elsewhere
+    assert len(pieces_of(stack[:1], (20, 20))) == 9
+
+
+def test_what_crops_do_not_have_is_not_judged():
+    lonely = np.zeros((64, 64), int)
+    lonely[30, 30] = 1
+    image = TrainingImage(lonely)
+    found = ensemble_of(image, np.zeros((2, 64, 64), np.uint8))
+    fit = fit_curve(found, "connectivity", 1, "E-W")
+    assert not fit.judged
+    assert fit.fits
+    constant = TrainingImage(np.full((40, 40), 5))
+    same = ensemble_of(constant, np.zeros((2, 30, 30), np.uint8))
+    assert fit_curve(same, "variogram", 0, "N-S").fits
+    assert fit_proportions(same).fits
+    small = ensemble_of(TrainingImage(noise((12, 12), 2)), np.zeros((1, 40, 40), np.uint8))
+    assert fit_curve(small, "variogram", 0) is None
+    assert fit_geobodies(small, 0) is None
+    assert fit_proportions(small) is None
+
+
+def test_an_unknown_facies_or_statistic_is_an_error():
+    image = TrainingImage(blobs((40, 40), 2))
+    found = ensemble_of(image, np.zeros((1, 40, 40), np.uint8))
+    with pytest.raises(CCWSIMError, match="facies = 2 must be"):
+        fit_curve(found, "variogram", 2)
+    with pytest.raises(CCWSIMError, match="must be one of connectivity, variogram"):
+        fit_curve(found, "madogram", 1)
+
+
+def test_the_worst_is_counted_in_tolerances():
+    reference, tolerance = np.full(4, 0.5), np.array([0.1, 0.2, 0.1, np.nan])
+    fit = Fit(np.arange(4.0), np.array([0.45, 0.1, 0.65, 0.0]), reference, tolerance, (9, 9))
+    assert fit.outside.tolist() == [False, True, True, False]
+    assert fit.worst == 1
+    assert fit.judged
+    assert not fit.fits
