@@ -10,7 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics import Anodi, Band, Scaling, anodi, band
+from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
@@ -41,15 +41,7 @@ class ComparedCurves:
     lags: NDArray[np.int64]  # shape (m,): in cells
     reference: NDArray[np.float64]  # shape (m,): the training image's curve
     bands: tuple[Band, ...]  # one a setting: quantiles 5, 50 and 95 % over its realizations
-
-    @property
-    def gaps(self) -> NDArray[np.float64]:
-        """Mean distance of each setting's median from the training image's curve, by setting."""
-        gaps = np.abs([b.median - self.reference for b in self.bands])
-        known = ~np.isnan(gaps).all(axis=1)
-        means = np.full(len(gaps), np.nan)
-        means[known] = np.nanmean(gaps[known], axis=1)
-        return means
+    fits: tuple[Fit | None, ...]  # one a setting: whether crops of the training image have it too
 
 
 def compared_curves(
@@ -76,13 +68,14 @@ def _compared(
     axis = 1 if direction == "E-W" else 0
     side = min(image.shape[axis], grid.shape[axis])
     lags = np.arange(min(MAX_LAG, side // 2) + 1) if side > 1 else np.zeros(1, int)
-    bands = []
+    bands, fits = [], []
     for k, ensemble in enumerate(ensembles):
         part = _part(progress, k, len(ensembles))
         each = curves_of(statistic, ensemble.indices, facies, direction, lags, part)
         bands.append(band(each, LOW, HIGH))
+        fits.append(fit_curve(ensemble, statistic, facies, direction))
     reference = curves_of(statistic, image.indices, facies, direction, lags)[0]
-    return ComparedCurves(lags, reference, tuple(bands))
+    return ComparedCurves(lags, reference, tuple(bands), tuple(fits))
 
 
 def _part(progress: Callable[[float], None], k: int, n: int) -> Callable[[float], None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -59,6 +59,32 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
     found, reference = (f"{value:.{digits}f}" for value in (fit.found[k], fit.reference[k]))
     numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {found}, TI {reference}"
     return f"{verdict} {_lags_text(fit)}: {numbers} (crops of {size_text(fit)})"
+
+
+def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
+    """Say which settings' curves are inside the band of crops, and how the others are not.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> one = np.ones(1)
+    >>> low, same = (Fit(one, v * one, one, one / 2, (9, 9)) for v in (0, 1))
+    >>> describe_curves({"A": same, "B": same}, "variogram")
+    'all inside the band of TI crops of 9 × 9 cells'
+    >>> describe_curves({"A": same, "B": low}, "variogram")
+    'B: variogram too low at all lags: γ(1) 0.000, TI 1.000 (crops of 9 × 9); A inside the band'
+    """
+    judged = {name: fit for name, fit in fits.items() if fit is not None and fit.judged}
+    if not judged:
+        return NOT_JUDGED
+    inside = [name for name, fit in judged.items() if fit.fits]
+    if len(inside) == len(fits):
+        return f"all {describe_curve(next(iter(judged.values())), statistic)}"
+    said = [
+        f"{name}: {describe_curve(fit, statistic)}" for name, fit in judged.items() if not fit.fits
+    ]
+    said += [f"{' and '.join(inside)} inside the band"] if inside else []
+    return "; ".join(said)
 
 
 def _lags_text(fit: Fit) -> str:

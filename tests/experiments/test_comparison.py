@@ -7,7 +7,7 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.experiments.comparison import add_curves, compare
-from ccwsim.metrics import connectivity, js_divergence, pyramid_histograms, variogram
+from ccwsim.metrics import connectivity, fit_curve, js_divergence, pyramid_histograms, variogram
 from tests.small_images import blobs
 
 N, SEED = 3, 7
@@ -46,11 +46,14 @@ def test_the_curves_are_those_of_the_metrics(image, found):
         name = "gamma" if statistic == "variogram" else "tau"
         reference = getattr(measure(image.indices, facies, way, curves.lags), name)[0]
         np.testing.assert_array_equal(curves.reference, reference)
-        for ensemble, band, gap in zip(found.ensembles, curves.bands, curves.gaps, strict=True):
+        for ensemble, band, fit in zip(found.ensembles, curves.bands, curves.fits, strict=True):
             each = getattr(measure(ensemble.indices, facies, way, curves.lags), name)
             np.testing.assert_allclose(band.median, np.nanmedian(each, axis=0))
             np.testing.assert_allclose(band.low, np.nanquantile(each, 0.05, axis=0))
-            assert gap == pytest.approx(np.nanmean(abs(np.nanmedian(each, axis=0) - reference)))
+            kind = "variogram" if statistic == "variogram" else "connectivity"
+            alone = fit_curve(ensemble, kind, facies, way)
+            np.testing.assert_array_equal(fit.found, alone.found)
+            np.testing.assert_array_equal(fit.tolerance, alone.tolerance)
     assert len(found.curves) == 4
 
 

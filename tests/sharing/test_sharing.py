@@ -12,9 +12,11 @@ import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_project, simulate
 from ccwsim.io import Project, training_image_as_bytes
+from ccwsim.metrics import fit_curve
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.model.study import Study
 from ccwsim.report import report_html
+from ccwsim.report.verdicts import describe_curve, relative_text
 from ccwsim.sharing import link_of, reproduction_recipe, study_report
 from ccwsim.ui.share.menu import choices_of, study_of
 from tests.report.test_report import OUTSIDE, own_part
@@ -107,6 +109,19 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     assert page.count("<img") == 2 + 3 + 2
     for words in ("read_project", "--project", e.digest, "cannot carry", "Realization 3 of 3"):
         assert words in page
+
+
+def test_a_report_says_the_same_of_curves_as_the_pages():
+    image = datasets.load("channels")
+    grid = Grid(64, 64)
+    choices = Choices(data=DataChoice(), grid=grid, parameters=SMALL, n_realizations=2)
+    e = simulate(image, (64, 64), SMALL, n_realizations=2)
+    how = reproduction_recipe(choices, Study(image, grid, SMALL), "a.ccwsim")
+    page = report_html(study_report(e, choices, Shown(), ["#112233"] * 2, ["fine"], "?", how))
+    for statistic in ("variogram", "connectivity"):
+        for way in ("E-W", "N-S"):
+            assert describe_curve(fit_curve(e, statistic, 0, way), statistic) in page
+    assert relative_text(float(e.proportions[:, 1].mean()), float(image.proportions[1])) in page
 
 
 def test_a_report_of_one_facies_and_one_cell_can_be_made():

@@ -77,6 +77,17 @@ def test_the_main_screen_says_what_came_out(path):
     assert "2 realizations in" in html(launched(path=path))
 
 
+def test_titles_call_broken_channels_too_little_connected():
+    """Although realizations that scatter have a wide band of their own."""
+    broken = Parameters(template_size=8, overlap_size=4, n_candidates=500)
+    choices = Choices(data=DataChoice(), grid=Grid(256, 256), parameters=broken, n_realizations=6)
+    said = html(launched(choices))
+    assert re.search(r"N–S too little connected [\w ]+: τ\(\d+\) 0\.\d\d, TI 0\.9\d", said)
+    assert len(re.findall(r"variogram too low [\w ]+: γ\(\d+\) [\d.]+, TI [\d.]+", said)) == 2
+    assert re.search(r"sand [\d.]+ % \(TI 27\.0 %; −\d\d %\)", said)
+    assert "“Match proportions” is off and would bring sand nearer to the TI" in said
+
+
 def test_every_page_file_is_in_the_menu():
     files = {f"pages/{file.name}" for file in (ROOT / "pages").glob("*.py")}
     assert files == {path for _, path in PAGES}

@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from ccwsim.experiments.comparison import ComparedCurves, Comparison, PairRatio
+from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT, setting_colours
 from ccwsim.model.parameters import Parameters
 from ccwsim.ui.compare.settings import LETTERS
@@ -84,20 +84,6 @@ def describe_ratio(row: PairRatio) -> str:
 
 def _graded(grade: int, below: str, same: str, above: str) -> str:
     return (same, above, below)[grade]
-
-
-def describe_nearest(curves: ComparedCurves, names: tuple[str, ...], tolerance: float) -> str:
-    """Say which settings' curves are nearest to the training image's.
-
-    Mean distances that differ by less than `tolerance` count as equal.
-    """
-    gaps = curves.gaps
-    if np.isnan(gaps).any():
-        return ""
-    best = [n for n, gap in zip(names, gaps, strict=True) if gap <= gaps.min() + tolerance]
-    if len(best) == len(names):
-        return "all alike"
-    return f"{' and '.join(best)} nearest to the training image"
 
 
 def figures_table(found: Comparison) -> str:

@@ -27,6 +27,7 @@ from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARE
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+from ccwsim.report.verdicts import describe_curves
 from ccwsim.ui.compare import findings
 from ccwsim.ui.compare.settings import (
     LETTERS,
@@ -84,8 +85,6 @@ MIN_IMAGE_SHARE = 0.8
 SCALE: dict[str, Any] = {"scale": "compared", "max_height": 460}
 TITLES = {"variogram": ("Variogram", "γ"), "connection": ("Connectivity", "τ")}
 NO_CURVES = np.empty((0, 0))
-SAME_TAU, SAME_GAMMA = 0.01, 0.02
-"""Gaps that differ by less are alike: in probability, and as a share of the largest γ."""
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """How CSS says a dash; it has no dash-dot."""
 GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
@@ -381,7 +380,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     wanted = [(statistic, way) for statistic in STATISTICS for way in DIRECTIONS]
     for column, (statistic, way) in zip(columns, wanted, strict=True):
         is_variogram = statistic == "variogram"
-        y_range, tolerance = ((0, top), SAME_GAMMA * top) if is_variogram else ((0, 1.04), SAME_TAU)
+        y_range = (0, top) if is_variogram else (0, 1.04)
         curves = found.curves[facies, statistic, way]
         title, sign = TITLES[statistic]
         title = f"{title} {way.replace('-', '–')}"
@@ -391,7 +390,8 @@ def draw_curves(state: State, found: Comparison) -> None:
             for letter, band in zip(found.names, curves.bands, strict=True)
         }
         chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220)
-        note = findings.describe_nearest(curves, found.names, tolerance)
+        fits = dict(zip(found.names, curves.fits, strict=True))
+        note = describe_curves(fits, "variogram" if is_variogram else "connectivity")
         alt = f"{title} of {name}: training image and the band of each setting"
         with column:
             titled_chart(title, note, chart, f"{statistic}_{way[0]}", alt)

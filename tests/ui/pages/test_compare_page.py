@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from html import unescape
+from html import escape, unescape
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import DIRECTIONS, STATISTICS, Comparison, PairRatio, compare
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.report.verdicts import describe_curves
 from ccwsim.ui.compare.findings import (
     describe_against_first,
     describe_grades,
@@ -212,6 +213,15 @@ def test_sentence_and_table_say_the_same_by_one_rule(found):
         assert describe_grades(row) in describe_against_first(found, k)
         assert describe_grades(row) in describe_ratio(row)
         assert describe_grades(row) in unescape(ratio_table(found))
+
+
+def test_titles_of_curves_say_which_settings_fail():
+    app = launched(replace(SMALL, grid=Grid(64, 64)), n=4)
+    for (_, statistic, _), curves in state_of(app).page(Comparing).found.curves.items():
+        kind = "variogram" if statistic == "variogram" else "connectivity"
+        said = describe_curves(dict(zip("ABCD", curves.fits, strict=False)), kind)
+        assert escape(said) in html(app)
+    assert "nearest to the training image" not in html(app)
 
 
 def test_a_difference_is_more_than_two_standard_errors():
