@@ -16,6 +16,10 @@ VERDICTS: dict[Statistic, tuple[str, str]] = {
     "connectivity": ("too little connected", "too much connected"),
     "variogram": ("variogram too low", "variogram too high"),
 }
+HOW_JUDGED = (
+    "Titles compare pieces of the realizations with crops of the training image (TI) of the same "
+    "size, by how much the crops differ among themselves; lines are of whole images."
+)
 NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
 
 
@@ -51,7 +55,7 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
     if fit is None or not fit.judged:
         return NOT_JUDGED
     if fit.fits:
-        return f"inside the band of TI crops of {size_text(fit)} cells"
+        return f"inside the band of TI crops ({size_text(fit)}) up to {_cells(int(fit.at[-1]))}"
     k = fit.worst
     low, high = VERDICTS[statistic]
     verdict = high if fit.found[k] > fit.reference[k] else low
@@ -70,7 +74,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
     >>> one = np.ones(1)
     >>> low, same = (Fit(one, v * one, one, one / 2, (9, 9)) for v in (0, 1))
     >>> describe_curves({"A": same, "B": same}, "variogram")
-    'all inside the band of TI crops of 9 × 9 cells'
+    'all inside the band of TI crops (9 × 9) up to 1 cell'
     >>> describe_curves({"A": same, "B": low}, "variogram")
     'B: variogram too low at all lags: γ(1) 0.000, TI 1.000 (crops of 9 × 9); A inside the band'
     """

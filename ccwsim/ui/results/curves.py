@@ -16,10 +16,10 @@ from ccwsim.metrics.bands import Statistic
 from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.pictures import bundle_of_curves
-from ccwsim.report.verdicts import describe_curve, way_name
+from ccwsim.report.verdicts import HOW_JUDGED, describe_curve, way_name
 from ccwsim.ui.results.charts import draw_chart
 from ccwsim.ui.widgets.facts import seconds
-from ccwsim.ui.widgets.text import panel_title
+from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
@@ -129,6 +129,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     if colours:
         with places[4]:
             draw_proportions(ensemble, colours)
+    step_note(HOW_JUDGED)
 
 
 def _describe_connectivity(ensemble: Ensemble, facies: int) -> str:

@@ -109,22 +109,20 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
 
 def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
     """Say which curves are inside the band of crops, and for each other one how it is not."""
-    inside, outside, size = [], [], ""
-    for (statistic, way), fit in fits.items():
-        if fit is None or not fit.judged:
-            continue
-        size = size_text(fit)
-        if fit.fits:
-            inside.append(f"{statistic} {way_name(way)}")
-        else:
-            said = f"{name}, {way_name(way)}: {describe_curve(fit, statistic)}"
-            outside.append(Finding(said, False))
-    if not size:
+    judged = {key: fit for key, fit in fits.items() if fit is not None and fit.judged}
+    if not judged:
         return [Finding(f"curves of {name} {NOT_JUDGED}", True)]
+    outside = [
+        Finding(f"{name}, {way_name(way)}: {describe_curve(fit, statistic)}", False)
+        for (statistic, way), fit in judged.items()
+        if not fit.fits
+    ]
+    inside = [f"{s} {way_name(way)}" for (s, way), fit in judged.items() if fit.fits]
     if not inside:
         return outside
-    text = f"{name}: {', '.join(inside)} inside the band of TI crops of {size} cells"
-    return [*outside, Finding(text, True)]
+    what = "variograms and connectivity" if len(inside) == len(fits) else ", ".join(inside)
+    size = size_text(next(iter(judged.values())))
+    return [*outside, Finding(f"{name}: {what} inside the band of TI crops ({size})", True)]
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Finding:

@@ -25,6 +25,7 @@ from ccwsim.metrics import Anodi, Copying, Diagnosis
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.verdicts import (
+    HOW_JUDGED,
     SIGNS,
     describe_curve,
     describe_geobodies,
@@ -76,6 +77,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     for column, (statistic, way) in zip(columns, CURVES, strict=True):
         with column:
             draw_curve(state, ensemble, statistic, way)
+    step_note(HOW_JUDGED)
 
 
 def draw_curve(

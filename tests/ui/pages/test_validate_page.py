@@ -127,7 +127,7 @@ def test_the_summary_says_what_was_found():
     assert "(TI 27.0 %; " in said
     for statistic in ("variogram", "connectivity"):
         for way in ("E–W", "N–S"):
-            inside = re.search(rf"sand: [^<]*{statistic} {way}[^<]*inside the band of TI", said)
+            inside = re.search(rf"sand: [^<]*{statistic}[^<]* inside the band of TI", said)
             missed = re.search(rf"sand, {way}: [^<]*{statistic[:8]}", said)
             assert inside or missed
     assert "two realizations differ in" in said
@@ -163,7 +163,7 @@ def test_another_facies_is_followed_everywhere():
     app = launched(seen=frozenset())
     settled(app.selectbox(key="judged").set_value(0).run())
     assert app.session_state[KEY].facies == 0
-    assert "mud: variogram E–W" in html(app)
+    assert "mud: variogram" in html(app)
     assert named(app.selectbox, "e_type").value == 0
 
 
@@ -352,7 +352,7 @@ def band(found: list[float], tolerance: float = 0.2) -> Fit:
 
 
 def test_a_curve_outside_the_band_says_where_how_much_and_which_way():
-    inside = "inside the band of TI crops of 128 × 100 cells"
+    inside = "inside the band of TI crops (128 × 100) up to 3 cells"
     assert describe_curve(band([1.0, 0.8, 0.8]), "connectivity") == inside
     assert describe_curve(band([0.9, 0.6, 0.35]), "connectivity") == (
         "too little connected beyond 1 cell: τ(3) 0.35, TI 0.90 (crops of 128 × 100)"
