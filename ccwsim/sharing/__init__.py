@@ -1,6 +1,14 @@
 """A study to give away: as a link, as Python, as a command, as a report."""
 
-from ccwsim.sharing.link import left_out, link_of, meant, packed, read_link, unpacked
+from ccwsim.sharing.link import (
+    left_out,
+    link_of,
+    meant,
+    own_choices,
+    packed,
+    read_link,
+    unpacked,
+)
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
 from ccwsim.sharing.study_report import REVISED, study_report
 
@@ -10,6 +18,7 @@ __all__ = [
     "left_out",
     "link_of",
     "meant",
+    "own_choices",
     "packed",
     "read_link",
     "reproduction_recipe",

@@ -18,6 +18,7 @@ import numpy as np
 
 from ccwsim import datasets
 from ccwsim.io.data_file import printable
+from ccwsim.model.arrays import digest
 from ccwsim.model.bounds import MAX_LINK_DATA
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.model.codec import MAX_LETTERS, SETTINGS, Setting, parts_of, settings_of
@@ -28,7 +29,8 @@ from ccwsim.model.parameters import Parameters
 MAX_PACKED_LETTERS = 8000
 """Of hard data in an address."""
 OWN = "own"
-"""Stands for an image or data of the sender's own, which no address can carry."""
+"""Begins the name of an image or data of the sender's own, which no address can carry."""
+Own = ImageChoice | DataChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
 OF_IMAGE = ("ti", "turn", "name", "colour")
@@ -47,7 +49,10 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     >>> link_of(Choices(image=ImageChoice("dunes"), seed=7))
     {'ti': ['dunes'], 'data': ['channels_400_data'], 'seed': ['7']}
     """
+    names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
+    for key, choice in names.items():
+        query["ti" if isinstance(choice, ImageChoice) else "data"] = [key]
     own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
     for row in SETTINGS:
         if row.part != "data" and row.value_in(own) != row.value_in(usual):
@@ -77,20 +82,43 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     ()
     """
     found = []
-    if choices.image.upload is not None:
-        found.append(f"the training image {choices.image.upload.name}")
-    data = choices.data
-    if data.source == "file" and data.upload is not None:
-        found.append(f"the hard data {data.upload.name}")
-    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_LINK_DATA:
-        found.append(f"the {data.placed.n} data placed by hand (it can carry {MAX_LINK_DATA})")
+    for choice in own_choices(choices).values():
+        if choice.upload is not None and isinstance(choice, ImageChoice):
+            found.append(f"the training image {choice.upload.name}")
+        elif choice.upload is not None:
+            found.append(f"the hard data {choice.upload.name}")
+        else:
+            n = choice.placed.n
+            found.append(f"the {n} data placed by hand (it can carry {MAX_LINK_DATA})")
     return tuple(found)
 
 
-def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple[str, ...]]:
+def own_choices(choices: Choices) -> dict[str, Own]:
+    """Return what of a study an address cannot carry, by the names that it has there.
+
+    Examples
+    --------
+    >>> own_choices(Choices())
+    {}
+    """
+    image, data, found = choices.image, choices.data, dict[str, Own]()
+    if image.upload is not None:
+        found[f"{OWN}-{image.digest}"] = image
+    if data.source == "file" and data.upload is not None:
+        found[f"{OWN}-{digest(data.upload.digest, data.answers)}"] = data
+    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_LINK_DATA:
+        data = replace(data, upload=None)
+        found[f"{OWN}-{digest(data.placed.digest, data.answers)}"] = data
+    return found
+
+
+def read_link(
+    query: Mapping[str, Sequence[str]], own: Mapping[str, Own] | None = None
+) -> tuple[Choices, Shown, tuple[str, ...]]:
     """Return the study of an address, and what of it could not be taken, in sentences.
 
-    Unknown names are ignored; one that is nearly a known one is asked after.
+    Unknown names are ignored; one that is nearly a known one is asked after. `own` holds images and
+    data that are at hand though no address can carry them, as `own_choices` names them.
 
     Examples
     --------
@@ -100,14 +128,14 @@ def read_link(query: Mapping[str, Sequence[str]]) -> tuple[Choices, Shown, tuple
     >>> notes
     ('seed = x is no whole number from 0 to 2147483647: the usual 0 is taken.',)
     """
-    reader, usual, shown = _Reader(query), Choices(), Shown()
+    reader, usual, shown = _Reader(query, own or {}), Choices(), Shown()
     parts = parts_of(usual, shown)
     image = reader.image(usual.image)
     parameters = reader.parameters()
     data = reader.data(usual_data(image))
     grid = replace(usual.grid, **reader.fields("grid", parts))
-    own = reader.fields("study", parts)
-    choices = Choices(image, data, grid, parameters, **own)
+    numbers = reader.fields("study", parts)
+    choices = Choices(image, data, grid, parameters, **numbers)
     shown = replace(shown, **reader.fields("shown", parts))
     for name in query:
         if name not in KEYS and meant(name):
@@ -131,7 +159,7 @@ def meant(name: str) -> str:
 
 def _image_query(image: ImageChoice) -> dict[str, list[str]]:
     if image.upload is not None:
-        return {"ti": [OWN]}
+        return {}  # `own_choices` names it
     turns = [short for short, name in TURNS.items() if getattr(image, name)]
     query = {
         "ti": [image.bundled] if image.bundled != ImageChoice().bundled else [],
@@ -157,7 +185,7 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
         query["data"] = [source]
         query["points"] = [packed(data.placed)] if data.placed.n else []
     else:
-        return {"data": [OWN if source in ("file", "placed") else "none"]}
+        return {"data": ["none"]}  # or `own_choices` names them
     answers = dict(data.answers)
     query |= {key: [answers[name]] for key, name in ANSWERS.items() if name in answers}
     return {name: values for name, values in query.items() if values}
@@ -166,8 +194,8 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
 class _Reader:
     """Reads the parts of a study; what is wrong is noted, and the default taken."""
 
-    def __init__(self, query: Mapping[str, Sequence[str]]) -> None:
-        self._query = query
+    def __init__(self, query: Mapping[str, Sequence[str]], own: Mapping[str, Own]) -> None:
+        self._query, self._own = query, own
         self.notes: list[str] = []
 
     def text(self, name: str) -> str | None:
@@ -217,10 +245,13 @@ class _Reader:
     def image(self, usual: ImageChoice) -> ImageChoice:
         """Return the training image."""
         name = self.text("ti")
-        if name == OWN:
+        if isinstance(kept := self._own.get(name or ""), ImageChoice):
+            return kept
+        if _is_own(name):
             self.notes.append(
-                "This link was made with a training image of the sender's own, which an address "
-                f"cannot carry: {usual.bundled} is taken. Ask for the project file."
+                "The training image of this link is a file of its sender's, which an address "
+                f"cannot carry and this server does not have: {usual.bundled} is taken. Open the "
+                "project file, or the image again."
             )
             return usual
         if name is not None and name not in datasets.names():
@@ -264,12 +295,15 @@ class _Reader:
         """Return the hard data."""
         name, bundled = self.text("data"), datasets.hard_data_names()
         answers = tuple(sorted((own, "drop") for key, own in ANSWERS.items() if self._drops(key)))
-        if name == OWN:
+        if isinstance(kept := self._own.get(name or ""), DataChoice):
+            return kept
+        if _is_own(name):
             self.notes.append(
-                "This link was made with hard data of the sender's own, which an address cannot "
-                "carry: there are none. Ask for the project file."
+                "The hard data of this link are the sender's own, which an address cannot carry "
+                "and this server does not have: there are none. Open the project file, or the data "
+                "again."
             )
-        if name in (OWN, "none"):
+        if name == "none" or _is_own(name):
             return DataChoice()
         if name == "sampled":
             fields = self.fields("data", {"data": usual})
@@ -297,6 +331,10 @@ class _Reader:
         except CCWSIMError as error:
             self.notes.append(f"{error}: there are none.")
             return DataChoice()
+
+
+def _is_own(name: str | None) -> bool:
+    return name == OWN or (name or "").startswith(f"{OWN}-")
 
 
 def packed(data: HardData) -> str:

@@ -11,6 +11,7 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim.ui.jobs.queue import settle_memory
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.kept import COOKIE, browser
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_share
 from ccwsim.ui.widgets.fields import button
@@ -58,6 +59,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
     # the page is drawn again in the colours of the theme that the reader switches to
     canvas_component("theme")(key="theme", data={"theme": theme_name()}, on_theme_change=_nothing)
+    canvas_component("cookie")(key="cookie", data={"name": COOKIE, "value": browser()})
     settle_memory()
     first = KEY not in st.session_state
     state = session_state()

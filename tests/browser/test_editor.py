@@ -94,13 +94,15 @@ class Editor:
         self.zoom = min(self.zoom * 1.6**times, LARGEST / self.frame()[2])
 
     def honours(self, n: int) -> None:
-        """Wait until the page says that all n data are honoured, and knows n in the table."""
+        """Wait until a run honours all n data, and the table has them."""
         from playwright.sync_api import expect
 
         words = f"{n} of {n} data honoured" if n else "no hard data"
         expect(self.page.locator(".facts")).to_contain_text(words, timeout=SLOW)
         title = "1 datum" if n == 1 else f"{n} data"
         expect(self.page.locator(".st-key-table_row .panel")).to_have_text(title, timeout=SLOW)
+        self.page.wait_for_selector("i.results-current", state="attached", timeout=SLOW)
+        at_rest(self.page)
 
     def data(self) -> dict[tuple[int, int], int]:
         """The data as the exported CSV has them."""

@@ -173,8 +173,8 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
     ("query", "said"),
     [
         ({"ti": ["mars"]}, "ti = mars is no bundled training image"),
-        ({"ti": ["own"]}, "Ask for the project file"),
-        ({"data": ["own"]}, "Ask for the project file"),
+        ({"ti": ["own"]}, "Open the project file"),
+        ({"data": ["own"]}, "Open the project file"),
         ({"data": ["oil"]}, "data = oil is none of"),
         ({"data": ["placed"], "points": ["BgACeAQ"]}, "copy the whole link again"),
         ({"grid": ["0x5"]}, "grid = 0x5 is no pair such as 640x480"),

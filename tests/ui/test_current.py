@@ -31,7 +31,7 @@ def test_results_of_the_study_before_are_dim_and_say_so(page):
     app = opened(page, changed()).run()
     assert not app.exception
     assert DIM in html(app)
-    assert f"<b>{OLD}:</b> simulated before seed 0 → 3." in html(app)
+    assert f"<b>{OLD}:</b> simulated before these changes: seed 0 → 3." in html(app)
     settled(named(app.button, "run_news").click().run())
     assert DIM not in html(app)
     assert OLD not in html(app)
@@ -43,7 +43,7 @@ def test_a_change_on_simulate_without_live_dims_and_its_undoing_does_not():
     assert DIM not in html(app)
     named(app.number_input, "seed").set_value(9).run()
     assert DIM in html(app)
-    assert "simulated before seed 0 → 9" in html(app)
+    assert "simulated before these changes: seed 0 → 9" in html(app)
     named(app.number_input, "seed").set_value(0).run()
     assert DIM not in html(app)
 

@@ -19,9 +19,11 @@ MAX_DATA = "CCWSIM_MAX_DATA"
 JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
+UPLOADS = "CCWSIM_UPLOADS_MB"
 SCHEDULER = "CCWSIM_SCHEDULER"
 """Environment variables; the last holds the address of a Dask scheduler: tcp://host:8786."""
 DEFAULT_HISTORY = 256
+DEFAULT_UPLOADS = 256
 RESERVE = 128 * 10**6
 """Bytes that are left for the pages themselves."""
 MAPS_BYTES = 16
@@ -41,6 +43,7 @@ class Limits:
     n_slots: int  # how many short jobs of all sessions are active at once
     memory: int | None  # bytes for the program, None for what the machine or its container has
     history: int  # bytes of earlier runs that each session keeps
+    uploads: int  # bytes of images and data of all browsers that outlive a reload
 
     def check(self, n_cells: int, n_data: int = 0) -> None:
         """Refuse a run that is larger than this server allows, and say what to do."""
@@ -68,13 +71,14 @@ class Limits:
 
 def limits_of_environment() -> Limits:
     """Return the limits that the environment variables of the server set."""
-    memory, history = _number(MEMORY), _number(HISTORY)
+    memory, history, uploads = _number(MEMORY), _number(HISTORY), _number(UPLOADS)
     return Limits(
         _number(MAX_CELLS),
         _number(MAX_DATA),
         _number(JOBS) or 2 * n_cores(),
         None if memory is None else memory * 10**6,
         (DEFAULT_HISTORY if history is None else history) * 10**6,
+        (DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
     )
 
 

@@ -13,6 +13,7 @@ from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing import link_of, meant, read_link
+from ccwsim.ui.session.kept import keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
 
@@ -24,7 +25,7 @@ MIN_OWN_SEED = 1000
 
 def take_address(state: State) -> None:
     """Start a study from the address of the page; what cannot be taken is said in words."""
-    choices, shown, notes = read_link(_query())
+    choices, shown, notes = read_link(_query(), kept_for_reload())
     choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *more)
     show(state, shown)
@@ -74,6 +75,7 @@ def shown_of(state: State) -> Shown:
 
 def follow_study(state: State) -> None:
     """Write the study behind the address, where it is not there; the page is not drawn again."""
+    keep_for_reload(state.choices)
     query = _query()
     kept = {name: values for name, values in query.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}

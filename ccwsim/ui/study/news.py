@@ -43,7 +43,7 @@ def out_of_date(state: State) -> str:
     if state.ensemble is None or state.ran is None or is_current(state):
         return ""
     changes = ", ".join(changes_between(state.ran, state.choices))
-    return f"<b>Out of date:</b> simulated before {escape(changes)}."
+    return f"<b>Out of date:</b> simulated before these changes: {escape(changes)}."
 
 
 def _wait_and_dim(state: State, parts: bool, patience: float) -> None:

@@ -1,0 +1,98 @@
+"""What an address cannot carry is kept on the server for a while, so that a page can be reloaded.
+
+A reload begins a new session. A cookie tells that it is the same browser; the address tells which
+image and data they are, by their content.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from functools import cache
+from secrets import token_urlsafe
+from threading import Lock
+
+import streamlit as st
+
+from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.sharing import own_choices
+from ccwsim.sharing.link import Own
+from ccwsim.ui.jobs.limits import limits_of_environment
+
+COOKIE = "ccwsim_browser"
+KEPT_SECONDS = 4 * 3600
+"""Since the study was last on the page."""
+MAX_OF_BROWSER = 8
+"""Images and data: a reader tries some, in a few tabs."""
+
+
+class KeptChoices:
+    """Images and data of the readers' own, by browser and name, the longest unused first.
+
+    The oldest go where they are too many, too old or too large together.
+    """
+
+    def __init__(
+        self, max_bytes: int, seconds: float, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._max_bytes, self._seconds, self._clock = max_bytes, seconds, clock
+        self._kept: dict[tuple[str, str], tuple[float, Own]] = {}
+        self._lock = Lock()
+
+    def keep(self, browser: str, own: Mapping[str, Own]) -> None:
+        """Keep what a browser has on its page; what was kept before becomes the newest."""
+        with self._lock:
+            for name, choice in own.items():
+                self._kept.pop((browser, name), None)
+                self._kept[browser, name] = self._clock(), choice
+            mine = [key for key in self._kept if key[0] == browser]
+            for key in mine[:-MAX_OF_BROWSER]:
+                del self._kept[key]
+            self._forget()
+
+    def of(self, browser: str) -> dict[str, Own]:
+        """Return what is kept for a browser, by name."""
+        with self._lock:
+            self._forget()
+            return {key[1]: kept[1] for key, kept in self._kept.items() if key[0] == browser}
+
+    def _forget(self) -> None:
+        since = self._clock() - self._seconds
+        size = sum(size_of(choice) for _, choice in self._kept.values())
+        for key, (at, choice) in list(self._kept.items()):
+            if at >= since and size <= self._max_bytes:
+                return
+            size -= size_of(choice)
+            del self._kept[key]
+
+
+def size_of(choice: Own) -> int:
+    """Return about how many bytes an image or data take."""
+    if choice.upload is not None:
+        return len(choice.upload.content)
+    placed = choice.placed if isinstance(choice, DataChoice) else None
+    return placed.cells.nbytes + placed.facies.nbytes if placed is not None else 0
+
+
+@cache
+def kept_choices() -> KeptChoices:
+    """Return the one store of this process."""
+    return KeptChoices(limits_of_environment().uploads, KEPT_SECONDS)
+
+
+def browser() -> str:
+    """Return the secret name of the reader's browser; the page gives it to one that has none."""
+    if COOKIE not in st.session_state:
+        st.session_state[COOKIE] = st.context.cookies.get(COOKIE) or token_urlsafe(24)
+    return st.session_state[COOKIE]
+
+
+def kept_for_reload() -> dict[str, Own]:
+    """Return images and data that this browser had on a page."""
+    return kept_choices().of(browser())
+
+
+def keep_for_reload(choices: Choices) -> None:
+    """Keep what of a study its address cannot carry."""
+    if own := own_choices(choices):
+        kept_choices().keep(browser(), own)

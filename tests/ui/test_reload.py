@@ -1,0 +1,87 @@
+"""A page that is loaded again has the reader's own files, and no other reader does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.hard_data import HardData
+from ccwsim.sharing import link_of, own_choices, read_link
+from ccwsim.ui.session import kept
+from ccwsim.ui.session.kept import KeptChoices, size_of
+from ccwsim.ui.session.state import KEY, State
+from tests.ui.test_pages import SMALL, a_file, settled
+from tests.ui.widgets import opened, texts
+
+IMAGE = ImageChoice(upload=Upload("mine.dat", a_file(np.arange(900).reshape(30, 30) // 7 % 2)))
+PLACED = HardData([[k // 40, k % 40] for k in range(300)], [k % 2 for k in range(300)])
+OWN = replace(SMALL, image=replace(IMAGE, flip_ew=True), data=DataChoice("placed", placed=PLACED))
+
+
+@pytest.fixture(autouse=True)
+def store(monkeypatch):
+    """A store of its own for each test."""
+    own = KeptChoices(10**6, 3600)
+    monkeypatch.setattr(kept, "kept_choices", lambda: own)
+    return own
+
+
+def reloaded(query: dict[str, list[str]], browser: str):
+    """A new session that comes by an address."""
+    app = opened("simulate")
+    app.session_state[kept.COOKIE] = browser
+    for name, values in query.items():
+        app.query_params[name] = values
+    return app.run()
+
+
+def test_a_reload_of_the_same_browser_has_the_same_study():
+    app = opened("simulate", State(choices=OWN))
+    app.session_state[kept.COOKIE] = "ann"
+    settled(app.run())
+    again = reloaded(link_of(OWN), "ann")
+    assert again.session_state[KEY].choices == OWN
+    assert not texts(again)
+
+
+def test_another_browser_with_the_same_address_gets_nothing_of_it(store):
+    store.keep("ann", own_choices(OWN))
+    app = reloaded(link_of(OWN), "bob")
+    choices = app.session_state[KEY].choices
+    assert choices.image == ImageChoice()
+    assert choices.data == DataChoice()
+    assert "a file of its sender's" in texts(app)
+    assert "are the sender's own" in texts(app)
+
+
+def test_two_tabs_keep_an_image_each():
+    other = replace(OWN, image=replace(IMAGE, flip_ns=True))
+    own = own_choices(OWN) | own_choices(other)
+    for choices in (OWN, other):
+        assert read_link(link_of(choices), own)[0] == choices
+
+
+def test_what_is_kept_is_bounded_in_number_time_and_size():
+    now = [0.0]
+    some = KeptChoices(1000, 60, lambda: now[0])
+
+    def image(k: int, size: int = 10) -> dict:
+        return own_choices(Choices(image=ImageChoice(upload=Upload(f"{k}", bytes(size)))))
+
+    for k in range(12):
+        some.keep("ann", image(k))
+    assert len(some.of("ann")) == kept.MAX_OF_BROWSER
+    some.keep("bob", image(1, 990))
+    assert some.of("ann") == {} or sum(map(size_of, some.of("ann").values())) <= 10
+    assert some.of("bob") == image(1, 990)
+    now[0] = 59.0
+    some.keep("bob", image(1, 990))
+    now[0] = 100.0
+    assert some.of("bob")
+    now[0] = 120.0
+    assert some.of("bob") == {}
+    some.keep("bob", image(2, 2000))  # larger than all that may be kept
+    assert some.of("bob") == {}
