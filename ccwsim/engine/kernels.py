@@ -138,6 +138,11 @@ def is_ready() -> bool:
     return _ready
 
 
+def must_compile() -> bool:
+    """Return whether the next run has to wait for the compiler."""
+    return not _ready and not kernels_on_disk() >= OUTERMOST
+
+
 def kernels_on_disk() -> set[str]:
     """Return the names of the engine kernels in the cache."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()

@@ -265,7 +265,7 @@ def test_rows_pasted_over_and_below_the_table_are_data(page, address):
     page.wait_for_timeout(500)
     rows = "10.5\t20.5\t1\n11.2\t20.9\t0\n"
     page.evaluate("text => navigator.clipboard.writeText(text)", rows)
-    table = page.locator(".st-key-results [data-testid=stDataFrame]").bounding_box()
+    table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
     page.mouse.click(table["x"] + 80, table["y"] + 52)
     page.wait_for_timeout(300)
     page.keyboard.press("Control+v")

@@ -118,6 +118,11 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     )  # fmt: skip
     assert np.array_equal(saved["realizations"], own.realizations)
 
+    page.reload()
+    sees(page.locator(".st-key-image_row .note", has_text=image_file.stem))
+    sees(page.locator(".st-key-data_row .note", has_text="60 data"))
+    assert not page.locator("[data-testid=stAlert]").count()
+
 
 def downloaded(page, name):
     page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()

@@ -18,6 +18,7 @@ from ccwsim.ui.session.fragments import LAST_DRAWN
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets.maps import reported
 from tests.ui.widgets import named
 
 ROOT = Path(__file__).parents[2]
@@ -233,3 +234,7 @@ def test_what_streamlit_does_with_a_rerun_is_not_taken_for_an_error():
 
     with pytest.raises(RerunException):
         catch_callback_errors(again)()
+
+
+def test_a_component_of_an_interrupted_run_reports_nothing():
+    assert reported("a_map", "cell") is None

@@ -11,7 +11,8 @@ from ccwsim.engine import kernels
 from ccwsim.ui.jobs import job as jobs
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study import run
-from tests.ui.test_pages import ROOT, html
+from tests.ui.test_pages import ROOT, SMALL, html
+from tests.ui.widgets import opened
 
 
 @pytest.fixture
@@ -62,3 +63,24 @@ def test_compiling_says_how_many_kernels_are_done(monkeypatch):
     monkeypatch.setattr(jobs, "compilation", lambda: (7, 24, "search"))
     assert "7 of 24 done" in jobs.compilation_text()
     assert kernels.COMPILE_TIME in jobs.compilation_text()
+
+
+@pytest.mark.parametrize("page", ["sweep", "benchmark", "paper"])
+def test_an_estimate_of_time_says_that_kernels_compile_before(page, monkeypatch):
+    said = "Before that the kernels compile, once"
+    for must in (True, False):
+        monkeypatch.setattr(jobs, "must_compile", lambda must=must: must)
+        app = opened(page, State(choices=SMALL)).run()
+        assert not app.exception
+        assert (said in html(app)) == must
+
+
+def test_kernels_must_compile_where_they_are_neither_loaded_nor_on_disk(monkeypatch):
+    for ready, disk, must in (
+        (False, {"paste"}, True),
+        (False, kernels.OUTERMOST | {"paste"}, False),
+        (True, set(), False),
+    ):
+        monkeypatch.setattr(kernels, "_ready", ready)
+        monkeypatch.setattr(kernels, "kernels_on_disk", lambda disk=disk: disk)
+        assert kernels.must_compile() == must

@@ -13,6 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.jobs.job import compilation_to_come
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.results.tables import as_csv
 from ccwsim.ui.study.run import failed
@@ -115,7 +116,8 @@ def describe_levels(timings: Sequence[Timing]) -> str:
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
     """Return what a run will do and about how long it will take."""
     each = "realization" if n_realizations == 1 else "realizations"
-    return f"{n_cases} settings × {n_realizations} {each} on one thread: {about(seconds)}."
+    text = f"{n_cases} settings × {n_realizations} {each} on one thread: {about(seconds)}."
+    return text + compilation_to_come()
 
 
 def about(seconds: float) -> str:

@@ -34,7 +34,7 @@ from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.maps import CellMap, canvas_component, draw_map
+from ccwsim.ui.widgets.maps import CellMap, canvas_component, draw_map, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -265,7 +265,7 @@ def _draw_round(state: State, shown: Round) -> None:
     number = quiz.n_rounds
 
     def chosen() -> None:
-        answer = st.session_state[PICTURES].chosen
+        answer = reported(PICTURES, "chosen")
         if answer and int(answer["round"]) == number:
             pick(quiz, int(answer["k"]))
 

@@ -36,7 +36,7 @@ from ccwsim.ui.study.run import keep_up
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of
+from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
@@ -180,7 +180,7 @@ def draw_canvas(
     }
 
     def edited() -> None:
-        edits = st.session_state[KEY].edits
+        edits = reported(KEY, "edits")
         if edits:
             take_edits(state, edits)
 

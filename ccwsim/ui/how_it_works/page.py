@@ -28,7 +28,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, help_of
-from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map
+from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, reported
 from ccwsim.ui.widgets.text import pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -134,7 +134,7 @@ def _draw_player(how: How, trace: Trace) -> None:
         how.playing = False
 
     def on_arrow() -> None:
-        by = st.session_state["how_arrows"].step
+        by = reported("how_arrows", "step")
         if by:
             step(int(by))
 

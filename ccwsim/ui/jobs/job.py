@@ -8,7 +8,7 @@ from collections.abc import Callable
 from threading import Event, Lock, Thread
 from typing import Any, Generic, TypeVar
 
-from ccwsim.engine.kernels import COMPILE_TIME, compilation
+from ccwsim.engine.kernels import COMPILE_TIME, compilation, must_compile
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.workers import stoppable
 from ccwsim.ui.jobs.limits import Demand, admit
@@ -224,6 +224,11 @@ def compilation_text() -> str:
     done = compilation()
     count = f", {done[0]} of {done[1]} done" if done else ""
     return f"Compiling the kernels for this machine{count}: {COMPILE_TIME}, on the first run only …"
+
+
+def compilation_to_come() -> str:
+    """Say what an estimate of time leaves out on a machine's first run; else nothing."""
+    return f" Before that the kernels compile, once: {COMPILE_TIME}." if must_compile() else ""
 
 
 def format_duration(seconds: float) -> str:

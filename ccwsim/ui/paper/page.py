@@ -28,7 +28,7 @@ from ccwsim.paper import (
     verdict_of,
 )
 from ccwsim.report import report_html
-from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.job import Job, compilation_to_come
 from ccwsim.ui.jobs.limits import Demand
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
@@ -164,6 +164,7 @@ def _controls(state: State) -> None:
         field(number, "Seed", key="paper_seed", **seed)
         button(label, key="paper_start", **starts)
         duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[page_state.quick]}."
+        duration += compilation_to_come()
         st.html(f'<span class="takes">{duration}</span>')
 
 

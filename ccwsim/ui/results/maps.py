@@ -24,6 +24,7 @@ from ccwsim.ui.widgets.maps import (
     draw_map,
     facies_map,
     points_of,
+    reported,
     share_map,
 )
 from ccwsim.ui.widgets.text import panel_title
@@ -139,7 +140,7 @@ def draw_gallery(
     key = "gallery"
 
     def chosen() -> None:
-        number = st.session_state[key].chosen
+        number = reported(key, "chosen")
         if number is not None:
             choose(int(number))
 

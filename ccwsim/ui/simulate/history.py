@@ -13,7 +13,7 @@ from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import stop_run
 from ccwsim.ui.widgets.facts import seconds
-from ccwsim.ui.widgets.maps import canvas_component
+from ccwsim.ui.widgets.maps import canvas_component, reported
 from ccwsim.ui.widgets.text import panel_title
 
 KEY = "history_strip"
@@ -29,7 +29,7 @@ def draw_history(state: State) -> None:
     panel_title("Runs of this session", "click to go back")
 
     def chosen() -> None:
-        run = st.session_state[KEY].chosen
+        run = reported(KEY, "chosen")
         if run is not None:
             go_back(state, str(run))
 

@@ -53,7 +53,7 @@ from ccwsim.ui.sweep.plan import (
 )
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
-from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
+from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -414,7 +414,7 @@ def draw_tiles(
         tiles += _to_come(run.settings[len(rows) :], names, "to come")
 
     def chosen() -> None:
-        number = st.session_state[TILES].chosen
+        number = reported(TILES, "chosen")
         if number is not None:
             choose(int(number))
 

@@ -19,7 +19,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.job import Job
+from ccwsim.ui.jobs.job import Job, compilation_to_come
 from ccwsim.ui.jobs.limits import Demand, check_limits, demand_of
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.fragments import follow
@@ -264,6 +264,7 @@ def describe_plan(state: State, plan: Settings) -> str:
     settings = "setting" if len(plan) == 1 else "settings"
     realizations = "realization" if n == 1 else "realizations"
     text = f"{len(plan)} {settings} × {n} {realizations}: {about} on one core."
+    text += compilation_to_come()
     if plan.left_out:
         n = len(plan.left_out)
         text += f"\n{n} left out: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")

@@ -41,7 +41,7 @@ from ccwsim.ui.validate.statistics import (
     patterns,
 )
 from ccwsim.ui.widgets.fields import button, field
-from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of
+from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of, reported
 from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -207,9 +207,7 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
 
     def seen() -> None:
-        reported = st.session_state.get("seen")  # not there after an interrupted run; told again
-        if reported is not None:
-            page_state.seen |= set(reported.seen or ()) & set(unseen)
+        page_state.seen |= set(reported("seen", "seen") or ()) & set(unseen)
 
     if unseen:
         canvas_component("seen")(key="seen", data={"unseen": unseen}, on_seen_change=seen)

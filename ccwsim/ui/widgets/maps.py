@@ -103,7 +103,7 @@ def draw_map(
     content |= {"picks": on_cell is not None, "tools": tools}
 
     def picked() -> None:
-        cell = st.session_state[key].cell
+        cell = reported(key, "cell")
         if cell and on_cell:
             on_cell(int(cell[0]), int(cell[1]))
 
@@ -151,6 +151,11 @@ def map_content(
         "name": name,
         "max_height": max_height,
     }
+
+
+def reported(key: str, name: str) -> Any:
+    """Return what a component reported, for a callback; None after a run that was interrupted."""
+    return getattr(st.session_state.get(key), name, None)
 
 
 @cache

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,12 +18,14 @@ from ccwsim.figures import theme_named
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.ui.how_it_works.maps import N_STEPS, PatchView, grid_map, location_marks, score_map
+from ccwsim.ui.how_it_works.page import PLAY_SECONDS
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import describe_shape, xy_of
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 
+ROOT = Path(__file__).parents[3]
 OWN = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN)
 DATA = HardData([[5, 7], [20, 40], [22, 44], [40, 11], [30, 30]], [1, 0, 1, 1, 0])
@@ -295,3 +299,9 @@ def _in_overlap(step) -> np.ndarray:
     y, x, size = step.patch.y0, step.patch.x0, step.patch.size
     whole[y : y + size, x : x + size] = step.in_overlap & (step.old != 255)
     return whole
+
+
+def test_the_browser_remembers_messages_for_as_long_as_a_player_needs():
+    """After two finished pages, as Streamlit has it, the quick frames of a player are forgotten."""
+    settings = tomllib.loads((ROOT / ".streamlit" / "config.toml").read_text("utf-8"))
+    assert settings["global"]["maxCachedMessageAge"] * PLAY_SECONDS > 5
