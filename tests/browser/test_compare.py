@@ -91,7 +91,7 @@ def compared(page, address: str) -> None:
     fill(page, "C_n_candidates", 5)
     see(page.locator(".st-key-setting_C .setting", has_text="level 1, K 5"))
     fill(page, "n_compared", N)
-    see(page.locator(".st-key-results .note", has_text="changed since"))
+    see(page.locator(".st-key-outdated", has_text="Out of date"))
     page.locator(".st-key-compare").get_by_role("button", name="Compare").click()
     see(page.get_by_text(f"Realization 1 of {N}"))
     see(page.locator(".st-key-results .setting", has_text="level 1, K 5"))
@@ -130,7 +130,7 @@ def test_three_settings_are_compared_and_one_is_used(page, address, core):
     assert page.locator(".st-key-n_candidates input").input_value() == "5"
     assert page.locator(".st-key-wavelet_level input").input_value() == "1"
     page.locator(".st-key-menu").get_by_role("link", name="Compare").click()
-    see(page.locator(".st-key-results .note", has_text="changed since"))
+    see(page.locator(".st-key-outdated", has_text="Out of date"))
     see(page.locator(".st-key-setting_C .setting", has_text="level 2, K 20"))
 
 

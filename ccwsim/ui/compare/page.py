@@ -67,6 +67,7 @@ from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
@@ -110,10 +111,17 @@ def draw_page(state: State) -> None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if problem:
             st.error(plain(problem))
+        elif page_state.job is None and _is_outdated(state):
+            draw_out_of_date("the settings or the study were changed. Compare again.")
         if page_state.message:
             st.warning(plain(page_state.message))
     with st.container(key="results"):
         _draw_results(state, page_state.job is not None)
+
+
+def _is_outdated(state: State) -> bool:
+    asked = state.page(Comparing).asked
+    return asked is not None and asked.key != asked_of(state).key
 
 
 def problem_of(state: State) -> str:
@@ -264,11 +272,6 @@ def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
             with left:
                 lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(found))
                 st.html(f'<div class="summary">{lines}</div>')
-                if page_state.job is None and asked.key != asked_of(state).key:
-                    step_note(
-                        "The settings or the study were changed since this comparison: compare "
-                        "again."
-                    )
             with right:
                 st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
     draw_maps(state, found, asked, facies_colours(image, dict(asked.image.colours)))

@@ -38,6 +38,13 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
                 run_button(state, "run_news", width="content")
 
 
+def draw_out_of_date(text: str) -> None:
+    """Dim the results of a page that are of a study before, and say so; `text` is how."""
+    _mark(st, "outdated")
+    with st.container(key="outdated"):
+        st.html(f'<p role="status"><b>Out of date:</b> {escape(text)}</p>')
+
+
 def out_of_date(state: State) -> str:
     """Say, as HTML, how the study differs from the one of the results; empty where it does not."""
     if state.ensemble is None or state.ran is None or is_current(state):

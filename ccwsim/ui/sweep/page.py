@@ -36,6 +36,7 @@ from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.sweep.plan import (
     LABELS,
     SweepRun,
@@ -104,6 +105,8 @@ def draw_page(state: State) -> None:
     with st.container(key="news"):  # always there, so that what is below never moves
         if run is not None and run.going:
             follow_sweep(state, time.monotonic())
+        elif run is not None and not is_current(run, state):
+            draw_out_of_date("the study has another training image, data or grid now. Sweep again.")
     with st.container(key="results"):
         if run is not None:
             _draw_found(state)
@@ -207,8 +210,6 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     choice, chosen = recommended(found), state.page(SweepState).chosen
     k = choice.index if chosen is None else min(chosen, len(found.rows) - 1)
     shown = _Shown(found, names_of(tried), k, choice)
-    if not is_current(run, state):
-        step_note("This sweep was of another training image, data or grid than the study has.")
     best = found.rows[choice.index].parameters
     with st.container(horizontal=True, vertical_alignment="center", gap="medium", key="choice"):
         so_far = " so far" if run.going or found.stopped else ""

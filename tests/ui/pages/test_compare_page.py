@@ -86,16 +86,16 @@ def test_it_opens_cold_and_compares_what_is_usual():
 
 def test_a_change_is_fitted_and_said_after_the_run():
     app = launched()
-    assert "changed since" not in html(app)
+    assert "Out of date" not in html(app)
     named(app.selectbox, "B_method").set_value("ccwsim").run()
     named(app.selectbox, "B_wavelet_level").set_value(3).run()
     changed = settings_of(state_of(app))[1]
     assert (changed.method, changed.wavelet_level, changed.overlap_size) == ("ccwsim", 3, 8)
-    assert "changed since" in html(app)
+    assert "Out of date" in html(app)
     app.button(key="compare").click()
     settled(app.run())
     assert state_of(app).page(Comparing).found.ensembles[1].parameters == changed
-    assert "changed since" not in html(app)
+    assert "Out of date" not in html(app)
 
 
 def test_only_sizes_that_fit_are_on_offer():
@@ -181,7 +181,7 @@ def test_another_image_makes_the_comparison_an_old_one():
     state = state_of(app)
     state.change(image=ImageChoice(bundled="stone_wall"))
     settled(app.run())
-    assert "changed since" in html(app)
+    assert "Out of date" in html(app)
     assert charts(app) == FIGURES
 
 

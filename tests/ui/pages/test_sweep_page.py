@@ -291,7 +291,9 @@ def test_results_of_another_study_are_said_to_be(done):
     assert is_current(run, done)
     done.change(grid=Grid(50, 64))
     assert not is_current(run, done)
-    assert "This sweep was of another training image" in html(launched(done))
+    said = html(launched(done))
+    assert "Out of date:</b> the study has another training image" in said
+    assert '<i class="results-outdated">' in said
 
 
 def test_an_error_of_the_sweep_is_said(done):
