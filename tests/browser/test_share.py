@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from streamlit.proto.BackMsg_pb2 import BackMsg
 
 from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, menu, until, upload
 from tests.browser.served import CHROMIUM, served
@@ -133,20 +134,26 @@ def show_third(page) -> None:
 def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chromium, address):
     context = context_of(chromium)
     page = context.new_page()
-    sent: list[object] = []
-    page.on("websocket", lambda socket: socket.on("framesent", lambda f: sent.append(f)))
+    asked: list[BackMsg] = []  # of the reader's doing; a run that is followed asks by itself
+
+    def sent(frame) -> None:
+        message = BackMsg.FromString(frame)
+        if message.HasField("rerun_script") and not message.rerun_script.is_auto_rerun:
+            asked.append(message)
+
+    page.on("websocket", lambda socket: socket.on("framesent", sent))
     page.goto(f"{address}/data?{SMALL}")
     canvas = page.locator(".st-key-editor canvas")
     canvas.wait_for(timeout=SLOW)
     at_rest(page)
     page.locator(".st-key-editor .brushes button").first.click(timeout=SOON)
-    before = len(sent)
+    before = len(asked)
     box = canvas.bounding_box()
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     page.wait_for_function("() => location.search.includes('points=')", timeout=SLOW)
     at_rest(page)
     page.wait_for_timeout(1000)
-    assert len(sent) - before == 1
+    assert len(asked) - before == 1
     link = page.url
     page.close()
     again = context.new_page()
@@ -164,10 +171,10 @@ def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chrom
         fill(page, "seed", seed)
         page.wait_for_function(f"() => location.search.includes('seed={seed}')", timeout=SLOW)
     at_rest(page)
-    page.get_by_role("link", name="Validate").click(timeout=SOON)
-    page.wait_for_function(
-        "() => location.pathname.endsWith('validate') && location.search.includes('seed=15')",
-        timeout=SLOW,
+    there = "() => location.pathname.endsWith('validate') && location.search.includes('seed=15')"
+    until(
+        lambda: page.get_by_role("link", name="Validate").click(timeout=SOON),
+        lambda wait: page.wait_for_function(there, timeout=wait),
     )
     at_rest(page)
     page.go_back()
