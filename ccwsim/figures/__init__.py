@@ -19,7 +19,7 @@ from ccwsim.figures.maps import (
     share_png,
     tile_size,
 )
-from ccwsim.figures.mds import Group, mds_chart
+from ccwsim.figures.mds import Group, mds_chart, mds_title
 from ccwsim.figures.palette import CIVIDIS, DIFFERENCE, ENTROPY, FACIES, facies_colours, ramp
 from ccwsim.figures.proportions import (
     compared_proportions_chart,
@@ -82,6 +82,7 @@ __all__ = [
     "lines_chart",
     "map_png",
     "mds_chart",
+    "mds_title",
     "plotly_script",
     "proportions_chart",
     "proportions_height",

@@ -53,7 +53,7 @@ def mds_chart(
         Position of the training image.
     groups : sequence of Group
     explained : ndarray, shape (2,)
-        Share of the spread that each axis shows.
+        Share of the variance that each axis holds.
     theme : Theme
     height : int
         Pixels.
@@ -67,7 +67,7 @@ def mds_chart(
     ['A', 'shown', 'training image']
     """
     x_title, y_title = (
-        f"axis {k + 1} ({100 * share:.0f} % of the spread)" for k, share in enumerate(explained)
+        f"axis {k + 1} ({100 * share:.0f} % of the variance)" for k, share in enumerate(explained)
     )
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     opacity = 0.62 if len(groups) == 1 else 0.75
@@ -92,6 +92,17 @@ def mds_chart(
     chart.update_xaxes(range=[-reach, reach], nticks=5)
     chart.update_yaxes(range=[-reach, reach], scaleanchor="x")
     return chart.update_layout(hovermode="closest")
+
+
+def mds_title(explained: NDArray[np.float64]) -> str:
+    """Return the title of an MDS plot: how much of the variance its axes hold.
+
+    Examples
+    --------
+    >>> mds_title(np.array([0.22, 0.104]))
+    'MDS plot: 22 + 10 % of the variance'
+    """
+    return f"MDS plot: {' + '.join(f'{100 * share:.0f}' for share in explained)} % of the variance"
 
 
 def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:

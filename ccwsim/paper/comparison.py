@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.figures import LIGHT, Group, mds_chart
+from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
@@ -324,7 +324,7 @@ def variability(run: Run) -> Outcome:
         title = f"{study.image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
         blocks.append(_anodi_table(found, title))
         blocks.append(table_1(found, study.image))
-        charts.append(_mds(found, f"Fig. 12 · MDS, {study.image} image"))
+        charts.append(_mds(found, study.image))
         judgements += _anodi_judgements(found, study.image)
     remark = (
         "The paper takes 8 × 8 patterns at three resolutions; here all 4 × 4 patterns are counted "
@@ -405,7 +405,7 @@ def paper_ratio(found: Anodi, name: str, other: str) -> float:
     return float(found.weights @ (found.ratio[a] / found.ratio[b]))
 
 
-def _mds(found: Anodi, title: str) -> Chart:
+def _mds(found: Anodi, image: str) -> Chart:
     scaling, colours = found.scaling(), [colour_of(name) for name in found.names]
     groups = [
         Group(name, scaling.positions[found.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
@@ -413,6 +413,7 @@ def _mds(found: Anodi, title: str) -> Chart:
     ]
     figure = mds_chart(scaling.positions[0], groups, scaling.explained, LIGHT, height=420)
     legend = (*zip(found.names, colours, strict=True), ("training image", LIGHT.reference))
+    title = f"Fig. 12 · {image} image, {mds_title(scaling.explained)}"
     return Chart(figure, title, title, legend)
 
 

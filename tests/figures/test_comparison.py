@@ -18,6 +18,7 @@ from ccwsim.figures import (
     compared_times_chart,
     curves_chart,
     mds_chart,
+    mds_title,
     setting_colours,
 )
 from tests.small_images import blobs
@@ -83,6 +84,13 @@ def test_proportions_are_drawn_as_differences(found):
         np.testing.assert_allclose(own.x, 100 * (shares - image.proportions).ravel())
         np.testing.assert_allclose(own.customdata, 100 * shares.ravel())
         assert len(set(own.y)) == image.n_facies
+
+
+def test_the_titles_of_an_mds_plot_say_how_much_it_holds(found):
+    shares = found.scaling.explained
+    held = " + ".join(f"{100 * share:.0f}" for share in shares)
+    assert mds_title(shares) == f"MDS plot: {held} % of the variance"
+    assert mds_title(np.array([0.219, 0.104])) == "MDS plot: 22 + 10 % of the variance"
 
 
 def test_every_realization_has_its_position_in_the_mds_plot(found):

@@ -21,6 +21,7 @@ from ccwsim.figures import (
     curves_chart,
     facies_colours,
     mds_chart,
+    mds_title,
     setting_colours,
 )
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
@@ -450,4 +451,5 @@ def _draw_mds(state: State, found: Comparison) -> None:
         groups.append(Group(name, own, colour, SYMBOLS[k], labels, page_state.shown))
     chart = mds_chart(positions[0], groups, found.scaling.explained, theme)
     alt = "MDS plot: realizations of all settings and the training image"
-    titled_chart("MDS plot", "click a realization to see it", chart, "compared_mds", alt, draw)
+    title = mds_title(found.scaling.explained)
+    titled_chart(title, "click a realization to see it", chart, "compared_mds", alt, draw)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import streamlit as st
 
-from ccwsim.figures import Group, mds_chart
+from ccwsim.figures import Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
@@ -164,7 +164,8 @@ def _draw_mds(state: State, found: Anodi) -> None:
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
     chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
     alt = "MDS plot: realizations and training image, placed by the distance of their patterns"
-    titled_chart("MDS plot", note, chart, "mds", alt, partial(draw_clickable_chart, choose=choose))
+    draw = partial(draw_clickable_chart, choose=choose)
+    titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 
 
 class Section(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from html import escape, unescape
 
@@ -144,6 +145,7 @@ def test_the_arrows_show_the_same_realization_of_all():
     app.button(key="shown_previous").click().run()
     assert state_of(app).page(Comparing).shown == 2
     assert "Realization 3 of 3" in html(app)
+    assert re.search(r"MDS plot: \d+ \+ \d+ % of the variance", html(app))
     app.button(key="shown_next").click().run()
     assert "Realization 1 of 3" in html(app)
 
