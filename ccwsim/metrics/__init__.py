@@ -21,15 +21,7 @@ from ccwsim.metrics.etype import (
     proportion_quantiles,
     proportions,
 )
-from ccwsim.metrics.features import (
-    QUARTERS,
-    Granulometry,
-    Spacing,
-    Stationarity,
-    feature_spacing,
-    granulometry,
-    stationarity,
-)
+from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import STEPS, Direction
 from ccwsim.metrics.patterns import (
     PatternHistogram,
@@ -50,6 +42,7 @@ from ccwsim.metrics.reference_band import (
     fit_geobodies,
     fit_proportions,
 )
+from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
 from ccwsim.metrics.variograms import (
     Transiograms,

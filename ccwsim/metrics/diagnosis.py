@@ -4,17 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ccwsim.metrics.features import (
-    PROPORTION_LIMIT,
-    QUARTERS,
-    THICK_SHARE,
-    VARIOGRAM_LIMIT,
-    Spacing,
-    Stationarity,
-    feature_spacing,
-    granulometry,
-    stationarity,
-)
+import numpy as np
+
+from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
+from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.model.arrays import check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.grid import Grid
@@ -72,8 +65,9 @@ def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     """Return how many cells a template needs to hold a feature, and the reason in words.
 
-    That is the distance from feature to feature along an axis where they repeat within the largest
-    template to advise for that smaller `side`, else twice the geometric mean of both ranges.
+    That is the distance from feature to feature where they repeat along an axis: within the largest
+    template to advise for that smaller `side`, or so strongly that it is a period and more than
+    three of them fit. Else it is twice the geometric mean of both ranges.
 
     Examples
     --------
@@ -84,7 +78,12 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     (10, 'Features repeat about every 10 cells')
     """
     largest = largest_template(side)
-    spacings = [s.spacing for s in (ew, ns) if s.spacing is not None and s.spacing <= largest + 2]
+    spacings = [
+        s.spacing
+        for s in (ew, ns)
+        if s.spacing is not None
+        and (s.spacing <= largest + 2 or (s.strength >= PERIODIC and 3 * s.spacing < side))
+    ]
     if spacings:
         return max(spacings), f"Features repeat about every {max(spacings)} cells"
     if ew.range is not None and ns.range is not None:
@@ -125,20 +124,19 @@ def advise_level(thinnest: int, side: int) -> Advice:
 
 
 def advise_template(wanted: int, why: str, side: int, level: int) -> Advice:
-    """Advise a template that holds a feature, while enough templates fit.
+    """Advise the smallest template that holds a feature, while enough templates fit.
 
     Examples
     --------
     >>> advise_template(34, "Features repeat about every 34 cells", 256, 2).value
-    32
+    36
     """
     largest, block_size = largest_template(side), 2**level
-    if wanted > largest:
+    size = -(-max(wanted, 16) // block_size) * block_size
+    if max(wanted, 16) > largest:
         why += f", but {MIN_ACROSS} templates should fit along {side} cells"
-    step = max(block_size, 8 if largest >= 16 else 1)
-    size = max(round(min(max(wanted, 16), largest) / step), 1) * step
-    size = max(size - step if size > largest else size, 4, block_size)
-    held = "hold a feature" if size >= wanted - step else "are the maximum"
+        size = max(largest // block_size * block_size, 4, block_size)
+    held = "hold a feature" if size >= wanted else "are the maximum"
     return Advice("template_size", size, f"{why}: {size} cells {held}.")
 
 
@@ -152,7 +150,7 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     """
     block_size = 2**level
     largest = max(template // 2 // block_size, 1)
-    n_blocks = min(max(-(-max(template // 4, thinnest) // block_size), 1), largest)
+    n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
     reason = (
         f"A quarter of the template, and where it can be the {_cells(thinnest)} of the thinnest "
         "facies, lets geobodies continue."
@@ -172,7 +170,8 @@ class Diagnosis:
     ----------
     stationarity : Stationarity
     thickness : tuple of int
-        By facies: the largest square, in cells, that 95 % of the facies can hold.
+        By facies: the largest square, in cells, that 95 % of the facies can hold; geobodies that
+        the border cuts go on beyond it.
     spacing_ew, spacing_ns : Spacing
         Range and repetition of the features.
     feature_size : int
@@ -226,7 +225,8 @@ def diagnose(training_image: TrainingImage) -> Diagnosis:
     image, n_facies = training_image.indices, training_image.n_facies
     quarters = stationarity(image, n_facies)
     thickness = tuple(
-        granulometry(image, k, down_to=THICK_SHARE).thickness() for k in range(n_facies)
+        granulometry(image, k, down_to=THICK_SHARE, extend=True).thickness()
+        for k in range(n_facies)
     )
     ew, ns = (feature_spacing(image, n_facies, d) for d in ("E-W", "N-S"))
     side = min(training_image.shape)
@@ -250,18 +250,14 @@ def _warnings(
             f"Only {n_fit} templates large enough for its features ({wanted} cells) fit the image: "
             "realizations repeat pieces of it; a larger training image would give more variety."
         )
-    quarter, facies = divmod(int(quarters.proportion_shift.argmax()), ti.n_facies)
-    if quarters.proportion_shift.max() > PROPORTION_LIMIT:
+    if quarters.drifting.any():
+        warnings.append(_drift(ti, quarters))
+    elif quarters.changing.any():
+        shift = np.where(quarters.changing, quarters.variogram_shift, 0)
+        where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
         warnings.append(
-            f"The {QUARTERS[quarter]} quarter has {quarters.proportions[quarter, facies]:.0%} of "
-            f"{ti.facies_names[facies]}, the whole image {ti.proportions[facies]:.0%}: it is not "
-            "stationary, and realizations mix the patterns of its parts."
-        )
-    elif quarters.variogram_shift.max() > VARIOGRAM_LIMIT:
-        where = QUARTERS[int(quarters.variogram_shift.max(axis=(1, 2)).argmax())]
-        warnings.append(
-            f"The variogram of the {where} quarter differs from that of the whole image: sizes or "
-            "directions change across it, and realizations mix them."
+            f"The variogram of the {where} quarter differs from that of the whole image by more "
+            "than chance explains: sizes or directions change across it, and realizations mix them."
         )
     for name, spacing in zip(("east–west", "north–south"), spacings, strict=True):
         if spacing.spacing is not None and spacing.strength >= PERIODIC:
@@ -270,3 +266,16 @@ def _warnings(
                 "is too narrow loses the period."
             )
     return warnings
+
+
+def _drift(ti: TrainingImage, found: Stationarity) -> str:
+    """Say which part differs the most in a proportion, and by how much chance could."""
+    p = found.proportions.mean(axis=0)
+    sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
+    part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
+    share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
+    return (
+        f"The {PARTS[part]} has {share:.0%} of {ti.facies_names[facies]}, the whole image "
+        f"{ti.proportions[facies]:.0%}, where chance explains ±{2 * error:.1%}: it is not "
+        "stationary, and realizations mix the patterns of its parts."
+    )

@@ -1,4 +1,4 @@
-"""Features of a training image: stationarity, range and spacing, thickness."""
+"""Features of a training image: range and spacing, thickness."""
 
 from __future__ import annotations
 
@@ -7,112 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.stack import as_image, as_indices
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import CCWSIMError
 
-QUARTERS = ("south-west", "south-east", "north-west", "north-east")
-PROPORTION_LIMIT = 0.15
-"""A quarter's proportion may differ by so many √(p (1 − p)), the spread of the indicator."""
-VARIOGRAM_LIMIT = 0.2
-"""A quarter's variogram may differ by so much of the sill, as a root mean square over lags."""
 SILL_SHARE = 0.95
 PROMINENCE = 0.1
 """A peak of the correlation that stands out less is noise."""
 THICK_SHARE = 0.95
 """A facies is as thick as the squares that keep so much of it."""
-
-
-@dataclass(frozen=True, eq=False)
-class Stationarity:
-    """Proportions and variograms of the four quarters of an image.
-
-    Attributes
-    ----------
-    proportions : ndarray, shape (4, n_facies)
-        Of the quarters in the order of `QUARTERS`.
-    proportion_shift : ndarray, shape (4, n_facies)
-        |p of the quarter − p| / √(p (1 − p)).
-    lags : ndarray of int, shape (n_lags,)
-    variograms : ndarray, shape (4, n_facies, 2, n_lags)
-        [quarter, facies, E-W or N-S, lag].
-    variogram_shift : ndarray, shape (4, n_facies, 2)
-        Root mean square over lags of γ of the quarter − γ, in sills.
-    """
-
-    proportions: NDArray[np.float64]
-    proportion_shift: NDArray[np.float64]
-    lags: NDArray[np.int64]
-    variograms: NDArray[np.float64]
-    variogram_shift: NDArray[np.float64]
-
-    @property
-    def stationary(self) -> bool:
-        """Whether no quarter differs by more than the limits."""
-        same_shares = bool((self.proportion_shift <= PROPORTION_LIMIT).all())
-        return same_shares and bool((self.variogram_shift <= VARIOGRAM_LIMIT).all())
-
-
-def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
-    """Compare the four quarters of an image with the whole.
-
-    Parameters
-    ----------
-    indices : ndarray, shape (ny, nx)
-        Facies indices.
-    n_facies : int
-
-    Returns
-    -------
-    Stationarity
-
-    Raises
-    ------
-    CCWSIMError
-        For an image of fewer than 8 rows or columns.
-
-    Examples
-    --------
-    >>> half = np.zeros((40, 40), int)
-    >>> half[:, 20:] = 1
-    >>> stationarity(half, 2).stationary
-    False
-    """
-    image = as_indices(indices, n_facies)[0]
-    ny, nx = image.shape
-    if min(ny, nx) < 8:
-        raise CCWSIMError(
-            f"an image of {ny} × {nx} cells is too small to compare its quarters; "
-            "at least 8 × 8 are needed"
-        )
-    rows, columns = (slice(0, ny // 2), slice(ny // 2, ny)), (slice(0, nx // 2), slice(nx // 2, nx))
-    quarters = [image[r, c] for r in rows for c in columns]
-    shares = np.array([proportions(quarter, n_facies)[0] for quarter in quarters])
-    whole = proportions(image, n_facies)[0]
-    deviation = np.sqrt(whole * (1 - whole))
-    lags = np.arange(min(ny, nx) // 4 + 1)
-    own = np.array([_curves(quarter, n_facies, lags) for quarter in quarters])
-    distance = np.sqrt(np.mean((own - _curves(image, n_facies, lags)) ** 2, axis=3))
-    shift = _in_units(np.abs(shares - whole), deviation)
-    return Stationarity(shares, shift, lags, own, _in_units(distance, (deviation**2)[:, None]))
-
-
-def _curves(image: NDArray, n_facies: int, lags: NDArray) -> NDArray[np.float64]:
-    return np.array(
-        [
-            [variogram(image, k, direction, lags).gamma[0] for direction in ("E-W", "N-S")]
-            for k in range(n_facies)
-        ]
-    )
-
-
-def _in_units(values: NDArray, unit: NDArray) -> NDArray[np.float64]:
-    """Return values / unit, and 0 for a facies that fills the image or none of it."""
-    units = np.broadcast_to(unit, values.shape)
-    return np.divide(values, units, out=np.zeros(values.shape), where=units > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,11 +105,16 @@ class Granulometry:
 
 
 def granulometry(
-    image: NDArray[np.integer], facies: int, max_size: int = 64, down_to: float = 0.0
+    image: NDArray[np.integer],
+    facies: int,
+    max_size: int = 64,
+    down_to: float = 0.0,
+    extend: bool = False,
 ) -> Granulometry:
     """Open a facies with squares of growing size (Matheron 1975), until nothing is left.
 
-    Squares lie inside the image, so that a geobody cut by its edge counts as thin as it appears.
+    Squares lie inside the image, so that a geobody cut by its edge counts as thin as it appears,
+    unless the image is extended.
 
     Parameters
     ----------
@@ -217,6 +126,8 @@ def granulometry(
         Largest square.
     down_to : float
         Stop after the first size that keeps a smaller share.
+    extend : bool
+        Go on beyond the edge with the cells at the edge: what is cut there is not thin.
 
     Returns
     -------
@@ -236,13 +147,16 @@ def granulometry(
     """
     max_size = check_int("max_size", max_size, 1, 2**31)
     inside = as_image(image) == check_int("facies", facies, 0, 2**31)
-    total = int(inside.sum())
+    total, largest = int(inside.sum()), min(max_size, *inside.shape)
+    ny, nx = inside.shape
     kept: list[float] = []
-    for size in range(1, min(max_size, *inside.shape) + 1):
-        whole = _square_sums(inside, size) == size * size
+    for size in range(1, largest + 1):
+        edge = size - 1 if extend else 0
+        whole = _square_sums(np.pad(inside, edge, mode="edge"), size) == size * size
         if not whole.any():
             break
         reached = _square_sums(np.pad(whole, size - 1), size) > 0
+        reached = reached[edge : edge + ny, edge : edge + nx]
         kept.append(np.count_nonzero(reached) / total)
         if kept[-1] < down_to:
             break

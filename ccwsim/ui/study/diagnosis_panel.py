@@ -39,12 +39,17 @@ def draw_diagnosis(
         step_note("E–W solid, N–S dashed; dotted, the template as it is set.")
     with right:
         stationarity = found.stationarity
-        note = "alike everywhere" if stationarity.stationary else "not alike everywhere"
+        alike = "no part differs by more than chance explains"
+        note = alike if stationarity.stationary else "parts differ by more than chance explains"
         quarters, whole = stationarity.proportions, image.proportions
         chart = proportions_chart(image.facies_names, whole, quarters, colours, chart_theme())
         alt = "Facies proportions of the four quarters and of the whole image"
         titled_chart("Stationarity", note, chart, "quarters", alt)
-        step_note(f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image.")
+        chance = 200 * float(stationarity.errors[:4].max())
+        step_note(
+            f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image. By chance a quarter "
+            f"differs by up to ±{chance:.2g} % (two standard errors)."
+        )
 
 
 def draw_advice(
@@ -59,7 +64,9 @@ def draw_advice(
         st.html(f'<p class="odd">{escape(warning)}</p>')
     st.html(advice_table(found, parameters))
     thin = min(range(image.n_facies), key=lambda k: found.thickness[k])
-    step_note(f"Smallest feature: {image.facies_names[thin]}, {found.thickness[thin]} cells thick.")
+    n = found.thickness[thin]
+    cells = "1 cell" if n == 1 else f"{n} cells"
+    step_note(f"Smallest feature: {image.facies_names[thin]}, {cells} thick.")
     advised = {advice.parameter: advice.value for advice in found.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:

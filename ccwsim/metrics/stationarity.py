@@ -1,0 +1,248 @@
+"""Whether parts of a training image differ by more than chance explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.metrics.etype import proportions
+from ccwsim.metrics.stack import as_indices
+from ccwsim.metrics.variograms import variogram
+from ccwsim.model.errors import CCWSIMError
+
+QUARTERS = ("south-west", "south-east", "north-west", "north-east")
+PARTS = (
+    *(f"{quarter} quarter" for quarter in QUARTERS),
+    *(f"{side} half" for side in ("southern", "northern", "western", "eastern")),
+)
+WEIGHTS = (
+    np.array([*np.eye(4), *np.array([[1, 1, 0, 0], [0, 0, 1, 1], [1, 0, 1, 0], [0, 1, 0, 1]]) / 2])
+    - 0.25
+)
+"""Shape (8, 4): of the quarters' means in the difference of each part from the whole."""
+PROPORTION_LIMIT = 0.15
+"""A part's proportion may differ by so many √(p (1 − p)), the spread of the indicator."""
+VARIOGRAM_LIMIT = 0.2
+"""A quarter's variogram may differ by so much of the sill, as a root mean square over lags."""
+PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
+"""Standard errors that a difference must exceed beside its limit: 90 % and more of stationary
+images then count as stationary, those whose features are an eighth of the image included."""
+LEAST = 0.1
+"""Correlations below this are not told from noise."""
+BLOCKS = 64
+"""Blocks along a side of a quarter by which its covariance is worked out."""
+SLOPES = 0.5
+"""Degrees of freedom of a plane's two slopes, shared by four quarters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stationarity:
+    """Proportions and variograms of the quarters of an image, and what chance explains.
+
+    Attributes
+    ----------
+    proportions : ndarray, shape (4, n_facies)
+        Of the quarters in the order of `QUARTERS`.
+    proportion_shift : ndarray, shape (4, n_facies)
+        |p of the quarter − p| / √(p (1 − p)).
+    lags : ndarray of int, shape (n_lags,)
+    variograms : ndarray, shape (4, n_facies, 2, n_lags)
+        [quarter, facies, E-W or N-S, lag].
+    variogram_shift : ndarray, shape (4, n_facies, 2)
+        Root mean square over lags of γ of the quarter − γ, in sills.
+    differences : ndarray, shape (8, n_facies)
+        Proportion of each of the `PARTS` − mean of the quarters.
+    errors : ndarray, shape (8, n_facies)
+        Standard errors of the differences in a stationary image of the same covariance.
+    variogram_scores : ndarray, shape (8, n_facies, 2)
+        |Difference of the variogram's mean over lags| of each part, in standard errors.
+    """
+
+    proportions: NDArray[np.float64]
+    proportion_shift: NDArray[np.float64]
+    lags: NDArray[np.int64]
+    variograms: NDArray[np.float64]
+    variogram_shift: NDArray[np.float64]
+    differences: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    variogram_scores: NDArray[np.float64]
+
+    @property
+    def drifting(self) -> NDArray[np.bool_]:
+        """Which proportions differ by more than limit and chance, shape (8, n_facies)."""
+        p = self.proportions.mean(axis=0)
+        limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * self.errors)
+        return np.abs(self.differences) > limit
+
+    @property
+    def changing(self) -> NDArray[np.bool_]:
+        """Which variograms differ by more than limit and chance, shape (4, n_facies, 2)."""
+        certain = self.variogram_scores.max(axis=0) > VARIOGRAM_DOUBT
+        return (self.variogram_shift > VARIOGRAM_LIMIT) & certain
+
+    @property
+    def stationary(self) -> bool:
+        """Whether no part differs by more than the limits and than chance explains."""
+        return not self.drifting.any() and not self.changing.any()
+
+
+def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
+    """Compare quarters and halves of an image with the whole.
+
+    The standard error of a mean over a quarter follows from the covariance within the quarters,
+    less their means and a common plane, summed over the lags around 0 at which the correlation is
+    at least 0.1: few cells are independent where it reaches far. For variograms the mean is that
+    of ½ (I(x) − I(x + h))², averaged over lags.
+
+    Parameters
+    ----------
+    indices : ndarray, shape (ny, nx)
+        Facies indices.
+    n_facies : int
+
+    Returns
+    -------
+    Stationarity
+
+    Raises
+    ------
+    CCWSIMError
+        For an image of fewer than 8 rows or columns.
+
+    Examples
+    --------
+    >>> half = np.zeros((40, 40), int)
+    >>> half[:, 20:] = 1
+    >>> stationarity(half, 2).stationary
+    False
+    >>> noise = np.random.default_rng(0).integers(0, 2, (40, 40))
+    >>> stationarity(noise, 2).stationary
+    True
+    """
+    image = as_indices(indices, n_facies)[0]
+    ny, nx = image.shape
+    if min(ny, nx) < 8:
+        raise CCWSIMError(
+            f"an image of {ny} × {nx} cells is too small to compare its quarters; "
+            "at least 8 × 8 are needed"
+        )
+    quarters = _quarters(image)
+    shares = np.array([proportions(quarter, n_facies)[0] for quarter in quarters])
+    whole = proportions(image, n_facies)[0]
+    deviation = np.sqrt(whole * (1 - whole))
+    lags = np.arange(min(ny, nx) // 4 + 1)
+    own = np.array([_curves(quarter, n_facies, lags) for quarter in quarters])
+    distance = np.sqrt(np.mean((own - _curves(image, n_facies, lags)) ** 2, axis=3))
+    shift = _in_units(np.abs(shares - whole), deviation)
+    variogram_shift = _in_units(distance, (deviation**2)[:, None])
+    facies = [image == k for k in range(n_facies)]
+    compared = [_compare_parts(one) for one in facies]
+    scores = np.zeros((len(PARTS), n_facies, 2))
+    for k, axis in product(range(n_facies), (0, 1)):
+        difference, error = _compare_parts(_half_squares(facies[k], 1 - axis))
+        scores[:, k, axis] = np.divide(
+            np.abs(difference), error, out=np.where(difference, np.inf, 0.0), where=error > 0
+        )
+    differences, errors = (np.column_stack(each) for each in zip(*compared, strict=True))
+    own_shift = shares, shift, lags, own, variogram_shift
+    return Stationarity(*own_shift, differences, errors, scores)
+
+
+def _quarters(image: NDArray) -> list[NDArray]:
+    ny, nx = image.shape
+    rows, columns = (slice(0, ny // 2), slice(ny // 2, ny)), (slice(0, nx // 2), slice(nx // 2, nx))
+    return [image[r, c] for r in rows for c in columns]
+
+
+def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
+    """Return ½ (I(x) − I(x + h))² of each cell, mean over both ways and lags 1, 2, 4, …"""
+    image = np.moveaxis(facies, axis, 1)
+    n, total = image.shape[1], np.zeros(image.shape, np.float32)
+    lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
+    for lag in lags:
+        differs = image[:, lag:] != image[:, :-lag]
+        ways = np.zeros(n, np.float32)
+        ways[lag:] += 2
+        ways[:-lag] += 2
+        each = np.zeros(image.shape, np.float32)
+        each[:, lag:] += differs
+        each[:, :-lag] += differs
+        total += each / ways
+    return np.moveaxis(total / len(lags), 1, axis)
+
+
+def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the differences of the parts' means from the whole, and their standard errors."""
+    means = np.array([quarter.mean(dtype=float) for quarter in _quarters(field)])
+    errors = np.sqrt(_mean_variance(field) * (WEIGHTS**2).sum(axis=1))
+    differences = WEIGHTS @ means
+    return np.where(np.abs(differences) < 1e-9, 0.0, differences), errors
+
+
+def _mean_variance(field: NDArray) -> float:
+    """Return the variance of the mean of a field over a quarter, from its own covariance.
+
+    Taking away the quarters' means makes the covariance smaller by this variance, and a common
+    plane by half as much again; what is summed is corrected for it.
+    """
+    from scipy.ndimage import label  # late: it takes longer to import than all the rest
+
+    parts = [_blocks(quarter) for quarter in _quarters(field)]
+    ny, nx = (min(part.shape[axis] for part in parts) for axis in (0, 1))
+    residuals = _without_plane(np.array([part[:ny, :nx] for part in parts]))
+    sums = np.fft.fftshift(_lag_sums(residuals).mean(axis=0))
+    pairs = np.rint(np.fft.fftshift(_lag_sums(np.ones((1, ny, nx)))[0]))
+    covariance = np.divide(sums, pairs, out=np.zeros(sums.shape), where=pairs > 0)
+    if covariance[ny, nx] <= 1e-12:
+        return 0.0
+    rows, columns = np.abs(np.arange(2 * ny) - ny), np.abs(np.arange(2 * nx) - nx)
+    within = (rows <= ny // 2)[:, None] & (columns <= nx // 2)
+    pieces, _ = label(within & (covariance >= LEAST * covariance[ny, nx]))
+    near = pieces == pieces[ny, nx]
+    n_pairs = float(ny * nx) ** 2
+    taken = (1 + SLOPES) * pairs[near].sum() / n_pairs
+    return float(sums[near].sum() / n_pairs / max(1 - taken, 0.25))
+
+
+def _blocks(quarter: NDArray) -> NDArray[np.float64]:
+    """Return means of blocks, at most `BLOCKS` a side: the mean over all stays the same."""
+    (ny, nx), (down, along) = quarter.shape, (-(-n // BLOCKS) for n in quarter.shape)
+    whole = quarter[: ny // down * down, : nx // along * along]
+    return whole.reshape(ny // down, down, nx // along, along).mean(axis=(1, 3), dtype=float)
+
+
+def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return quarters, shape (4, ny, nx), less their own means and their common slopes."""
+    centred = parts - parts.mean(axis=(1, 2), keepdims=True)
+    for axis in (1, 2):
+        shape = [1, 1, 1]
+        shape[axis] = -1
+        along = (np.arange(parts.shape[axis]) - (parts.shape[axis] - 1) / 2).reshape(shape)
+        along = np.broadcast_to(along, parts.shape)
+        centred = centred - along * (centred * along).sum() / max((along**2).sum(), 1.0)
+    return centred
+
+
+def _lag_sums(images: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return Σ z(x) z(x + h) at all lags, of images of shape (n, ny, nx)."""
+    shape = 2 * images.shape[1], 2 * images.shape[2]
+    spectra = np.fft.rfft2(images, shape)
+    return np.fft.irfft2(np.abs(spectra) ** 2, shape)
+
+
+def _curves(image: NDArray, n_facies: int, lags: NDArray) -> NDArray[np.float64]:
+    return np.array(
+        [
+            [variogram(image, k, direction, lags).gamma[0] for direction in ("E-W", "N-S")]
+            for k in range(n_facies)
+        ]
+    )
+
+
+def _in_units(values: NDArray, unit: NDArray) -> NDArray[np.float64]:
+    """Return values / unit, and 0 for a facies that fills the image or none of it."""
+    units = np.broadcast_to(unit, values.shape)
+    return np.divide(values, units, out=np.zeros(values.shape), where=units > 0)
