@@ -9,7 +9,9 @@ import numpy as np
 
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT, setting_colours
+from ccwsim.metrics import fit_proportions
 from ccwsim.model.parameters import Parameters
+from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.results.tables import as_csv, numbers_table
 from ccwsim.ui.widgets.facts import seconds, three_digits
@@ -25,9 +27,9 @@ def colour_of(letter: str) -> str:
 
 
 def sentences(found: Comparison) -> list[str]:
-    """Return one sentence on each setting against the first one, and one on the data."""
+    """Return one sentence on each setting against the first one, then on proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
-    return [*each, *_describe_data(found)]
+    return [*each, *_describe_proportions(found), *_describe_data(found)]
 
 
 def describe_against_first(found: Comparison, k: int) -> str:
@@ -44,6 +46,17 @@ def describe_speed(ratio: float) -> str:
     if 1 / MAX_EQUAL_TIME < ratio < MAX_EQUAL_TIME:
         return "as fast as"
     return f"{three_digits(max(ratio, 1 / ratio))} times {'slower' if ratio > 1 else 'faster'} than"
+
+
+def _describe_proportions(found: Comparison) -> list[str]:
+    """Say which proportions are off by more than crops of the training image scatter."""
+    said = []
+    for name, ensemble in zip(found.names, found.ensembles, strict=True):
+        fit = fit_proportions(ensemble)
+        off = [] if fit is None else np.flatnonzero(fit.outside).tolist()
+        off = off[1:] if len(off) == ensemble.training_image.n_facies == 2 else off
+        said += [f"{name}: {describe_proportion(ensemble, k)}." for k in off]
+    return [f"Proportions off: {' '.join(said)}"] if said else []
 
 
 def _describe_data(found: Comparison) -> list[str]:

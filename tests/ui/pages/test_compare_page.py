@@ -244,6 +244,14 @@ def test_a_difference_is_more_than_two_standard_errors():
     assert "has no variety" in describe_ratio(alone)
 
 
+def test_proportions_that_a_setting_misses_are_said_with_their_sign():
+    image = datasets.load("channels")
+    thin = Parameters(template_size=8, overlap_size=4, n_candidates=500)
+    some = compare(image, (256, 256), {"A": Parameters(match_proportions=True), "B": thin}, None, 6)
+    said = sentences(some)
+    assert re.fullmatch(r"Proportions off: B: sand [\d.]+ % \(TI 27\.0 %; −\d\d %\)\.", said[-1])
+
+
 def test_data_that_a_setting_leaves_wrong_are_counted():
     data = datasets.load_hard_data("channels_400_data")
     loose = Parameters(exact_data=False)
