@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,7 +160,7 @@ def _quarters(image: NDArray) -> list[NDArray]:
 
 def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
     """Return ½ (I(x) − I(x + h))² of each cell, mean over both ways and lags 1, 2, 4, …"""
-    image = np.moveaxis(facies, axis, 1)
+    image = facies.T if axis == 0 else facies
     n, total = image.shape[1], np.zeros(image.shape, np.float32)
     lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
     for lag in lags:
@@ -171,7 +172,8 @@ def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
         each[:, lag:] += differs
         each[:, :-lag] += differs
         total += each / ways
-    return np.moveaxis(total / len(lags), 1, axis)
+    mean = total / np.float32(len(lags))
+    return mean.T if axis == 0 else mean
 
 
 def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -191,7 +193,7 @@ def _mean_variance(field: NDArray) -> float:
     from scipy.ndimage import label  # late: it takes longer to import than all the rest
 
     parts = [_blocks(quarter) for quarter in _quarters(field)]
-    ny, nx = (min(part.shape[axis] for part in parts) for axis in (0, 1))
+    ny, nx = (min(part.shape[axis] for part in parts) for axis in range(2))
     residuals = _without_plane(np.array([part[:ny, :nx] for part in parts]))
     sums = np.fft.fftshift(_lag_sums(residuals).mean(axis=0))
     pairs = np.rint(np.fft.fftshift(_lag_sums(np.ones((1, ny, nx)))[0]))
@@ -200,7 +202,8 @@ def _mean_variance(field: NDArray) -> float:
         return 0.0
     rows, columns = np.abs(np.arange(2 * ny) - ny), np.abs(np.arange(2 * nx) - nx)
     within = (rows <= ny // 2)[:, None] & (columns <= nx // 2)
-    pieces, _ = label(within & (covariance >= LEAST * covariance[ny, nx]))
+    certain = within & (covariance >= LEAST * covariance[ny, nx])
+    pieces, _ = cast(tuple[NDArray[np.int32], int], label(certain))
     near = pieces == pieces[ny, nx]
     n_pairs = float(ny * nx) ** 2
     taken = (1 + SLOPES) * pairs[near].sum() / n_pairs
@@ -209,7 +212,8 @@ def _mean_variance(field: NDArray) -> float:
 
 def _blocks(quarter: NDArray) -> NDArray[np.float64]:
     """Return means of blocks, at most `BLOCKS` a side: the mean over all stays the same."""
-    (ny, nx), (down, along) = quarter.shape, (-(-n // BLOCKS) for n in quarter.shape)
+    ny, nx = quarter.shape
+    down, along = -(-ny // BLOCKS), -(-nx // BLOCKS)
     whole = quarter[: ny // down * down, : nx // along * along]
     return whole.reshape(ny // down, down, nx // along, along).mean(axis=(1, 3), dtype=float)
 

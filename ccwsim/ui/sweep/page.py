@@ -347,7 +347,7 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
         known = [value(q) for q in qualities if not np.isnan(value(q))]
         off = spread(qualities[k])
         own = three_digits(value(qualities[k])) + ("" if np.isnan(off) else f" ± {two(off)}")
-        return name, *(minus(text) for text in (own, three_digits(best(known)) if known else "–"))
+        return name, minus(own), minus(three_digits(best(known))) if known else "–"
 
     lines = [
         line("Patterns, mean (bits)", lambda q: q.pattern_distance, lambda q: q.pattern_spread),
