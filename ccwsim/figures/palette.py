@@ -72,7 +72,9 @@ def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
 
 
 DIFFERENCE = ("#2C6FB0", "#F4F2ED", "#B5452C")
-"""Below zero, zero and above zero of a difference."""
+"""Below zero, zero and above zero of a difference, on paper."""
+DIFFERENCE_ON_INK = ("#6FB1EE", "#232A33", "#FF8A6B")
+"""The same on ink: zero is as dark as the ground."""
 
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)
 """Steps of the cividis ramp, for probabilities."""

@@ -15,6 +15,8 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 from plotly.offline import get_plotlyjs
 
+from ccwsim.figures.palette import DIFFERENCE, DIFFERENCE_ON_INK
+
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
 CLEAR = "rgba(0,0,0,0)"
 ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
@@ -71,6 +73,17 @@ def setting_colours(theme: Theme) -> tuple[str, ...]:
     '#56B4E9'
     """
     return ON_INK if theme == DARK else ON_PAPER
+
+
+def difference_colours(theme: Theme) -> tuple[str, str, str]:
+    """Return the colours below zero, at zero, which is as the ground, and above zero.
+
+    Examples
+    --------
+    >>> difference_colours(LIGHT) == DIFFERENCE
+    True
+    """
+    return DIFFERENCE_ON_INK if theme == DARK else DIFFERENCE
 
 
 def as_written(names: Sequence[str]) -> list[str]:

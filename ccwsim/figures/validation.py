@@ -9,8 +9,16 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.palette import CIVIDIS, DIFFERENCE
-from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line, name_rows
+from ccwsim.figures.palette import CIVIDIS
+from ccwsim.figures.style import (
+    CLEAR,
+    Theme,
+    blank_chart,
+    difference_colours,
+    dots,
+    line,
+    name_rows,
+)
 
 Floats = NDArray[np.float64]
 MAX_DOT, MIN_DOT = 22, 5
@@ -239,7 +247,7 @@ def lag_map_chart(
     """
     chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
     heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=name)
-    colours = DIFFERENCE if difference else CIVIDIS
+    colours = difference_colours(theme) if difference else CIVIDIS
     heat.update(
         zmin=-largest if difference else 0.0,
         zmax=largest,

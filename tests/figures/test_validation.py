@@ -14,6 +14,7 @@ from ccwsim.figures import (
     calibration_chart,
     convergence_chart,
     data_status_chart,
+    difference_colours,
     divergence_chart,
     lag_map_chart,
     mds_chart,
@@ -21,6 +22,7 @@ from ccwsim.figures import (
     strip_chart,
     transiogram_chart,
 )
+from ccwsim.figures.palette import bytes_of
 
 
 def named(chart):
@@ -75,6 +77,17 @@ def test_a_difference_map_parts_at_zero():
     )
     assert (chart.data[0].zmin, chart.data[0].zmax) == (-0.5, 0.5)
     assert len(chart.data) == 1
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK])
+def test_zero_of_a_difference_is_as_the_ground(theme):
+    chart = lag_map_chart(
+        np.arange(-1, 2), np.ones((3, 3)), theme, name="γ", largest=0.5, difference=True
+    )
+    zero = chart.data[0].colorscale[1][1]
+    assert zero == difference_colours(theme)[1]
+    ground, at_zero = (np.array(rgb) for rgb in bytes_of([theme.paper, zero]))
+    assert abs(at_zero - ground).max() < 32
 
 
 def test_a_strip_shows_each_realization_and_the_image_as_a_stroke():

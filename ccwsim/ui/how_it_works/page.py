@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Patch, Trace, check_traceable, fates
-from ccwsim.figures import DIFFERENCE
+from ccwsim.figures import Theme, difference_colours
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -331,7 +331,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
     for place, (name, meaning) in zip(places, BANDS.items(), strict=True):
         with place:
             panel_title(f"{name}{SUBSCRIPTS[level]}", meaning)
-            scale = _band_scale(name, bands[name], unit)
+            scale = _band_scale(name, bands[name], unit, view.theme)
             shown = maps.value_map(bands[name], scale, view.theme, f"{name}, {meaning}")
             shown.marks.append(mark)
             key, group = f"how_map_{name}", "how_bands"
@@ -346,11 +346,11 @@ def _draw_bands(how: How, view: PatchView) -> None:
     say(words.describe_inverse(view.step, largest), words.PAPER["inverse"])
 
 
-def _band_scale(name: str, values: NDArray[np.float64], unit: int) -> Scale:
+def _band_scale(name: str, values: NDArray[np.float64], unit: int, theme: Theme) -> Scale:
     if name == "cA":
         return Scale(name, 0.0, float(unit))
     largest = float(abs(values).max()) or 1.0
-    return Scale(name, -largest, largest, DIFFERENCE)
+    return Scale(name, -largest, largest, difference_colours(theme))
 
 
 @st.cache_resource(max_entries=16, show_spinner=False)
