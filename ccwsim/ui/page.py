@@ -13,7 +13,7 @@ from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import COOKIE, browser
 from ccwsim.ui.session.state import KEY, State, session_state
-from ccwsim.ui.share.menu import draw_share
+from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import plain
@@ -73,10 +73,11 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 
 
 def _top(title: str, state: State) -> None:
-    """The menu of pages, the menu to share the study, and what of an address was not taken."""
+    """The menu of pages, those to share and open a study, and what of an address was not taken."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
+        draw_open(state)
     if state.notes:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.notes))

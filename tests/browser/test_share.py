@@ -204,7 +204,7 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
         page.close()
     with served() as after:
         page = opened(context, f"{after}/simulate?{SMALL}")
-        open_share(page)
+        page.locator(".st-key-open button").first.click()
         box = page.locator(".st-key-share_open input[type=file]")
         box.set_input_files(file, timeout=SLOW)
         page.locator(".facts", has_text="40 of 40 data honoured").wait_for(timeout=SLOW)

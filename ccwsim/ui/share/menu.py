@@ -1,4 +1,4 @@
-"""The menu "Share": link, project, report, and the same in Python and on the command line."""
+"""The menus "Share" (link, project, report, the same in Python and on the command line), "Open"."""
 
 from __future__ import annotations
 
@@ -45,10 +45,17 @@ OLD_RESULTS = (
 def draw_share(state: State) -> None:
     """Draw the menu; what is in it is computed when it is opened."""
     with error_boundary():
-        _menu(state)
+        _share(state)
 
 
-def _menu(state: State) -> None:
+@st.fragment
+def draw_open(state: State) -> None:
+    """Draw the menu that opens a project."""
+    with error_boundary(), st.popover("Open", key="open"):
+        _open(state)
+
+
+def _share(state: State) -> None:
     menu = st.popover("Share", key="share", on_change="rerun")
     if not menu.open:
         return
@@ -62,7 +69,6 @@ def _menu(state: State) -> None:
             _link(state)
             _files(state)
             _recipe(how)
-        _open(state)
 
 
 def _link(state: State) -> None:
@@ -123,6 +129,7 @@ def _recipe(how: Recipe) -> None:
 
 def _open(state: State) -> None:
     _title("Open a project")
+    step_note("A .ccwsim file, as “Save project” of Share writes it. It replaces the study.")
     file = st.file_uploader(
         "Open a project", type=["ccwsim"], key="share_open", label_visibility="collapsed"
     )
