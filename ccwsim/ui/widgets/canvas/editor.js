@@ -165,17 +165,17 @@ class DataEditor extends CellMap {
   }
 
   drawRings(pen, style) {
-    const radius = this.radius;
     pen.strokeStyle = style.getPropertyValue('--corrected');
-    pen.lineWidth = Math.max(1.6, radius * 0.45);
-    for (const [row, column, , , help] of this.data.points) {
-      if (!help) continue;
+    this.data.points.forEach(([row, column, , , help], k) => {
+      if (!help) return;
+      const radius = this.radiusOf(k);
+      pen.lineWidth = Math.max(1.6, radius * 0.45);
       const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
       pen.setLineDash(help < 0 ? [3, 2] : []);
       pen.beginPath();
-      pen.arc(x, y, radius + 2 * Math.min(1.2, radius * 0.4) + pen.lineWidth, 0, 2 * Math.PI);
+      pen.arc(x, y, radius + 2 * ringOf(radius) + pen.lineWidth, 0, 2 * Math.PI);
       pen.stroke();
-    }
+    });
     pen.setLineDash([]);
   }
 
@@ -184,9 +184,8 @@ class DataEditor extends CellMap {
     const corrected = this.data.points.filter((point) => point[4] > 0).length;
     const forced = this.data.points.filter((point) => point[4] < 0).length;
     this.root.querySelector('[data-do="corrected"]').hidden = !(corrected + forced);
-    if (corrected) this.readout.before(key(`${corrected} corrected`, 'swatch corrected', null));
-    if (forced) this.readout.before(key(`${forced} forced`, 'swatch forced', null));
-    this.readout.textContent = '';
+    if (corrected) this.legend.append(key(`${corrected} corrected`, 'swatch corrected', null));
+    if (forced) this.legend.append(key(`${forced} forced`, 'swatch forced', null));
   }
 
   bars() {

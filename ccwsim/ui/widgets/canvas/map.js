@@ -1,6 +1,9 @@
 // A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles.
 // Cells are [row from the south, column]; the picture's grey values are indices into lut and labels.
 const LINK = 'ccwsim-map';
+const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // pixels: radius of a datum, and each of its rings
+const LARGEST = 1e12; // numbers on an axis from here on have an exponent
+const ZOOMED = 8; // cells along an edge of a map that is zoomed in a lot
 const maps = new WeakMap();
 // Maps of one scale. Each component has its own copy of this module, so the window keeps them.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
@@ -22,6 +25,7 @@ class CellMap {
     this.root = root;
     this.canvas = root.querySelector('canvas');
     this.legend = root.querySelector('.legend');
+    this.readout = root.querySelector('.readout');
     this.dataShown = true;
     this.pointers = new Map();
     this.view = null;
@@ -74,12 +78,25 @@ class CellMap {
     const { nx, ny, axes, max_height: most } = this.data;
     const wide = Math.floor(this.root.getBoundingClientRect().width);  // clientWidth may round up
     if (!wide) return;
-    this.left = axes ? 40 : 1; this.bottom = axes ? 20 : 1; this.top = 1; this.right = 1;
+    this.left = axes ? Math.max(40, Math.ceil(this.longestNorthing()) + 9) : 1; this.bottom = axes ? 20 : 1; this.top = 1; this.right = 1;
     this.room = Math.min((wide - this.left - this.right) / nx, most / ny);
     const others = [...(groups.get(this.data.scale) || [])].filter((map) => map !== this);
     this.size(Math.min(this.room, ...others.filter((m) => m.leads).map((m) => m.room)));
     if (this.leads) others.forEach((map) => map.fit(others.concat(this)));
   }
+
+  // Pixels of the longest number at the west edge, which is as wide as a number of the whole map or,
+  // where it is zoomed, has a few decimals more: there is room for both.
+  longestNorthing() {
+    const { ny, cell_size: size, origin } = this.data;
+    const pen = this.canvas.getContext('2d');
+    pen.font = this.font;
+    const ends = [origin[1], origin[1] + ny * size[1]];
+    const marks = [...ticks(...ends, 4), ...ticks(ends[1] - ZOOMED * size[1], ends[1], 4)];
+    return Math.max(...marks.map((mark) => pen.measureText(mark.text).width));
+  }
+
+  get font() { return '12px ' + getComputedStyle(this.root).getPropertyValue('--st-font'); }
 
   get leads() { return this.room && this.data.leads; }
 
@@ -148,25 +165,58 @@ class CellMap {
     if (this.data.axes) this.drawAxes(pen, style);
   }
 
+  // How far each datum is from the second nearest other one, in cells, up to where marks do not
+  // touch: data in a row have less room than two that happen to be close.
+  spacings() {
+    const { points, nx } = this.data;
+    if (this.spaced?.of === points && this.spaced.cell === this.cell) return this.spaced.each;
+    const taken = new Set(points.map(([row, column]) => row * nx + column));
+    const farthest = Math.ceil(2 * (MARK + 2 * RING) / this.cell);
+    const there = (row, column) => column >= 0 && column < nx && taken.has(row * nx + column);
+    const each = points.map(([row, column]) => {
+      let near = 0;
+      for (let d = 1; d < farthest; d++) {
+        for (let k = -d; k < d; k++) { // the four sides of a square around it, each without one end
+          near += there(row - d, column + k) + there(row + d, column - k)
+            + there(row - k, column - d) + there(row + k, column + d);
+          if (near > 1) return d;
+        }
+      }
+      return farthest;
+    });
+    this.spaced = { of: points, cell: this.cell, each };
+    return each;
+  }
+
   get radius() {
     const room = Math.sqrt((this.wide * this.high) / Math.max(this.data.points.length, 1));
-    return Math.max(1.2, Math.min(4, room * 0.13)) * Math.min(Math.sqrt(this.view.zoom), 2.5);
+    return Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13)) * Math.min(Math.sqrt(this.view.zoom), 2.5);
+  }
+
+  // A datum with its rings reaches half way to the next one.
+  radiusOf(k) {
+    const half = 0.5 * this.spacings()[k] * this.cell * this.view.zoom;
+    return Math.max(SMALLEST_MARK, Math.min(this.radius, half / 1.8));
   }
 
   drawPoints(pen, style) {
     const { points, lut, point_lut: own, nx, ny } = this.data;
     if (!points.length) return;
-    const radius = this.radius;
-    const ring = Math.min(1.2, radius * 0.4);
     const wrongColour = style.getPropertyValue('--st-red-color');
-    for (const [row, column, index, wrong] of points) {
-      if (row >= ny || column >= nx) continue;
+    const marks = [];
+    points.forEach(([row, column, index, wrong], k) => {
+      if (row >= ny || column >= nx) return;
       const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
-      if (x < -9 || y < -9 || x > this.wide + this.left + 9 || y > this.high + 9) continue;
+      if (x < -9 || y < -9 || x > this.wide + this.left + 9 || y > this.high + 9) return;
+      const radius = this.radiusOf(k);
+      marks.push({ x, y, radius, ring: ringOf(radius), colour: (own || lut)[index], wrong });
+    });
+    // rings below all data, so that those of a row of data do not hide the data beside them
+    for (const { x, y, radius, ring, wrong } of marks) {
       disc(pen, x, y, radius + 2 * ring, wrong ? wrongColour : '#14181d');
-      disc(pen, x, y, radius + ring, '#ffffff');
-      disc(pen, x, y, radius, (own || lut)[index]);
     }
+    for (const { x, y, radius, ring } of marks) disc(pen, x, y, radius + ring, '#ffffff');
+    for (const { x, y, radius, colour } of marks) disc(pen, x, y, radius, colour);
   }
 
   drawTrail(pen) {
@@ -245,25 +295,28 @@ class CellMap {
     const { cell_size: size, origin } = this.data;
     pen.fillStyle = style.getPropertyValue('--st-text-color');
     pen.strokeStyle = pen.fillStyle;
-    pen.font = '12px ' + style.getPropertyValue('--st-font');
+    pen.font = this.font;
     pen.globalAlpha = 0.7;
     const [west, south] = this.toCells(this.left, this.top + this.high);
     const [east, north] = this.toCells(this.left + this.wide, this.top);
     const base = this.top + this.high;
     pen.textBaseline = 'top';
-    for (const v of ticks(origin[0] + west * size[0], origin[0] + east * size[0], this.wide / 70)) {
-      const [x] = this.toCanvas((v - origin[0]) / size[0], 0);
-      const half = pen.measureText(number(v)).width / 2;
+    const [from, to] = [origin[0] + west * size[0], origin[0] + east * size[0]];
+    const room = Math.max(70, ...ticks(from, to, 2).map(({ text }) => pen.measureText(text).width + 24));
+    for (const { at, text } of ticks(from, to, this.wide / room)) {
+      const [x] = this.toCanvas((at - origin[0]) / size[0], 0);
+      const half = pen.measureText(text).width / 2;
       pen.fillRect(x, base, 1, 4);
       pen.textAlign = 'center';
-      pen.fillText(number(v), Math.min(Math.max(x, half), this.left + this.wide - half), base + 6);
+      pen.fillText(text, Math.min(Math.max(x, half), this.left + this.wide - half), base + 6);
     }
     pen.textAlign = 'right';
-    for (const v of ticks(origin[1] + south * size[1], origin[1] + north * size[1], this.high / 60)) {
-      const [, y] = this.toCanvas(0, (v - origin[1]) / size[1]);
+    const [low, top] = [origin[1] + south * size[1], origin[1] + north * size[1]];
+    for (const { at, text } of ticks(low, top, this.high / 60)) {
+      const [, y] = this.toCanvas(0, (at - origin[1]) / size[1]);
       pen.fillRect(this.left - 4, y, 4, 1);
       pen.textBaseline = y < this.top + 8 ? 'top' : y > base - 8 ? 'bottom' : 'middle';
-      pen.fillText(number(v), this.left - 7, y);
+      pen.fillText(text, this.left - 7, y);
     }
     pen.globalAlpha = 1;
   }
@@ -279,11 +332,9 @@ class CellMap {
       box.append(strip.high);
       this.legend.append(box);
     }
-    if (points.length) this.legend.append(key(`${points.length} data`, 'swatch round', null));
+    if (points.length) this.legend.append(key(points.length > 1 ? `${points.length} data` : '1 datum', 'swatch round', null));
     if (wrong) this.legend.append(key(wrong, 'swatch round wrong', null));
-    this.readout = document.createElement('span');
-    this.readout.className = 'readout';
-    this.legend.append(this.readout);
+    this.readout.textContent = '';
   }
 
   at(cell) {
@@ -299,7 +350,7 @@ class CellMap {
     const said = this.at(cell);
     const mark = said ? this.marked(cell) : '';
     this.readout.textContent = said ? `(${cell[1]}, ${cell[0]}) ${said}${mark && ' · ' + mark}` : '';
-    this.readout.style.whiteSpace = mark ? 'normal' : '';
+    this.readout.classList.toggle('long', Boolean(mark));
     this.draw();
     if (tell) this.tell();
   }
@@ -422,6 +473,8 @@ class CellMap {
   }
 }
 
+function ringOf(radius) { return Math.min(RING, radius * 0.4); }
+
 function disc(pen, x, y, radius, colour) {
   pen.fillStyle = colour;
   pen.beginPath();
@@ -439,15 +492,16 @@ function key(label, kind, colour) {
   return entry;
 }
 
+// Round values between two, and each as a number that is written out whole.
 function ticks(low, high, wanted) {
   const rough = (high - low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((k) => k * power >= rough);
+  const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 20);
   const out = [];
-  for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + step * 1e-6; v += step) out.push(v);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-6; k++) {
+    const text = Math.abs(k * step) < LARGEST ? (k * step).toFixed(decimals) : String(k * step);
+    out.push({ at: k * step, text });
+  }
   return out;
-}
-
-function number(v) {
-  return String(Number(v.toPrecision(8)));
 }
