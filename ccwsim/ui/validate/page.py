@@ -15,7 +15,14 @@ from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
-from ccwsim.ui.results.maps import choose, colours_of_ran, draw_e_type, draw_ghost, step_buttons
+from ccwsim.ui.results.maps import (
+    choose,
+    colours_of_ran,
+    draw_e_type,
+    draw_ghost,
+    map_columns,
+    step_buttons,
+)
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_news
@@ -47,6 +54,8 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
+STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
+"""Parts of the page that get no lower while they are drawn anew."""
 
 
 def draw_page(state: State) -> None:
@@ -81,6 +90,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     with top:
         draw_summary(state, ensemble)
     _draw_sections(state, ensemble, colours)
+    canvas_component("steady")(key="steady", data={"parts": STEADY})
 
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
@@ -116,7 +126,7 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         ensemble = state.ensemble
         assert ensemble is not None
         with st.container(key="maps"):
-            left, middle, right = st.columns(3, gap="medium")
+            left, middle, right = map_columns((1.0, 1.0, 1.0), 0, ensemble.grid)
         with left:
             _draw_realization(state, ensemble, colours)
         with middle:
@@ -151,8 +161,8 @@ def _draw_mds(state: State, found: Anodi) -> None:
     ensemble = state.ensemble
     assert ensemble is not None
     n = len(found.owner) - 1
-    first = f"first {n}; click one to see it"
-    note = first if ensemble.n > MAX_COMPARED else "click one to see it"
+    first = f"of the first {n}; click one to see it"
+    note = first if ensemble.n > MAX_COMPARED else "click a realization to see it"
 
     def choose(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)

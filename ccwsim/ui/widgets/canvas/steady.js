@@ -1,0 +1,41 @@
+// While a page is drawn anew, or works something out, its parts get no lower than they were: what is
+// below them, and the reader's place in it, stay where they are.
+const WORKING = '.working, .unseen';
+const REST = 300; // milliseconds after which what is drawn anew is all there
+
+export default function ({ data }) {
+  const app = document.querySelector('.stApp');
+  const watched = new WeakSet();
+  const heights = new Map(); // of each part by its name, the largest since it was at rest
+  let timer = 0, changed = performance.now();
+  const name = (part) => [...part.classList].find((one) => one.startsWith('st-key-'));
+  const high = (part) => part.getBoundingClientRect().height;
+  const keep = (part) => {
+    const least = heights.get(name(part)) || 0;
+    if (high(part) >= least) return heights.set(name(part), high(part));
+    part.style.minHeight = least + 'px';
+    return later();
+  };
+  const later = () => { timer ||= setTimeout(settle, REST); };
+  const settle = () => {
+    timer = 0;
+    const resting = app.dataset.testScriptState === 'notRunning' && performance.now() - changed > REST;
+    if (!resting) later(); // between two runs parts may be empty
+    else document.querySelectorAll(data.parts).forEach((part) => {
+      if (part.querySelector(WORKING)) return;
+      part.style.minHeight = '';
+      heights.set(name(part), high(part));
+    });
+  };
+  const sizes = new ResizeObserver((changes) => changes.forEach(({ target }) => keep(target)));
+  const parts = new MutationObserver((news) => {
+    if (news.some(({ type }) => type === 'attributes')) changed = performance.now();
+    document.querySelectorAll(data.parts).forEach((part) => {
+      if (!watched.has(part)) sizes.observe(part); // which keeps it before it is painted
+      watched.add(part);
+      later();
+    });
+  });
+  parts.observe(app, { attributeFilter: ['data-test-script-state'], childList: true, subtree: true });
+  return () => { sizes.disconnect(); parts.disconnect(); clearTimeout(timer); };
+}
