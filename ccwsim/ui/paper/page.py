@@ -159,7 +159,9 @@ def _controls(state: State) -> None:
     label = "Run the experiments" if page_state.run is None else "Run again"
     starts = {"on_click": start, "args": (state,), "type": "primary"}
     extent, number = st.segmented_control, st.number_input
-    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="paper_row"):
+    with st.container(
+        horizontal=True, vertical_alignment="bottom", gap="small", key="controls_paper"
+    ):
         field(extent, "Extent", key="paper_extent", **bound_to(page_state, "quick"), **quick)
         field(number, "Seed", key="paper_seed", **seed)
         button(label, key="paper_start", **starts)
