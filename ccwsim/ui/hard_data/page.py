@@ -25,6 +25,7 @@ from ccwsim.ui.results.maps import (
     draw_e_type,
     draw_gallery,
     draw_realization,
+    map_columns,
     uncertainty_map,
 )
 from ccwsim.ui.session.fragments import error_boundary
@@ -79,7 +80,7 @@ def _editor(state: State) -> None:
         state.facies = min(state.facies, image.n_facies - 1)
     _top(state, data, ensemble)
     with st.container(key="maps"):
-        left, middle, right = st.columns([1.0, 1.0, 0.56], gap="medium")
+        left, middle, right = map_columns((1.0, 1.0, 0.56), 0, state.choices.grid)
     with left:
         _ground(state.page(Editor))
         of_run = state.page(Editor).ground == "e_type"  # a local answer has no E-type

@@ -7,20 +7,17 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.ui.session.state import session_state
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
+"""Plotly's own button, which the menu beside the title presses; it is not in sight."""
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:
-    """Draw a plotly figure that already has its own style; its one button saves it."""
-    kind = session_state().chart_format
-    saved = {"format": kind, "filename": key, "scale": 3 if kind == "png" else 1}
-    config = {**SAVE_BUTTON, "toImageButtonOptions": saved}
-    st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=config)
+    """Draw a plotly figure that already has its own style."""
+    st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=SAVE_BUTTON)
 
 
 def draw_clickable_chart(
@@ -30,7 +27,6 @@ def draw_clickable_chart(
     choose: Callable[[int], None],
     *,
     n_series: int = 1,
-    mode_bar: bool = True,
 ) -> None:
     """Draw a chart whose first series have points to click; `choose` gets the point's number."""
 
@@ -41,8 +37,8 @@ def draw_clickable_chart(
             choose(int(numbers[0]))
 
     select: Any = {"on_select": catch_callback_errors(clicked), "selection_mode": "points"}
-    config = SAVE_BUTTON if mode_bar else {"displayModeBar": False}
-    st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=config, **select)
+    shown: Any = {"theme": None, "alt": alt, "config": SAVE_BUTTON}
+    st.plotly_chart(chart, key=f"chart_{key}", **shown, **select)
 
 
 def titled_chart(

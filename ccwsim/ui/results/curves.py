@@ -17,7 +17,7 @@ from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import HOW_JUDGED, describe_curve, way_name
-from ccwsim.ui.results.charts import draw_chart
+from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -114,16 +114,16 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
         places = st.columns(5 if colours else 4, gap="medium")
     for place, way, bundle in zip(places, WAYS, variograms, strict=False):
         with place:
-            said = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
-            panel_title(f"Variogram {way_name(way)}", said)
+            note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
             chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=(0, top))
-            alt = f"Indicator variogram {way_name(way)} of {name}"
-            draw_chart(chart, f"variogram_{way[0]}", alt)
+            key, alt = f"variogram_{way[0]}", f"Indicator variogram {way_name(way)} of {name}"
+            titled_chart(f"Variogram {way_name(way)}", note, chart, key, alt)
     with places[2]:
         bundle = connectivity_bundle(ensemble, facies, "E-W")
-        panel_title("Connectivity E–W", _describe_connectivity(ensemble, facies))
+        note = _describe_connectivity(ensemble, facies)
         chart = curves_chart(bundle, theme, y_title=f"τ of {name}", y_range=(0, 1.04))
-        draw_chart(chart, "connection", f"Connectivity function E–W of {name}")
+        alt = f"Connectivity function E–W of {name}"
+        titled_chart("Connectivity E–W", note, chart, "connection", alt)
     with places[3]:
         _times(ensemble, theme)
     if colours:
@@ -144,11 +144,11 @@ def _describe_connectivity(ensemble: Ensemble, facies: int) -> str:
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the facies proportions of the realizations against those of the training image."""
     image = ensemble.training_image
-    panel_title("Proportions")
     chart = proportions_chart(
         image.facies_names, image.proportions, ensemble.proportions, colours, chart_theme()
     )
-    draw_chart(chart, "proportions", "Facies proportions of the realizations and the image")
+    alt = "Facies proportions of the realizations and the image"
+    titled_chart("Proportions", "", chart, "proportions", alt)
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
@@ -156,9 +156,9 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
         panel_title("CPU time", "not run on this machine yet")
         return
     mean = float(ensemble.cpu_seconds.mean())
-    panel_title("CPU time", f"{seconds(mean)} a realization")
+    note = f"{seconds(mean)} a realization"
     chart = times_chart(1000 * ensemble.cpu_seconds, 1000 * mean, theme)
-    draw_chart(chart, "times", "CPU time of each realization")
+    titled_chart("CPU time", note, chart, "times", "CPU time of each realization")
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:

@@ -8,6 +8,7 @@ from html import escape
 from typing import Any
 
 import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
@@ -29,11 +30,39 @@ from ccwsim.ui.widgets.maps import (
 )
 from ccwsim.ui.widgets.text import panel_title
 
+MAP_WIDTHS = (1.08, 1.0)
+"""Of a realization, which has coordinates beside it, and of the E-type."""
+WIDE = 2.0
+"""How many times as wide as high a grid is at least whose maps are below each other."""
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
 """Pixels that one row of tiles may take on a wide screen."""
 SMALLEST_IMAGE = 0.5
 """The training image is never narrower than this share of a realization on the page."""
+
+
+def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
+    """Return columns of these widths for maps of `grid` in `first` and the next, and for others.
+
+    The two maps of a wide grid are below each other: they have one column as wide as both.
+    """
+    if not is_wide(grid):
+        return list(st.columns(widths, gap="medium"))
+    after = first + 2
+    merged = [*widths[:first], sum(widths[first:after]), *widths[after:]]
+    places = list(st.columns(merged, gap="medium"))
+    return [*places[: first + 1], *places[first:]]
+
+
+def is_wide(grid: Grid) -> bool:
+    """Whether maps of a grid have more room below each other than side by side.
+
+    Examples
+    --------
+    >>> is_wide(Grid(100, 300)), is_wide(Grid(512, 512))
+    (True, False)
+    """
+    return grid.nx >= WIDE * grid.ny
 
 
 def colours_of(state: State) -> list[str]:
@@ -65,7 +94,9 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
     shown = uncertainty_map(state, ensemble, colours)
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
-    draw_map(shown, "map_e_type", link="grid", scale="maps", name=name)
+    # below a realization it has coordinates too, so that both begin and end on one line
+    grid = ensemble.grid if is_wide(ensemble.grid) else None
+    draw_map(shown, "map_e_type", grid=grid, link="grid", scale="maps", name=name)
 
 
 def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
@@ -168,8 +199,8 @@ def draw_ghost(state: State) -> None:
     """Show where the results will be, and what they will say, before there are any."""
     image, grid = image_of(state.choices.image), state.choices.grid
     with st.container(key="maps"):
-        left, middle, right = st.columns([SMALLEST_IMAGE, 1.08, 1.0], gap="medium")
-    with left:
+        left, middle, right = map_columns((SMALLEST_IMAGE, *MAP_WIDTHS), 1, grid)
+    with left, st.container(key="image_beside"):
         draw_training_image(image, colours_of(state))
     shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
     with middle:

@@ -98,7 +98,6 @@ class State:
     wanted: int = 0  # which was when the latest run started: it is again when the run has it
     facies: int = 1  # index of the facies whose curves and probability are shown
     e_type: EMap = "probability"  # what the uncertainty map shows
-    chart_format: str = "svg"  # how a chart saves itself: "svg" or "png"
     reference: TrainingImage | None = None  # the field that the hard data were sampled from
     runs: PastRuns = field(default_factory=PastRuns)  # of this session, to go back to
     pages: dict[type, Any] = field(default_factory=dict)  # what single pages remember, by type

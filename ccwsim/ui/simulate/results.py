@@ -13,6 +13,7 @@ from ccwsim.io import parameters_to_json, realizations_as_bytes
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.results.curves import draw_curves, draw_proportions
 from ccwsim.ui.results.maps import (
+    MAP_WIDTHS,
     SMALLEST_IMAGE,
     colours_of_ran,
     draw_e_type,
@@ -20,13 +21,14 @@ from ccwsim.ui.results.maps import (
     draw_ghost,
     draw_realization,
     draw_training_image,
+    is_wide,
+    map_columns,
 )
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import is_current
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import bound_to, field
 from ccwsim.ui.widgets.text import step_note
 
 USUAL_WIDTH = 400
@@ -60,15 +62,14 @@ def _results(state: State, ensemble: Ensemble) -> None:
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
     below = room_below_image(ensemble)
-    share = ensemble.training_image.shape[1] / ensemble.grid.nx
-    widths = [min(max(share, SMALLEST_IMAGE), 1.0), 1.08, 1.0]
+    widths = (image_width(ensemble), *MAP_WIDTHS)
     with st.container(key="maps"):
-        left, middle, right = st.columns(widths, gap="medium")
+        left, middle, right = map_columns(widths, 1, ensemble.grid)
     with middle:  # first, so that it is the first to be seen
         draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)
-    with left:
+    with left, st.container(key="image_beside"):
         link = {"link": "image", "scale": "maps", "leads": False}
         draw_training_image(ensemble.training_image, colours, **link)
         if below:
@@ -77,11 +78,20 @@ def _results(state: State, ensemble: Ensemble) -> None:
     draw_curves(ensemble, state.facies, None if below else colours)
 
 
+def image_width(ensemble: Ensemble) -> float:
+    """Return how wide the training image is for one of `USUAL_WIDTH`; as its cells where it can."""
+    share = ensemble.training_image.shape[1] / ensemble.grid.nx
+    return min(max(share, SMALLEST_IMAGE), 1.0)
+
+
 def room_below_image(ensemble: Ensemble) -> bool:
     """Whether the training image, at the scale of the realizations, leaves room for a chart."""
     image, grid = ensemble.training_image, ensemble.grid
-    left = (grid.ny - image.shape[0]) * USUAL_WIDTH / grid.nx
-    return left > PROPORTIONS_TITLE + proportions_height(image.n_facies)
+    left = (grid.ny - image.shape[0]) / grid.nx
+    if is_wide(grid):
+        high = image_width(ensemble) * image.shape[0] / image.shape[1]
+        left = 2 * sum(MAP_WIDTHS) * grid.ny / grid.nx - high
+    return left * USUAL_WIDTH > PROPORTIONS_TITLE + proportions_height(image.n_facies)
 
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -113,5 +123,3 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
             options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]], "width": "stretch"}
             key = f"download_{name.replace('.', '_')}"
             st.download_button(label, content, name, key=key, on_click="ignore", **options)
-        kind = bound_to(state, "chart_format", options=["svg", "png"], format_func=str.upper)
-        field(st.segmented_control, "The camera on a chart saves", key="chart_format", **kind)

@@ -254,7 +254,7 @@ def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
             marks["spreads"] = found.spreads(kind)
         chart = sweep_chart(milliseconds, errors, labels, chart_theme(), y_title=axis, **marks)
         alt = "Settings by CPU time and error; a line joins the Pareto front"
-        draw_clickable_chart(chart, "sweep", alt, lambda k: choose(state, k), mode_bar=False)
+        draw_clickable_chart(chart, "sweep", alt, lambda k: choose(state, k))
 
 
 def _draw_outlines() -> None:
