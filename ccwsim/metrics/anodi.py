@@ -217,8 +217,8 @@ def anodi(
     """Compare ensembles with their training image and among themselves (Tan et al. 2014).
 
     Histograms of all patterns are exact, for any number of facies, at each resolution of a
-    pyramid (see `coarsened`). The paper clusters 8 × 8 patterns; counting them exactly finds
-    nearly every one once, so 4 × 4 is the default, as in the public code.
+    pyramid (see `coarsened`). Section 5.5 of the paper takes 8 × 8 windows; counting them exactly
+    finds nearly every one once, so 4 × 4 is the default, as in the public code of ANODI.
 
     Parameters
     ----------

@@ -7,6 +7,9 @@ much a difference means. The realizations' own spread plays no part: it grows as
 
 With s the standard deviation between crops, the mean over m pieces of realizations may differ from
 the mean over crops that are worth k independent ones by c · s · √(1/k + 1/m).
+
+Crops as large as the training image are too few for that. There a curve is outside where nearly no
+piece of the realizations has the image's value and their mean is far from it.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.bands import Statistic, band, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, distinct_lags
@@ -38,8 +41,16 @@ MAX_PIECES = 32
 """Pieces of realizations; more make the mean hardly surer than the crops are."""
 CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
 """Standard errors that may be missed: more at some lag of many than by a single value."""
-MIN_GAP = {"connectivity": 0.1, "variogram": 0.1}
-"""A smaller difference is not called one: of τ, and of γ in sills p (1 − p)."""
+STATISTICS = ("connectivity", "variogram")
+MIN_GAP = 0.1
+"""A smaller difference of a curve is not called one: of τ, and of γ in sills p (1 − p)."""
+MIN_LARGE_GAP = 0.5
+"""The same in pieces as large as the training image, whose own scatter is not known."""
+MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
+LARGE_STEP = 3
+"""Only every third lag is looked at there, to save time."""
+TAIL = 0.05
+"""Share of such pieces that may reach the training image where realizations miss it."""
 MIN_PROPORTION_GAP = 0.05
 """The same of a proportion, relative to the training image's."""
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
@@ -177,6 +188,19 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     return (rows, columns) if min(rows, columns) >= MIN_SIDE else None
 
 
+def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
+    """Return rows and columns of the largest window that training image and grid both hold.
+
+    Examples
+    --------
+    >>> largest_crop((256, 256), (100, 1024))
+    (100, 256)
+    """
+    sides = zip(image_shape, grid_shape, strict=True)
+    rows, columns = (min(image, grid, MAX_SIDE) for image, grid in sides)
+    return rows, columns
+
+
 def crops_of(image: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
     """Return crops of an image (ny, nx) at even distances, shape (n, *shape), up to 4 × 4.
 
@@ -193,8 +217,10 @@ def crops_of(image: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
     return np.array([image[y : y + rows, x : x + columns] for y in starts[0] for x in starts[1]])
 
 
-def pieces_of(realizations: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
-    """Return up to 32 pieces of realizations (n, ny, nx) that do not overlap, shape (m, *shape).
+def pieces_of(
+    realizations: NDArray[np.integer], shape: Shape, max_pieces: int = MAX_PIECES
+) -> NDArray[np.integer]:
+    """Return some pieces of realizations (n, ny, nx) that do not overlap, shape (m, *shape).
 
     Examples
     --------
@@ -208,7 +234,7 @@ def pieces_of(realizations: NDArray[np.integer], shape: Shape) -> NDArray[np.int
         for x in np.linspace(0, nx - columns, nx // columns).astype(int)
     ]
     total = len(realizations) * len(starts)
-    chosen = np.linspace(0, total - 1, min(total, MAX_PIECES)).astype(int)
+    chosen = np.linspace(0, total - 1, min(total, max_pieces)).astype(int)
     pieces = np.empty((len(chosen), rows, columns), np.uint8)
     for k, (r, which) in enumerate(zip(*np.divmod(chosen, len(starts)), strict=True)):
         y, x = starts[which]
@@ -235,6 +261,8 @@ def fit_curve(
     -------
     Fit, or None
         Over lags up to half of a crop; None where the training image or the grid is too small.
+        Also the largest window that both hold is looked at, and returned where it is outside by
+        more.
 
     Raises
     ------
@@ -251,26 +279,41 @@ def fit_curve(
     """
     image = ensemble.training_image
     facies = check_int("facies", facies, 0, image.n_facies - 1)
-    if statistic not in tuple(MIN_GAP):
-        raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(MIN_GAP)}")
+    if statistic not in STATISTICS:
+        raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
     shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
-    side = {"E-W": shape[1], "N-S": shape[0]}.get(str(direction), min(shape))
-    lags, distances = distinct_lags(direction, min(MAX_LAG, side // 2))
-    lags, distances = lags[1:], distances[1:]
     p = float(image.proportions[facies])
-    least = MIN_GAP[statistic] * (p * (1 - p) if statistic == "variogram" else 1.0)
+    unit = p * (1 - p) if statistic == "variogram" else 1.0
 
-    def values(images: NDArray[np.integer]) -> Floats:
-        return curves_of(statistic, images, facies, direction, lags)
+    def compared(
+        shape: Shape, least: float, n_pieces: int, step: int = 1
+    ) -> tuple[ReferenceBand, Floats]:
+        side = {"E-W": shape[1], "N-S": shape[0]}.get(str(direction), min(shape))
+        lags, distances = distinct_lags(direction, min(MAX_LAG, side // 2))
+        lags, distances = lags[:0:-step][::-1], distances[:0:-step][::-1]  # the largest is kept
 
-    def band() -> ReferenceBand:
-        return _band(image, shape, distances, values, CURVE_ERRORS, np.full(len(lags), least))
+        def values(images: NDArray[np.integer]) -> Floats:
+            return curves_of(statistic, images, facies, direction, lags)
 
-    pieces = pieces_of(ensemble.indices, shape)
-    found = _mean(values(pieces))
-    return _kept(image, (statistic, facies, direction, shape), band).compare(found, len(pieces))
+        def make() -> ReferenceBand:
+            gap = np.full(len(lags), least * unit)
+            return _band(image, shape, distances, values, CURVE_ERRORS, gap)
+
+        reference = _kept(image, (statistic, facies, direction, shape), make)
+        return reference, values(pieces_of(ensemble.indices, shape, n_pieces))
+
+    reference, each = compared(shape, MIN_GAP, MAX_PIECES)
+    fit = reference.compare(_mean(each), len(each))
+    largest = largest_crop(image.shape, ensemble.grid.shape)
+    if largest == shape:
+        return fit
+    large = compared(largest, MIN_LARGE_GAP, MAX_LARGE_PIECES, LARGE_STEP)
+    whole = _without_the_image(*large)
+    if whole is None or whole.fits:
+        return fit
+    return whole if fit.fits or _gap(whole) > _gap(fit) else fit
 
 
 def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
@@ -298,13 +341,13 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
         both = found.percolates_ew, found.percolates_ns
         return np.column_stack([found.gamma, *(way.astype(float) for way in both)])
 
-    def band() -> ReferenceBand:
+    def make() -> ReferenceBand:
         least = np.array([MIN_GAMMA_GAP, MIN_PERCOLATION_GAP, MIN_PERCOLATION_GAP])
         return _band(image, shape, np.arange(3.0), values, VALUE_ERRORS, least)
 
     pieces = pieces_of(ensemble.indices, shape)
     found = _mean(values(pieces))
-    return _kept(image, ("geobodies", facies, shape), band).compare(found, len(pieces))
+    return _kept(image, ("geobodies", facies, shape), make).compare(found, len(pieces))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -328,14 +371,14 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     if shape is None:
         return None
 
-    def band() -> ReferenceBand:
+    def make() -> ReferenceBand:
         least = MIN_PROPORTION_GAP * image.proportions
         points = np.arange(float(n))
         return _band(image, shape, points, lambda c: proportions(c, n), VALUE_ERRORS, least)
 
     n_pieces = ensemble.n * ensemble.grid.ny * ensemble.grid.nx / (shape[0] * shape[1])
     found = ensemble.proportions.mean(axis=0)
-    fit = _kept(image, ("proportions", shape), band).compare(found, n_pieces)
+    fit = _kept(image, ("proportions", shape), make).compare(found, n_pieces)
     return Fit(fit.at, found, image.proportions, fit.tolerance, shape)
 
 
@@ -365,6 +408,26 @@ def _band(
     crops = crops_of(image.indices, shape)
     n_independent = image.indices.size / (shape[0] * shape[1])
     return ReferenceBand(at, values(crops), n_independent, n_errors, least, shape)
+
+
+def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
+    """Return a fit outside which nearly no piece of realizations (m, n_lags) has the image's value.
+
+    None for too few pieces. It only adds to what crops find: a wide scatter of the realizations
+    hides nothing of that.
+    """
+    if len(each) < MIN_LARGE_PIECES:
+        return None
+    crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)
+    above = pieces.mean > crops.mean
+    own = np.where(above, pieces.mean - pieces.low, pieces.high - pieces.mean)
+    beside = np.where(above, crops.high - crops.mean, crops.mean - crops.low)
+    tolerance = np.maximum(own + beside, reference.min_gap)
+    return Fit(reference.at, pieces.mean, crops.mean, tolerance, reference.crop_shape)
+
+
+def _gap(fit: Fit) -> float:
+    return float(abs(fit.found[fit.worst] - fit.reference[fit.worst]))
 
 
 def _mean(values: Floats) -> Floats:

@@ -139,7 +139,8 @@ WORDS = (
     "or some of the lags. “surrounded”: the image's curve is among the realizations'. "
     "“less time”: on another machine. “not comparable”: our grid is not the paper's. Two ratios "
     f"agree where both are below 1, above 1 or within {100 * NOISE - 100:.0f} % of it and they "
-    f"differ by less than a factor of {ALIKE}; “same order”: the former without the latter."
+    f"differ by less than a factor of {ALIKE}, or by less than {100 * NOISE - 100:.0f} %; “same "
+    "order”: the first without the second."
 )
 
 

@@ -2,7 +2,8 @@
 
 Two numbers are *alike* where they differ by less than a factor of `ALIKE`. A ratio of two numbers
 of one run has an *order*: below 1, above 1, or 1 where it is within `NOISE` of it, as the median of
-a few times is not known better. Ratios agree where they have one order and are alike.
+a few times is not known better. Ratios agree where they have one order and are alike, or where
+they themselves are within `NOISE` of each other.
 """
 
 from __future__ import annotations
@@ -69,10 +70,10 @@ def not_comparable(claim: str, ours: float) -> Judgement:
 
 def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
     """Judge a ratio within our run against the same ratio within the paper's."""
-    if order_of(ours) != order_of(theirs):
+    apart = max(ours, theirs) / min(ours, theirs)
+    if apart > NOISE and order_of(ours) != order_of(theirs):
         return judged(claim, found, DIFFERS)
-    near = max(ours, theirs) <= ALIKE * min(ours, theirs)
-    return judged(claim, found, AGREES if near else SAME_ORDER)
+    return judged(claim, found, AGREES if apart <= ALIKE else SAME_ORDER)
 
 
 def of_levels(times: Mapping[int, float]) -> Judgement:
@@ -128,4 +129,4 @@ def percent(share: float) -> str:
     >>> percent(0.0653)
     '6.5 %'
     """
-    return f"{100 * share:.1f} %"
+    return f"{100 * share:.1f} %".replace("-", "−")

@@ -6,8 +6,10 @@ from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.engine.stages.conditioning import SPARSE
 from ccwsim.engine.trace import Trace
 from ccwsim.metrics import judge
+from ccwsim.model.parameters import parameter_table
 from ccwsim.model.study import Study
 from tests.small_images import noise, places_of
 from tools.datasets import generate
@@ -97,6 +99,9 @@ def test_few_of_the_candidates_are_drawn_from_where_data_are_dense():
     left = [step.n_candidates for step in steps if step.data is not None]
     assert len(left) > 10
     assert np.median(left) <= 3
+    help_ = next(row["meaning"] for row in parameter_table() if row["name"] == "n_candidates")
+    assert f"within {SPARSE.slack} wrong cells of the best" in help_
+    assert "with dense data K changes little" in help_
 
 
 def test_a_wider_overlap_joins_shapes_better():

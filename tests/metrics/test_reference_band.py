@@ -16,11 +16,14 @@ from ccwsim.metrics import (
     fit_proportions,
     reference_band,
 )
+from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.reference_band import (
     CURVE_ERRORS,
+    MIN_LARGE_GAP,
     VALUE_ERRORS,
     Fit,
     ReferenceBand,
+    _without_the_image,
     crop_shape,
     crops_of,
     pieces_of,
@@ -161,6 +164,51 @@ def test_broken_channels_fail_although_they_scatter():
     percolates = fit_geobodies(found, 1)
     assert percolates.outside[1]
     assert percolates.found[1] < percolates.reference[1]
+
+
+def test_what_all_realizations_miss_fails_although_crops_scatter():
+    """Of half the image's size, crops are connected N–S or not; the image is, and no piece is."""
+    image = datasets.load("channels")
+    found = simulate(image, (256, 256), Parameters(), n_realizations=12, seed=1)
+    fit = fit_curve(found, "connectivity", 1, "N-S")
+    assert not fit.fits
+    assert fit.crop_shape == (256, 256)
+    own = connectivity(image.indices, 1, "N-S", fit.at.astype(int)).tau[0]
+    each = connectivity(found.indices, 1, "N-S", fit.at.astype(int)).tau
+    np.testing.assert_allclose(fit.reference, own)
+    np.testing.assert_allclose(fit.found, each.mean(axis=0))
+    missed = (np.quantile(each, 0.95, axis=0) < own) & (own - each.mean(axis=0) > 0.5)
+    np.testing.assert_array_equal(fit.outside, missed)
+    few = replace(found, indices=found.indices[:9])
+    assert fit_curve(few, "connectivity", 1, "N-S").crop_shape == (128, 128)
+
+
+def test_a_crop_among_crops_is_seldom_missed_by_all():
+    """One crop of an image in the part of the image, others in that of realizations."""
+    missed = []
+    for name in ("channels", "stone_wall", "dunes", "lenses"):
+        image = datasets.load(name)
+        half = image.shape[0] // 2, image.shape[1] // 2
+        sides = zip(image.shape, half, strict=True)
+        rows, columns = (np.linspace(0, n - h, 4).astype(int) for n, h in sides)
+        south_west = [(y, x) for y in rows for x in columns]
+        crops = [image.indices[y : y + half[0], x : x + half[1]] for y, x in south_west]
+        lags = np.arange(1, min(half) // 2 + 1)
+        for facies in facies_of(image):
+            for statistic, way in CURVES:
+                p = image.proportions[facies]
+                gap = MIN_LARGE_GAP * (p * (1 - p) if statistic == "variogram" else 1.0)
+                curves = curves_of(statistic, np.array(crops), facies, way, lags)
+                for k in range(0, len(crops), 3):
+                    others = np.delete(curves, k, axis=0)
+                    missed.append(is_missed(curves[k], others, len(lags), gap, half))
+    assert len(missed) > 100
+    assert np.mean(missed) < 0.1
+
+
+def is_missed(curve, others, n_lags: int, gap: float, shape: tuple[int, int]) -> bool:
+    alone = np.arange(1.0, n_lags + 1), curve[None], 1.0, CURVE_ERRORS, np.full(n_lags, gap), shape
+    return not _without_the_image(ReferenceBand(*alone), others).fits
 
 
 def test_the_tolerance_is_that_of_the_image_alone():

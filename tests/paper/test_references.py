@@ -171,6 +171,11 @@ def test_what_is_not_in_the_paper_is_named():
     text = (ROOT / "docs" / "method.md").read_text("utf-8").split("## Not in the paper")[1]
     for own in ("Refinement", "Data weights", "Within 6 cells", "Local re-simulation"):
         assert own in text
+    catalogue = tomllib.loads((ROOT / "ccwsim/ui/examples/catalogue.toml").read_text("utf-8"))
+    for example in (e for part in catalogue["part"] for e in part["example"] if "source" in e):
+        for own in ("location weight", "local re-simulation"):
+            if own in " ".join(example["text"].split()):
+                assert f"{own} is not in the paper" in example["source"]
 
 
 def test_the_weights_in_the_docs_are_those_of_the_engine():

@@ -452,4 +452,4 @@ def _draw_mds(state: State, found: Comparison) -> None:
     chart = mds_chart(positions[0], groups, found.scaling.explained, theme)
     alt = "MDS plot: realizations of all settings and the training image"
     title = mds_title(found.scaling.explained)
-    titled_chart(title, "click a realization to see it", chart, "compared_mds", alt, draw)
+    titled_chart(title, "click one to see it", chart, "compared_mds", alt, draw)

@@ -161,8 +161,8 @@ def _draw_mds(state: State, found: Anodi) -> None:
     ensemble = state.ensemble
     assert ensemble is not None
     n = len(found.owner) - 1
-    first = f"of the first {n}; click one to see it"
-    note = first if ensemble.n > MAX_COMPARED else "click a realization to see it"
+    first = f"first {n}; click one to see it"
+    note = first if ensemble.n > MAX_COMPARED else "click one to see it"
 
     def choose(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
