@@ -33,7 +33,7 @@ PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
 images then count as stationary, those whose features are an eighth of the image included."""
 LEAST = 0.1
 """Correlations below this are not told from noise."""
-BLOCKS = 64
+BLOCKS = 32
 """Blocks along a side of a quarter by which its covariance is worked out."""
 SLOPES = 0.5
 """Degrees of freedom of a plane's two slopes, shared by four quarters."""
@@ -196,11 +196,11 @@ def _mean_variance(field: NDArray) -> float:
     ny, nx = (min(part.shape[axis] for part in parts) for axis in range(2))
     residuals = _without_plane(np.array([part[:ny, :nx] for part in parts]))
     sums = np.fft.fftshift(_lag_sums(residuals).mean(axis=0))
-    pairs = np.rint(np.fft.fftshift(_lag_sums(np.ones((1, ny, nx)))[0]))
+    rows, columns = np.abs(np.arange(2 * ny) - ny), np.abs(np.arange(2 * nx) - nx)
+    pairs = np.outer(ny - rows, nx - columns)
     covariance = np.divide(sums, pairs, out=np.zeros(sums.shape), where=pairs > 0)
     if covariance[ny, nx] <= 1e-12:
         return 0.0
-    rows, columns = np.abs(np.arange(2 * ny) - ny), np.abs(np.arange(2 * nx) - nx)
     within = (rows <= ny // 2)[:, None] & (columns <= nx // 2)
     certain = within & (covariance >= LEAST * covariance[ny, nx])
     pieces, _ = cast(tuple[NDArray[np.int32], int], label(certain))
