@@ -23,7 +23,7 @@ HEIGHT = "document.querySelector('[data-testid=stMain]').scrollHeight"
 
 def fill_with_maps(page) -> None:
     """Wait for the maps of a page that fills itself."""
-    page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
+    page.wait_for_selector(":is(.st-key-results, .st-key-editing) canvas", timeout=SLOW)
 
 
 def fill_with_times(page) -> None:
