@@ -49,8 +49,10 @@ def _cache_folder() -> str:
     there is not even that.
     """
     name = f"kernels-{SOURCE}"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    places = [_PACKAGE / "__pycache__" / name, home / "ccwsim" / name]
+    places = [_PACKAGE / "__pycache__" / name]
+    with suppress(RuntimeError):  # a user without a home, as in some containers
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        places.append(home / "ccwsim" / name)
     for place in places:
         if _is_writable(place):
             return str(place)
@@ -231,6 +233,25 @@ class _Listener(event.Listener):
         pass
 
 
+def _with_robust_cache(dispatcher: Any) -> Any:
+    """Let a kernel whose files are damaged be compiled anew: Numba fails for ever on them."""
+    cache = getattr(dispatcher, "_cache", None)  # none where NUMBA_DISABLE_JIT is set
+    if cache is None:
+        return dispatcher
+    load = cache.load_overload
+
+    def load_or_compile(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:  # whatever cut or overwritten pickles raise
+            with suppress(OSError):
+                cache.flush()
+            return None
+
+    cache.load_overload = load_or_compile
+    return dispatcher
+
+
 def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
     if function.__module__.startswith("ccwsim.engine."):
         _engine_kernels.add(function.__name__)
@@ -239,6 +260,6 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
     setattr(config, "CACHE_DIR", folder)  # noqa: B010
     try:
         options |= {"cache": bool(folder), "no_cfunc_wrapper": True, "error_model": "numpy"}
-        return njit(nogil=True, **options)(function)
+        return _with_robust_cache(njit(nogil=True, **options)(function))
     finally:
         setattr(config, "CACHE_DIR", others)  # noqa: B010

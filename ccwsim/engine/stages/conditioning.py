@@ -186,4 +186,4 @@ def start_totals(scores, share, totals):
     for py in range(scores.shape[0]):
         row, own = scores[py], totals[py]
         for px in range(len(row)):
-            own[px] = row[px] + (RULED_OUT if row[px] > worst else 0)
+            own[px] = int(row[px]) + (RULED_OUT if row[px] > worst else 0)
