@@ -11,6 +11,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
+MAX_PERMUTED = 4_000_000
+"""Cells put into a random order to draw some: more hold up all other threads for too long."""
 
 
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
@@ -23,7 +25,7 @@ def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData
     """
     ny, nx = _shape(field)
     n = _checked_count("the number of data", n)
-    cells = _random(seed).choice(ny * nx, min(n, ny * nx), replace=False)
+    cells = _distinct(_random(seed), ny * nx, min(n, ny * nx))
     return _read(field, *np.divmod(cells, nx))
 
 
@@ -66,6 +68,18 @@ def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
 
 def _read(field: NDArray[np.integer], rows: NDArray, columns: NDArray) -> HardData:
     return HardData(np.column_stack([rows, columns]), np.asarray(field)[rows, columns])
+
+
+def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
+    """Return n different cells; few of very many without putting all of them into an order."""
+    if n_cells <= MAX_PERMUTED or n > n_cells // 2:
+        return random.choice(n_cells, n, replace=False)
+    cells = np.empty(0, np.int64)
+    while len(cells) < n:
+        drawn = np.concatenate([cells, random.randint(0, n_cells, n, dtype=np.int64)])
+        _, first = np.unique(drawn, return_index=True)
+        cells = drawn[np.sort(first)]
+    return cells[:n]
 
 
 def _random(seed: int) -> RandomState:

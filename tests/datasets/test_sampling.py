@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError
+from ccwsim.datasets import sampling
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 
 SIDE = st.integers(1, 40)
@@ -80,3 +81,17 @@ def test_numbers_that_make_no_sense_are_said(bad):
         sample_wells(truth, 1, direction="up")
     with pytest.raises(CCWSIMError, match="shape"):
         sample_grid(np.zeros(4, int), 2)
+
+
+@given(SIDE, SIDE, st.integers(1, 900), st.integers(0, 99))
+def test_few_of_many_cells_are_different_ones_and_the_same_again(ny, nx, n, seed):
+    cells = sampling._distinct(np.random.RandomState(seed), 10**6, n)
+    assert len(set(cells.tolist())) == n
+    assert 0 <= cells.min() <= cells.max() < 10**6
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sampling, "MAX_PERMUTED", 0)
+        truth = field(ny, nx)
+        data = sample_random(truth, n, seed)
+        assert data.n == min(n, ny * nx)
+        assert holds(data, truth)
+        assert data.digest == sample_random(truth, n, seed).digest
