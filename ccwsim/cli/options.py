@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.system.whole_files import check_replaceable
 
 if TYPE_CHECKING:
     from ccwsim.io.formats.classes import Classes
@@ -58,6 +59,7 @@ def check_writable(path: str) -> None:
         raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
     if Path(path).is_dir() or not os.access(folder, os.W_OK):
         raise CCWSIMError(f"{path} cannot be written; choose another file")
+    check_replaceable(path)
 
 
 def sizes(text: str) -> tuple[int, ...]:

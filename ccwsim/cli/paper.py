@@ -51,7 +51,7 @@ def command(
     """
     check_report(output)
     from ccwsim import paper
-    from ccwsim.cli.progress import ProgressLine, stop_on_interrupt
+    from ccwsim.cli.progress import ProgressLine, stop_on_signals
     from ccwsim.report import write_report
 
     inputs = paper.inputs_in(data)
@@ -63,7 +63,7 @@ def command(
         if progress:
             progress.write(f"{finished.experiment.title}: {paper.verdict_of(finished)}")
 
-    with stop_on_interrupt() as stopped:
+    with stop_on_signals() as stopped:
         try:
             found = paper.reproduce(inputs, extent, seed, progress, stopped, on_finished=report)
         finally:
@@ -75,7 +75,7 @@ def command(
         left = f"; written: {output}" if found.finished else "; nothing is written"
         done = f"stopped after {len(found.finished)} of {n} experiments"
         click.echo(f"ccwsim: {done}{left}", err=True)
-        return 130
+        return stopped.exit_code
     if not quiet:
         click.echo(f"{paper.summary(found)}\nWritten: {output}", err=True)
     return 0

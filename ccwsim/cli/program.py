@@ -20,7 +20,8 @@ OK, BAD_INPUT, STOPPED = 0, 2, 130
 
 EPILOG = (
     "'ccwsim COMMAND --help' explains a command. Exit codes: 0 all is well, 2 the input is not "
-    "right, 130 stopped by Ctrl-C. Completion by Tab: put "
+    "right, 130 stopped by Ctrl-C, 143 by SIGTERM, 129 by a terminal that was closed: what is "
+    "finished is written. Completion by Tab: put "
     'eval "$(_CCWSIM_COMPLETE=bash_source ccwsim)" into ~/.bashrc (zsh_source into ~/.zshrc, '
     "fish_source for fish)."
 )

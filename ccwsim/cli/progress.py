@@ -1,12 +1,13 @@
-"""How far a run is: a bar on a terminal, a line every few seconds elsewhere; and Ctrl-C."""
+"""How far a run is: a bar on a terminal, a line every few seconds elsewhere; and what stops it."""
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from shutil import get_terminal_size
 from typing import TextIO
 
@@ -30,6 +31,10 @@ class ProgressLine:
 
     def __call__(self, fraction: float, n_done: int) -> None:
         """Show that `fraction` of all work is done, and `n_done` units."""
+        with suppress(OSError):  # a terminal that is gone is no reason to end
+            self._show(fraction, n_done)
+
+    def _show(self, fraction: float, n_done: int) -> None:
         done = f"{n_done} of {self._n} {self._unit}"
         if not self._is_terminal:
             self._say_line(fraction, done)
@@ -42,8 +47,9 @@ class ProgressLine:
 
     def write(self, line: str) -> None:
         """Write a line above the bar."""
-        self.clear()
-        print(line, file=self._stream, flush=True)
+        with suppress(OSError):
+            self.clear()
+            print(line, file=self._stream, flush=True)
 
     def clear(self) -> None:
         """Take the bar away until the next call."""
@@ -55,9 +61,10 @@ class ProgressLine:
 
     def close(self) -> None:
         """Take the bar away for good."""
-        self.clear()
-        if self._bar is not None:
-            self._bar.close()
+        with suppress(OSError):
+            self.clear()
+            if self._bar is not None:
+                self._bar.close()
 
     def _show_bar(self, fraction: float, done: str) -> None:
         if self._bar is None:  # from here on: compiling comes before and says nothing of the pace
@@ -94,24 +101,46 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
+SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
+"""What asks a run to end, Ctrl-C, a batch system, a terminal that is closed; and the exit codes."""
+
+
+class Stop:
+    """Whether a signal asked the run to end; a call tells, and `exit_code` says which it was."""
+
+    def __init__(self) -> None:
+        self.exit_code = 0
+
+    def __call__(self) -> bool:
+        return self.exit_code != 0
+
+    def note(self, number: int, *_: object) -> None:
+        """Take a signal; the same one again ends the program."""
+        name = signal.Signals(number).name
+        self.exit_code = SIGNALS[name]
+        signal.signal(number, signal.SIG_DFL)
+        if name == "SIGHUP":  # the terminal is gone: what is said goes nowhere, and stops nothing
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            for stream in (1, 2):
+                os.dup2(nowhere, stream)
+
+
 @contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Yield a function that says whether Ctrl-C was pressed; a second Ctrl-C ends the program.
+def stop_on_signals() -> Iterator[Stop]:
+    """Yield what says whether the run is asked to end; the same signal again ends the program.
 
     What is finished can so still be written. Outside the main thread, where signals cannot be
-    caught, it never is.
+    caught, it never is asked.
     """
-    pressed = threading.Event()
-
-    def note(*_: object) -> None:
-        pressed.set()
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    if threading.current_thread() is not threading.main_thread():
-        yield pressed.is_set
-        return
-    before = signal.signal(signal.SIGINT, note)
+    stop = Stop()
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in SIGNALS:
+            number = getattr(signal, name, None)
+            if number and signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
+                before[number] = signal.signal(number, stop.note)
     try:
-        yield pressed.is_set
+        yield stop
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

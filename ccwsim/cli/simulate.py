@@ -66,11 +66,11 @@ def command(**given: Any) -> int:
     streamed = streamed_output(options.output)
     inputs = inputs_of(options)
     _say(options, *inputs.notes)
-    from ccwsim.cli.progress import ProgressLine, stop_on_interrupt
+    from ccwsim.cli.progress import ProgressLine, stop_on_signals
     from ccwsim.run.simulation import simulate
 
     progress = None if options.quiet else ProgressLine(inputs.n_realizations, sys.stderr)
-    with executor_of(options) as executor, stop_on_interrupt() as stopped:
+    with executor_of(options) as executor, stop_on_signals() as stopped:
         ensemble, message = None, ""
         try:
             run = inputs.n_realizations, inputs.seed, options.workers, progress, stopped
@@ -85,7 +85,7 @@ def command(**given: Any) -> int:
         if ensemble is not None:
             _write([path for path in options.output if path != streamed], ensemble)
             _say(options, summary(ensemble), *(f"Written: {path}" for path in options.output))
-    return 130 if message else 0
+    return stopped.exit_code if message else 0
 
 
 @contextmanager

@@ -1,15 +1,14 @@
-"""Files that are replaced whole or not at all."""
+"""Write to a path, whole or not at all, or to an open file; the format by the ending."""
 
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Collection
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.system.whole_files import WholeFile, unwritable
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:
@@ -17,20 +16,13 @@ def write_bytes(path_or_file: Any, content: bytes) -> None:
     if not isinstance(path_or_file, (str, os.PathLike)):
         path_or_file.write(content)
         return
-    path = Path(path_or_file)
-    beside = path.parent / f".{path.name[:100]}.{secrets.token_hex(6)}.tmp"
-    try:
-        with beside.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise CCWSIMError(f"{path} cannot be written: {reason}") from error
-    finally:
-        with suppress(OSError, ValueError):
-            beside.unlink(missing_ok=True)
+    with unwritable(path_or_file):
+        whole = WholeFile(path_or_file)
+        try:
+            whole.file.write(content)
+            whole.commit()
+        finally:
+            whole.drop()
 
 
 def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -> str:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import secrets
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from threading import Lock
@@ -19,6 +18,7 @@ from ccwsim.model.arrays import readonly
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.study import Study
+from ccwsim.system.whole_files import WholeFile, unwritable
 
 
 class Stored(NamedTuple):
@@ -92,51 +92,40 @@ class MapFile:
         self._codes, self._shape, self._lock = codes, shape, Lock()
         self._header = self._header_of(shape[0])
         self._size = int(np.prod(shape[1:], dtype=object)) * codes.itemsize
-        self._beside = path.parent / f".{path.name[:100]}.{secrets.token_hex(6)}.tmp"
-        try:
+        with unwritable(path):
             _check_disk(path.parent, shape[0] * self._size)
-            self._file = self._beside.open("xb+")
-            self._file.write(self._header)
-        except OSError as error:
-            self.drop()
-            raise _unwritable(path, error) from error
+            self._whole = WholeFile(path)
+            self._file = self._whole.file
+            try:
+                self._file.write(self._header)
+            except OSError:
+                self.drop()
+                raise
 
     def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
         """Write realization k at its position."""
         own = np.ascontiguousarray(self._codes[indices])
-        with self._lock:
-            try:
-                self._file.seek(len(self._header) + k * self._size)
-                self._file.write(own.data)
-            except OSError as error:
-                raise _unwritable(self._path, error) from error
+        with self._lock, unwritable(self._path):
+            self._file.seek(len(self._header) + k * self._size)
+            self._file.write(own.data)
 
     def finish(self, finished: list[int]) -> Stored:
         """Close the gaps of those that are missing, rename the file, and map it."""
         n = len(finished)
         if not n:
             return Stored(np.empty((0, *self._shape[1:]), np.uint8), None)
-        try:
+        with unwritable(self._path):
             self._close_gaps(finished)
             self._file.seek(0)
             self._file.write(self._header_of(n))
             self._file.truncate(len(self._header) + n * self._size)
-            self._file.flush()
-            os.fsync(self._file.fileno())
-            self._file.close()
-            self._beside.replace(self._path)
-            mapped = np.load(self._path, mmap_mode="r")
-        except OSError as error:
-            raise _unwritable(self._path, error) from error
+            mapped = np.load(self._whole.commit(), mmap_mode="r")
         plain = np.array_equal(self._codes, np.arange(len(self._codes)))
         return Stored(mapped if plain else LazyStack(mapped, self._codes), None)  # type: ignore[arg-type]
 
     def drop(self) -> None:
         """Delete the temporary file, if it still exists."""
-        with suppress(OSError, AttributeError):
-            self._file.close()
-        with suppress(OSError):
-            self._beside.unlink(missing_ok=True)
+        self._whole.drop()
 
     def _close_gaps(self, finished: list[int]) -> None:
         for to, k in enumerate(finished):
@@ -163,10 +152,6 @@ def _check_disk(folder: Path, size: int) -> None:
             f"realizations of {size / 1e9:.1f} GB do not fit into {folder}, which has "
             f"{free / 1e9:.1f} GB left; ask for fewer, or for another folder"
         )
-
-
-def _unwritable(path: Path, error: OSError) -> CCWSIMError:
-    return CCWSIMError(f"{path} cannot be written: {error.strerror or error}")
 
 
 def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:

@@ -24,7 +24,7 @@ from ccwsim import HardData, Parameters, TrainingImage, datasets, read_training_
 from ccwsim.cli.dashboard import app_file, command_line
 from ccwsim.cli.options import classes, sizes
 from ccwsim.cli.program import COMMANDS, main
-from ccwsim.cli.progress import STARTING, ProgressLine, duration, stop_on_interrupt
+from ccwsim.cli.progress import SIGNALS, STARTING, ProgressLine, duration, stop_on_signals
 from ccwsim.cli.simulate import EPILOG, command, summary
 from ccwsim.io import parameters_to_json, write_training_image
 from ccwsim.model.codec import settings_of
@@ -298,14 +298,48 @@ def test_times_and_sizes_in_words():
     assert [classes(text) for text in ("3", "0.1,0.25", "codes")] == [3, [0.1, 0.25], "codes"]
 
 
-def test_ctrl_c_is_caught_once_and_only_inside():
-    before = signal.getsignal(signal.SIGINT)
-    with stop_on_interrupt() as stopped:
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_is_caught_once_and_only_inside(name, monkeypatch):
+    number = getattr(signal, name)
+    monkeypatch.setattr("ccwsim.cli.progress.os.dup2", lambda *_: None)  # ours stays open
+    before = signal.getsignal(number)
+    with stop_on_signals() as stopped:
         assert not stopped()
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(number)
         assert stopped()
-        assert signal.getsignal(signal.SIGINT) == signal.SIG_DFL
-    assert signal.getsignal(signal.SIGINT) == before
+        assert stopped.exit_code == 128 + number
+        assert signal.getsignal(number) == signal.SIG_DFL
+    assert signal.getsignal(number) == before
+
+
+def test_a_signal_that_is_ignored_stays_so():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup has it
+    try:
+        with stop_on_signals() as stopped:
+            signal.raise_signal(signal.SIGHUP)
+            assert not stopped()
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_batch_system_or_a_closed_terminal_keeps_what_is_finished(name, tmp_path):
+    out = tmp_path / "out.npy"
+    line = [sys.executable, "-m", "ccwsim", "simulate", "channels", "--grid", "256x256"]
+    line += ["--realizations", "5000", "--workers", "1", "--output", str(out)]
+    process = subprocess.Popen(line, cwd=ROOT, stderr=subprocess.PIPE)
+    try:
+        while b" of 5000 " not in process.stderr.readline():  # type: ignore[union-attr]
+            assert process.poll() is None
+        process.send_signal(getattr(signal, name))
+        if name == "SIGHUP":
+            process.stderr.close()  # type: ignore[union-attr]
+        assert process.wait(120) == SIGNALS[name]
+    finally:
+        process.kill()
+    assert [path.name for path in tmp_path.iterdir()] == ["out.npy"]
+    assert 1 <= len(np.load(out)) < 5000
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")

@@ -23,9 +23,11 @@ from ccwsim.io import (
     write_realizations,
     write_training_image,
 )
+from ccwsim.io.atomic import write_bytes
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.report import Document, Section, Text, write_report
+from ccwsim.system.whole_files import WholeFile
 from tests.some import some
 
 ROOT = Path(__file__).parents[2]
@@ -218,3 +220,67 @@ def test_a_stop_by_the_keyboard_leaves_the_good_file(tmp_path, monkeypatch):
         write_realizations(path, ensemble())
     assert path.read_bytes() == GOOD
     assert os.listdir(tmp_path) == ["out.npz"]
+
+
+@pytest.mark.parametrize("write", ["bytes", "realizations"])
+class TestTarget:
+    """What a target is stays: a link, its mode, that it may not be written."""
+
+    @pytest.fixture
+    def target(self, tmp_path):
+        path = tmp_path / "deep" / "target.npy"
+        path.parent.mkdir()
+        path.write_bytes(GOOD)
+        return path
+
+    @staticmethod
+    def write(how: str, path: Path) -> None:
+        if how == "bytes":
+            write_bytes(path, b"new")
+        else:
+            simulate(IMAGE, (16, 16), P, out=path)
+
+    def test_a_link_leads_to_its_file(self, write, target, tmp_path):
+        link = tmp_path / "link.npy"
+        link.symlink_to(target)
+        self.write(write, link)
+        assert link.is_symlink()
+        assert target.read_bytes() != GOOD
+
+    def test_the_mode_is_kept(self, write, target):
+        target.chmod(0o640)
+        self.write(write, target)
+        assert target.stat().st_mode & 0o777 == 0o640
+
+    def test_a_read_only_file_is_not_replaced(self, write, target):
+        target.chmod(0o444)
+        with pytest.raises(CCWSIMError, match="cannot be written: it is read-only"):
+            self.write(write, target)
+        assert target.read_bytes() == GOOD
+
+    def test_what_is_no_file_is_not_replaced(self, write, target):
+        fifo = target.with_name("fifo.npy")
+        os.mkfifo(fifo)
+        with pytest.raises(CCWSIMError, match="cannot be written: it is no file"):
+            self.write(write, fifo)
+
+    def test_only_what_a_killed_run_left_is_deleted(self, write, target):
+        names = (".target.npy.0123.tmp", ".target.npy.4567.tmp", ".other.npy.0123.tmp", "a.tmp")
+        old, new, other, plain = (target.with_name(name) for name in names)
+        for path in (old, new, other, plain):
+            path.write_bytes(b"left")
+        for path in (old, other, plain):
+            os.utime(path, (1, 1))
+        self.write(write, target)
+        assert not old.exists()
+        assert all(path.exists() for path in (new, other, plain))
+
+    def test_what_another_run_writes_is_not_deleted(self, write, target):
+        running = WholeFile(target)
+        try:
+            (own,) = target.parent.glob("*.tmp")
+            os.utime(own, (1, 1))
+            self.write(write, target)
+            assert own.exists()
+        finally:
+            running.drop()
