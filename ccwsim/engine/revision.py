@@ -12,7 +12,7 @@ from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.resimulation import Target, isolated_datum_thresholds, resimulate
 from ccwsim.model.arrays import check_int, readonly
-from ccwsim.model.ensemble import WRONG, Ensemble
+from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch, n_cores, run_all
@@ -79,10 +79,18 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
         if not p.exact_data:
             data_status[number, wrong] = WRONG
             return
-        target = Target(image, bits, data, indices[number], sources[number])
-        data_status[number, wrong] = resimulate(
+        forced = data_status[number] == FORCED
+        origin = sources[number]
+        if forced.any() and not origin.size:  # to see which forced cells a window takes by now
+            origin = np.zeros(study.grid.shape, np.int32)
+            origin[rows[forced], columns[forced]] = -1
+        target = Target(image, bits, data, indices[number], origin)
+        status = resimulate(
             target, hard_data.cells[wrong], p.template_size, rng, thresholds, watch.check
         )
+        data_status[number, wrong] = status
+        if forced.any():
+            data_status[number, forced & (origin[rows, columns] != -1)] = status.max(initial=0)
         seconds[number] = time.thread_time() - before
         watch.report(1.0)
 

@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 
+MAX_INT = 2**63 - 1
+"""The largest whole number of an array."""
+
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
     """Return `values` as an array, or say that they are not a regular one."""
@@ -57,10 +60,18 @@ def check_int(name: str, value: object, low: int, high: int | None = None) -> in
     >>> check_int("size", 4, 1, 8)
     4
     """
-    if is_whole(value) and low <= value <= (2**63 - 1 if high is None else high):
+    high = MAX_INT if high is None else high
+    if is_whole(value) and low <= value <= high:
         return int(value)
-    bounds = f", at least {low}" if high is None else f" from {low} to {high}"
+    too_large = is_whole(value) and value > high
+    bounds = f", at least {low}" if high == MAX_INT and not too_large else f" from {low} to {high}"
     raise CCWSIMError(f"{name} = {shown(value)} must be a whole number{bounds}")
+
+
+def check_callable(name: str, value: object) -> None:
+    """Say that an argument that is to be called cannot be; None stands for none."""
+    if value is not None and not callable(value):
+        raise CCWSIMError(f"{name} = {shown(value)} must be a function, or None")
 
 
 def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.model.arrays import readonly
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.study import Study
+from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable
 
 
@@ -46,6 +47,8 @@ def store_of(
     if out is None:
         yield Memory(study.grid.shape, n, keep_sources)
         return
+    if not isinstance(out, (str, os.PathLike)):
+        raise CCWSIMError(f"out = {shown(out)} must be the path of an npy file, or None")
     if keep_sources:
         raise CCWSIMError("sources are not written to disk; leave out `out` or `keep_sources`")
     file = MapFile(out, study.training_image.codes, (n, *study.grid.shape))
@@ -149,8 +152,8 @@ def _check_disk(folder: Path, size: int) -> None:
     free = shutil.disk_usage(folder).free
     if size > free:
         raise CCWSIMError(
-            f"realizations of {size / 1e9:.1f} GB do not fit into {folder}, which has "
-            f"{free / 1e9:.1f} GB left; ask for fewer, or for another folder"
+            f"realizations of {format_bytes(size)} do not fit into {folder}, which has "
+            f"{format_bytes(free)} left; ask for fewer, or for another folder"
         )
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ccwsim.engine.realization import Realization
-from ccwsim.model.arrays import check_int, readonly
+from ccwsim.model.arrays import check_callable, check_int, readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -100,6 +100,8 @@ def simulate(
     )
     n = check_int("n_realizations", n_realizations, 1)
     first = check_int("first_realization", first_realization, 0)
+    check_callable("progress", progress)
+    check_callable("cancel", cancel)
     runner = runner_of(executor, n_workers)
     work = Work(study, first, n, keep_sources)
     try:

@@ -101,3 +101,14 @@ def _lines(path: Path) -> list[str]:
         return path.read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return []
+
+
+def format_bytes(number: float) -> str:
+    """Say an amount of memory.
+
+    Examples
+    --------
+    >>> format_bytes(12.3e9), format_bytes(45e6)
+    ('12.3 GB', '45 MB')
+    """
+    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.0f} MB"

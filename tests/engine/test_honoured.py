@@ -113,3 +113,23 @@ def test_data_of_a_grid_in_world_coordinates_are_met(channels):
     ensemble = simulate(channels, grid, hard_data=HardData(cells, [1, 0]), n_realizations=2)
     assert ensemble.realizations[:, 0, 0].tolist() == [1, 1]
     assert ensemble.realizations[:, 63, 95].tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("keep_sources", [False, True])
+def test_forced_counts_what_is_forced_at_the_end_of_a_revision(keep_sources):
+    n_forced = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        image = TrainingImage(np.kron(rng.integers(0, 2, (5, 5)), np.ones((6, 6), int)))
+        cells = np.column_stack(np.divmod(rng.choice(1600, 300, replace=False), 40))
+        data = HardData(cells, rng.integers(0, 2, 300))
+        few = HardData(data.cells[:290], data.facies[:290])
+        p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+        study = image, (40, 40), p, few, 2, seed
+        after = revise(simulate(*study, keep_sources=True), data)
+        rows, columns = data.cells.T
+        forced = (after.sources[:, rows, columns] == -1).sum(axis=1)
+        n_forced += forced.sum()
+        found = revise(simulate(*study, keep_sources=keep_sources), data)
+        assert found.n_forced.tolist() == forced.tolist()
+    assert n_forced

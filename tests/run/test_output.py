@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tracemalloc
 from concurrent.futures import ProcessPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -134,3 +135,19 @@ def test_the_command_line_streams_npy(tmp_path):
         np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), saved["realizations"])
     twice = ["-o", str(tmp_path / "b.npy"), "-o", str(tmp_path / "c.npy")]
     assert main([*line, *twice]) == 2
+
+
+def test_arguments_that_cannot_be_used_are_said():
+    bad = {"progress": 5, "cancel": "now", "out": 5, "seed": 2**64, "n_realizations": 2**70}
+    for name, value in bad.items():
+        with pytest.raises(CCWSIMError, match=f"{name} = ") as caught:
+            simulate(PLAIN, (16, 16), P, **{name: value})
+        if name in ("seed", "n_realizations"):
+            assert f"to {2**63 - 1}" in str(caught.value)
+
+
+def test_a_full_disk_is_said_in_a_unit_that_suits(monkeypatch, tmp_path):
+    free = SimpleNamespace(free=12_000_000)
+    monkeypatch.setattr("ccwsim.run.output.shutil.disk_usage", lambda folder: free)
+    with pytest.raises(CCWSIMError, match=r"of 40 MB do not fit .* has 12 MB left"):
+        simulate(PLAIN, (2000, 2000), P, n_realizations=10, out=tmp_path / "out.npy")

@@ -11,7 +11,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.executors import connect
 from ccwsim.run.footprint import footprint
-from ccwsim.system.memory import free_memory, used_memory
+from ccwsim.system.memory import format_bytes, free_memory, used_memory
 from ccwsim.system.workers import n_cores
 
 MAX_CELLS = "CCWSIM_MAX_CELLS"
@@ -151,8 +151,8 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
     raise CCWSIMError(
         f"this run needs about {format_bytes(demand.n_bytes)} of memory, and "
         f"{format_bytes(max(free - promised, 0))} are free{others or ':'} ask for fewer "
-        "realizations or a smaller grid, or use the command line with --out, which keeps "
-        "realizations on disk"
+        "realizations or a smaller grid, or use the command line with --output FILE.npy, which "
+        "keeps realizations on disk"
     )
 
 
@@ -163,17 +163,6 @@ def free_bytes(limits: Limits) -> int | None:
         own = limits.memory - (used_memory() or 0)
         free = own if free is None else min(own, free)
     return None if free is None else max(free - RESERVE, 0)
-
-
-def format_bytes(number: float) -> str:
-    """Say an amount of memory.
-
-    Examples
-    --------
-    >>> format_bytes(12.3e9), format_bytes(45e6)
-    ('12.3 GB', '45 MB')
-    """
-    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.0f} MB"
 
 
 def executor_of_environment() -> Any:
