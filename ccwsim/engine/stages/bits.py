@@ -68,6 +68,16 @@ def take_strips(grid, box, strips):
 
 
 @part_of_kernel
+def n_bits(word):
+    """Return how many bits of 64 are set; compilers know this way."""
+    one, two = np.uint64(0x5555555555555555), np.uint64(0x3333333333333333)
+    n = word - (word >> np.uint64(1) & one)
+    n = (n & two) + (n >> np.uint64(2) & two)
+    n = n + (n >> np.uint64(4)) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return np.int64(n * np.uint64(0x0101010101010101) >> np.uint64(56))
+
+
+@part_of_kernel
 def n_different(bits, ty, tx, size, strips, limit):
     """Return in how many cells of its strips a box differs from a location of the image.
 
@@ -75,7 +85,6 @@ def n_different(bits, ty, tx, size, strips, limit):
     """
     first, shift = tx >> 6, np.uint64(tx & 63)
     back = np.uint64(63) - shift
-    one, two = np.uint64(0x5555555555555555), np.uint64(0x3333333333333333)
     wrong = np.int64(0)
     for y in range(size):
         for w in range((size + 63) // 64):
@@ -84,11 +93,7 @@ def n_different(bits, ty, tx, size, strips, limit):
                 near = bits[plane, ty + y, first + w]
                 far = bits[plane, ty + y, first + w + 1]
                 differ |= (near >> shift | far << np.uint64(1) << back) ^ strips.words[plane, y, w]
-            n = differ & strips.mask[y, w]  # its bits are counted; compilers know this way
-            n -= n >> np.uint64(1) & one
-            n = (n & two) + (n >> np.uint64(2) & two)
-            n = n + (n >> np.uint64(4)) & np.uint64(0x0F0F0F0F0F0F0F0F)
-            wrong += np.int64(n * np.uint64(0x0101010101010101) >> np.uint64(56))
+            wrong += n_bits(differ & strips.mask[y, w])
         if wrong >= limit:
             break
     return wrong

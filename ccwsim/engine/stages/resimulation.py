@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.bits import Strips, make_strips, n_different, take_strips
+from ccwsim.engine.stages.bits import Strips, make_strips, n_bits, n_different, take_strips
 from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
@@ -57,7 +57,7 @@ class Target(NamedTuple):
 class Workspace(NamedTuple):
     """Arrays for windows of at most one size."""
 
-    mask: NDArray[np.bool_]
+    mask: NDArray[np.uint64]  # shape (my, n_words): the bits of locations
     best: NDArray[np.int64]
     strips: Strips
     cut: CutWorkspace
@@ -89,7 +89,7 @@ def resimulate(
     data_status = np.zeros(len(cells), np.int16)
     max_size = min(template, *image.shape, *grid.shape)
     work = Workspace(
-        np.empty(image.shape, np.bool_),
+        np.empty(target.bits.shape[1:], np.uint64),
         np.empty((N_BEST, 3), np.int64),
         make_strips(target.bits, max_size),
         make_cut(max_size, max(1, max_size // 4)),
@@ -192,7 +192,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
         sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0)
         sides |= (RIGHT if x0 + size < nx else 0) | (BOTTOM if y0 + size < ny else 0)
         box = Box(y0, x0, size, sides, ring)
-        n_places = honouring_places(image, data, box, work.mask)
+        n_places = honouring_places(bits, data, box, image.shape, work.mask)
         if n_places == 0:
             continue
         share = min(1.0, MAX_COMPARED / n_places)
@@ -214,26 +214,42 @@ def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
 
 
 @part_of_kernel
-def honouring_places(image, data, box, mask):
-    """Mark in `mask` the locations of the TI whose window honours all data; return how many."""
-    ny, nx = image.shape[0] - box.size + 1, image.shape[1] - box.size + 1
-    for py in range(ny):
-        for px in range(nx):
-            mask[py, px] = True
+def honouring_places(bits, data, box, shape, mask):
+    """Mark in `mask` the locations of the TI whose window honours all data; return how many.
+
+    `bits` are those of the TI, of `shape`; location (y, x) is bit x % 64 of word x // 64 of row y.
+    Of many data few are looked at: hardly any location honours the first of them.
+    """
+    n_planes, full = len(bits), ~np.uint64(0)
+    ny, nx = shape[0] - box.size + 1, shape[1] - box.size + 1
+    n_words = (nx + 63) >> 6
+    for y in range(ny):
+        for w in range(n_words):
+            mask[y, w] = full
+        mask[y, n_words - 1] = full >> np.uint64(-nx & 63)
+    left = full
     for dy in range(box.size):
         for dx in range(box.size):
             facies = data[box.y0 + dy, box.x0 + dx]
-            if facies == UNKNOWN:
+            if facies == UNKNOWN or not left:
                 continue
-            for py in range(ny):
-                row = image[py + dy, dx : dx + nx]
-                marks = mask[py]
-                for px in range(nx):
-                    marks[px] &= row[px] == facies
-    n = 0
-    for py in range(ny):  # mask.sum() would take long to compile
-        for px in range(nx):
-            n += mask[py, px]
+            first, shift = dx >> 6, np.uint64(dx & 63)
+            back, left = np.uint64(63) - shift, np.uint64(0)
+            for y in range(ny):
+                for w in range(n_words):
+                    honours = mask[y, w]
+                    for plane in range(n_planes):
+                        near = bits[plane, y + dy, first + w]
+                        far = bits[plane, y + dy, first + w + 1]
+                        word = near >> shift | far << np.uint64(1) << back
+                        honours &= word if facies >> plane & 1 else ~word
+                    mask[y, w] = honours
+                    left |= honours
+    n = np.int64(0)
+    if left:
+        for y in range(ny):
+            for w in range(n_words):
+                n += n_bits(mask[y, w])
     return n
 
 
@@ -245,14 +261,16 @@ def best_windows(bits, mask, rows, columns, size, strips, share, limit, rng, bes
     with chance `share`. The first of equal ones are kept, so the search begins at a random one.
     """
     first_y, first_x = draw_index(rng, rows), draw_index(rng, columns)
-    n = 0
+    n, one = 0, np.uint64(1)
     worst = limit + 1
     for turn_y in range(rows):
         py = first_y + turn_y - (rows if first_y + turn_y >= rows else 0)
         marks = mask[py]
         for turn_x in range(columns):
             px = first_x + turn_x - (columns if first_x + turn_x >= columns else 0)
-            if not marks[px] or (share < 1 and rng.random() >= share):
+            if not marks[px >> 6] >> np.uint64(px & 63) & one or (
+                share < 1 and rng.random() >= share
+            ):
                 continue
             misfit = n_different(bits, py, px, size, strips, worst)
             if misfit >= worst:
