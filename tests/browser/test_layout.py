@@ -81,8 +81,10 @@ DISCS = """() => {
 DIMMEST = """() => {
   window.dimmest = 1;
   const look = () => {
-    for (const e of document.querySelectorAll('.stSidebar [data-testid=stElementContainer]'))
-      window.dimmest = Math.min(window.dimmest, getComputedStyle(e).opacity);
+    for (const e of document.querySelectorAll('.stSidebar [data-testid=stElementContainer]')) {
+      const fades = e.getAnimations().some((one) => one.transitionProperty === 'opacity');
+      window.dimmest = Math.min(window.dimmest, getComputedStyle(e).opacity, fades ? 0 : 1);
+    }
     requestAnimationFrame(look);
   };
   look();
