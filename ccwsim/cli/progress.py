@@ -137,7 +137,8 @@ def stop_on_signals() -> Iterator[Stop]:
     if threading.current_thread() is threading.main_thread():
         for name in SIGNALS:
             number = getattr(signal, name, None)
-            if number and signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
+            ignored = number and signal.getsignal(number) == signal.SIG_IGN
+            if number and not (name == "SIGHUP" and ignored):  # as `nohup` has it
                 before[number] = signal.signal(number, stop.note)
     try:
         yield stop

@@ -302,14 +302,16 @@ def test_times_and_sizes_in_words():
 def test_a_signal_is_caught_once_and_only_inside(name, monkeypatch):
     number = getattr(signal, name)
     monkeypatch.setattr("ccwsim.cli.progress.os.dup2", lambda *_: None)  # ours stays open
-    before = signal.getsignal(number)
-    with stop_on_signals() as stopped:
-        assert not stopped()
-        signal.raise_signal(number)
-        assert stopped()
-        assert stopped.exit_code == 128 + number
+    before = signal.signal(number, signal.SIG_DFL)  # whatever the tests were started by
+    try:
+        with stop_on_signals() as stopped:
+            assert not stopped()
+            signal.raise_signal(number)
+            assert stopped()
+            assert stopped.exit_code == 128 + number
         assert signal.getsignal(number) == signal.SIG_DFL
-    assert signal.getsignal(number) == before
+    finally:
+        signal.signal(number, before)
 
 
 def test_a_signal_that_is_ignored_stays_so():
@@ -328,7 +330,8 @@ def test_a_batch_system_or_a_closed_terminal_keeps_what_is_finished(name, tmp_pa
     out = tmp_path / "out.npy"
     line = [sys.executable, "-m", "ccwsim", "simulate", "channels", "--grid", "256x256"]
     line += ["--realizations", "5000", "--workers", "1", "--output", str(out)]
-    process = subprocess.Popen(line, cwd=ROOT, stderr=subprocess.PIPE)
+    heard = {"preexec_fn": lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL)}
+    process = subprocess.Popen(line, cwd=ROOT, stderr=subprocess.PIPE, **heard)
     try:
         while b" of 5000 " not in process.stderr.readline():  # type: ignore[union-attr]
             assert process.poll() is None
