@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.model.bounds import MAX_LAG
+from ccwsim.metrics.lags import max_lag
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -65,9 +65,7 @@ def _compared(
     image, grid = ensembles[0].training_image, ensembles[0].grid
     facies, name, direction = key
     statistic: Statistic = "variogram" if name == "variogram" else "connectivity"
-    axis = 1 if direction == "E-W" else 0
-    side = min(image.shape[axis], grid.shape[axis])
-    lags = np.arange(min(MAX_LAG, side // 2) + 1) if side > 1 else np.zeros(1, int)
+    lags = np.arange(max_lag(direction, image.shape, grid.shape) + 1)
     bands, fits = [], []
     for k, ensemble in enumerate(ensembles):
         part = _part(progress, k, len(ensembles))

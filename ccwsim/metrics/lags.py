@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ccwsim.model.arrays import as_array, check_int
+from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
@@ -53,6 +54,19 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
     if max(abs(int(step[0])), abs(int(step[1]))) > MAX_STEPS:
         raise CCWSIMError(f"direction {shown(direction)} must have numbers of at most {MAX_STEPS}")
     return np.outer(lags, step.astype(np.int64))
+
+
+def max_lag(direction: Direction, *shapes: tuple[int, int]) -> int:
+    """Return the largest lag to look at: half of the side that all `shapes` have, at most 100.
+
+    Examples
+    --------
+    >>> max_lag("E-W", (256, 256), (64, 60)), max_lag("N-S", (1, 60))
+    (30, 0)
+    """
+    rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
+    side = {"E-W": columns, "N-S": rows}.get(str(direction), min(rows, columns))
+    return min(MAX_LAG, side // 2)
 
 
 def as_lags(lags: Lags) -> NDArray[np.int64]:

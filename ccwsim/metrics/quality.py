@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.copying import copying
 from ccwsim.metrics.etype import facies_counts
-from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.lags import Direction, max_lag
 from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.model.arrays import check_int
-from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.system.workers import check_stop
 
@@ -204,8 +203,8 @@ def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
 
 def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
     """Return the lags at which τ(h) is compared, 1 up to half of the smallest side."""
-    smallest = min(*ensemble.grid.shape, *ensemble.training_image.shape)
-    return np.arange(1, max(min(MAX_LAG, smallest // 2), 1) + 1)
+    shapes = ensemble.grid.shape, ensemble.training_image.shape
+    return np.arange(1, min(max_lag(way, *shapes) for way in ("E-W", "N-S")) + 1)
 
 
 def _tau_error(

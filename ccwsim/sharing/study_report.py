@@ -9,7 +9,8 @@ import numpy as np
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype, fit_curve
 from ccwsim.metrics.bands import Statistic
-from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
+from ccwsim.metrics.lags import max_lag
+from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
@@ -184,16 +185,13 @@ def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
 
 
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
-    """Return variograms, then connectivity, of a facies, each E–W and N–S; none of one row."""
+    """Return variograms, then connectivity, of a facies, each E–W and N–S."""
     image = ensemble.training_image
-    if min(*image.shape, *ensemble.grid.shape) < 2:
-        return ()
     name, images, rows = image.facies_names[facies], ensemble.indices[:MAX_CURVES], []
     for statistic in STATISTICS:
         bundles, said = {}, []
-        for axis, way in ((1, "E-W"), (0, "N-S")):
-            longest = min(image.shape[axis], ensemble.grid.shape[axis]) // 2
-            lags = np.arange(max(1, min(MAX_LAG, longest)) + 1)
+        for way in ("E-W", "N-S"):
+            lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
             bundles[way] = bundle_of(statistic, images, image, facies, way, lags)
             fit = fit_curve(ensemble, statistic, facies, way)
             said.append(f"{way_name(way)}: {describe_curve(fit, statistic)}")

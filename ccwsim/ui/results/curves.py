@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
 from ccwsim.metrics import EType, Fit, connectivity, etype, fit_curve, variogram
 from ccwsim.metrics.bands import Statistic
-from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
+from ccwsim.metrics.lags import max_lag
+from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import HOW_JUDGED, describe_curve, way_name
@@ -57,9 +58,7 @@ def _bundle(
     _curve: Callable[[NDArray[np.integer], int], Floats],
 ) -> Bundle:
     image = _ensemble.training_image
-    axis = 1 if _direction == "E-W" else 0
-    longest = min(image.shape[axis], _ensemble.grid.shape[axis])
-    lags = max(1, min(MAX_LAG, longest // 2))
+    lags = max_lag(_direction, image.shape, _ensemble.grid.shape)
     of_image = (key[0], image.digest, *key[3:], lags)
     reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
     each = _curve(_ensemble.indices[:MAX_CURVES], lags)
@@ -110,6 +109,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     draw_band_key(ensemble)
     variograms = [variogram_bundle(ensemble, facies, way) for way in WAYS]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in variograms)
+    top = top or 1.0  # of one cell there is no variogram
     with st.container(key="charts"):
         places = st.columns(5 if colours else 4, gap="medium")
     for place, way, bundle in zip(places, WAYS, variograms, strict=False):

@@ -12,7 +12,7 @@ from ccwsim.model.choices import Choices
 from ccwsim.ui.jobs.job import POLL_SECONDS, Job, progress_text
 from ccwsim.ui.jobs.statistics import StatisticsWorker, Task
 from ccwsim.ui.session.address import follow_study
-from ccwsim.ui.session.state import KEY, session_state
+from ccwsim.ui.session.state import KEY, session_state, start_afresh
 from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, logged, user_message
 from ccwsim.ui.widgets.fields import button
 
@@ -53,9 +53,11 @@ def error_boundary(whole: bool = False) -> Iterator[None]:
 def _draw_way_back() -> None:
     """Offer the study that could be drawn, so that one that cannot never locks the reader out."""
     drawn = st.session_state.get(LAST_DRAWN)
-    if drawn is not None and drawn != session_state().choices:
-        label = "Back to the study before"
-        button(label, key="way_back", type="primary", on_click=_go_back, args=(drawn,))
+    with st.container(horizontal=True, gap="small"):
+        if drawn is not None and drawn != session_state().choices:
+            label = "Back to the study before"
+            button(label, key="way_back", type="primary", on_click=_go_back, args=(drawn,))
+        button("Start afresh", key="afresh_now", on_click=start_afresh)
 
 
 def _go_back(drawn: Choices) -> None:

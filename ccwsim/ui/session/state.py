@@ -120,3 +120,14 @@ def session_state() -> State:
     if KEY not in st.session_state:
         st.session_state[KEY] = State()
     return st.session_state[KEY]
+
+
+def start_afresh() -> None:
+    """Let go of everything of this session, as if the page had just been opened; stop its jobs."""
+    state = session_state()
+    holders = (state, *state.pages.values())
+    for holder in (*holders, *(getattr(page, "run", None) for page in holders)):
+        if isinstance(job := getattr(holder, "job", None), Job):
+            job.cancel()
+    st.query_params.clear()
+    st.session_state[KEY] = State()

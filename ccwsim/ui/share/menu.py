@@ -30,9 +30,10 @@ from ccwsim.ui.hard_data.edits import Editor, History
 from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, opened
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import State, start_afresh
 from ccwsim.ui.study.run import is_current, start_run
 from ccwsim.ui.widgets.facts import facts_of
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import plain, step_note
 
 OLD_RESULTS = (
@@ -53,6 +54,8 @@ def draw_open(state: State) -> None:
     """Draw the menu that opens a project."""
     with error_boundary(), st.popover("Open", key="open"):
         _open(state)
+        help_ = "The first study again; what this session has, its runs too, is let go."
+        button("Start afresh", key="afresh", on_click=start_afresh, help=help_)
 
 
 def _share(state: State) -> None:

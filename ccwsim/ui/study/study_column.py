@@ -16,6 +16,7 @@ from ccwsim.model.bounds import (
     MAX_TEMPLATE_VARIATION,
 )
 from ccwsim.model.parameters import Parameters
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import fitted, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_step
@@ -46,7 +47,8 @@ def study_column(state: State) -> None:
     """Draw the whole study column in the sidebar."""
     with st.sidebar:
         for step in (image_step, data_step, grid_step, method_step, run_step):
-            step(state)
+            with error_boundary():  # one that cannot be drawn leaves the others
+                step(state)
 
 
 def grid_step(state: State) -> None:

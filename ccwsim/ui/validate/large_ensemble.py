@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
-from ccwsim.model.bounds import MAX_LAG, MAX_LARGE_ENSEMBLE
+from ccwsim.metrics.lags import max_lag
+from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
@@ -76,7 +77,7 @@ class LargeEnsembleRun:
 
     def _work(self, job: Job) -> None:
         grid, image = self.study.grid, self.study.training_image
-        lags = min(MAX_LAG, min(*grid.shape, *image.shape) // 2)
+        lags = min(max_lag(way, grid.shape, image.shape) for way in ("E-W", "N-S"))
         running = RunningStatistics(grid.shape, image.n_facies, [self.facies], max_lag=lags)
         self.nbytes = running.nbytes
         n_batch, summed_at = self._n_batch, 0.0

@@ -35,8 +35,8 @@ from ccwsim.metrics import (
     variogram_map,
 )
 from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.metrics.lags import Direction, distinct_lags
-from ccwsim.model.bounds import MAX_CURVES, MAX_LAG
+from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -104,19 +104,13 @@ def study_key(ensemble: Ensemble) -> tuple:
     return ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
 
 
-def max_lag(ensemble: Ensemble, direction: Direction) -> int:
-    """Return the largest lag to draw: half of what the image and the grid both have, or 100."""
-    sides = zip(ensemble.training_image.shape, ensemble.grid.shape, strict=True)
-    rows, columns = (min(pair) for pair in sides)
-    side = {"E-W": columns, "N-S": rows}.get(str(direction), min(rows, columns))
-    return max(1, min(MAX_LAG, side // 2))
-
-
 def curves(
     ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Task[CurveCompared]:
     """Return a statistic of a facies along a direction, and whether crops give the same."""
-    lags, distances = distinct_lags(direction, max_lag(ensemble, direction))
+    lags, distances = distinct_lags(
+        direction, max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
+    )
 
     def curve(images: NDArray[np.integer], progress: Fraction | None = None) -> NDArray:
         return curves_of(statistic, images, facies, direction, lags, progress)
@@ -146,7 +140,7 @@ def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
 def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int, int], Bundle]]:
     """Return the transiograms of all pairs of facies along a direction."""
     n = ensemble.training_image.n_facies
-    n_lags = max_lag(ensemble, direction)
+    n_lags = max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
     sparse = range(DENSE_LAGS + STRIDE, n_lags + 1, STRIDE)
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
 

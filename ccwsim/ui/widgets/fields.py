@@ -58,7 +58,7 @@ def field(
         if not replaced and new is not None and all(one in offered for one in chosen):
             write(new)
 
-    options = starting_at(widget, value, options)
+    options = starting_at(widget, value, within(value, options))
     return widget(label, key=name, on_change=catch_callback_errors(changed), **options)
 
 
@@ -93,6 +93,19 @@ def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
 def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
     """Return the version of each widget, the value it started with, and its options' names."""
     return st.session_state.setdefault("field_versions", {})
+
+
+def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
+    """Return options whose bounds hold a value: what the study may have, a widget never refuses.
+
+    Examples
+    --------
+    >>> within(20000, {"min_value": 1, "max_value": 10000})
+    {'min_value': 1, 'max_value': 20000}
+    """
+    bounds = {"min_value": min, "max_value": max}
+    wider = {n: of(options[n], value) for n, of in bounds.items() if options.get(n) is not None}
+    return options | wider if value is not None else options
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,112 @@
+"""A study at any bound opens, by a link and as a project, and no page refuses to be used."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from ccwsim.io import Project, project_as_bytes
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
+from ccwsim.model.choices import Choices, DataChoice, Shown, Upload
+from ccwsim.model.codec import SETTINGS, Setting, parts_of
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import Parameters
+from ccwsim.sharing import link_of
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.share.menu import open_project, study_of
+from tests.ui.widgets import html, named, opened, texts
+
+SMALL = Choices(
+    data=DataChoice(),
+    grid=Grid(24, 32),
+    parameters=Parameters(template_size=16, overlap_size=4, wavelet_level=1),
+    n_realizations=1,
+)
+SIDE = MAX_GRID_SIDE_OFFERED
+SHAPES = [(1, 1), (1, 300), (300, 1), (1, SIDE), (SIDE, 1)]
+
+
+def at_bounds() -> list[Choices]:
+    """Studies with one number, or pair, at its lowest or its highest, where that is legal."""
+    found: list[Choices | None] = [replace(SMALL, grid=Grid(*shape)) for shape in SHAPES]
+    for row in SETTINGS:
+        if row.part in ("grid", "parameters", "study") and row.kind != "sizes" and not row.words:
+            found += [
+                choices for bound in (row.low, row.high) if (choices := with_value(row, bound))
+            ]
+    return found
+
+
+def with_value(row: Setting, bound: float) -> Choices | None:
+    """The small study with one setting at a bound, as large a one as a number can be."""
+    bound = max(min(bound, 1e300), -1e300)
+    value = (bound, bound) if row.kind == "lengths" else bound
+    value = value if isinstance(value, tuple) or row.kind not in ("count", "whole") else int(value)
+    parts = parts_of(SMALL, Shown())
+    try:
+        part = replace(parts[row.part], **row.as_fields(value))
+    except CCWSIMError:  # legal only together with others
+        return None
+    named_part = {"grid": "grid", "parameters": "parameters"}.get(row.part)
+    return replace(SMALL, **{named_part: part}) if named_part else part
+
+
+def name_of(choices: Choices) -> str:
+    query = {key: values for key, values in link_of(choices).items() if key != "data"}
+    return "&".join(f"{key}={values[0][:12]}" for key, values in query.items())
+
+
+def rested(app):
+    """The page when its job is finished and it has been drawn."""
+    while (job := app.session_state[KEY].job) is not None:
+        assert job.wait(120)
+        app.run()
+    assert not app.exception
+    assert "could not be drawn" not in texts(app)
+    return app
+
+
+@pytest.mark.parametrize("choices", at_bounds(), ids=name_of)
+def test_a_link_and_a_project_at_a_bound_open(choices):
+    app = opened("simulate")
+    for key, values in link_of(choices).items():
+        app.query_params[key] = values
+    rested(app.run())
+    state = app.session_state[KEY]
+    assert not app.error
+    assert state.choices.grid == choices.grid
+    assert state.choices.n_realizations == choices.n_realizations
+    content = project_as_bytes(Project(study_of(state.choices), choices.n_realizations))
+    again = State()
+    open_project(again, Upload("bound.ccwsim", content))
+    assert again.job is not None
+    again.job.cancel()
+    assert study_of(again.choices).grid == choices.grid
+
+
+@pytest.mark.parametrize("page", ["validate", "data", "compare", "sweep", "how_it_works"])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 300)])
+def test_other_pages_take_one_row_and_one_cell(page, shape):
+    app = rested(opened(page, State(choices=replace(SMALL, grid=Grid(*shape)))).run())
+    assert "number" not in " ".join(error.value for error in app.error if "report" in error.value)
+
+
+def test_a_session_can_always_start_afresh():
+    app = rested(opened("simulate", State(choices=replace(SMALL, seed=77))).run())
+    named(app.button, "afresh").click().run()
+    assert app.session_state[KEY].choices == Choices()
+    assert "77" not in html(app)
+
+
+def test_a_step_that_cannot_be_drawn_leaves_the_others(monkeypatch):
+    def broken(state):
+        raise RuntimeError("a fault")
+
+    broken.__name__ = "grid_step"
+    monkeypatch.setattr("ccwsim.ui.study.study_column.grid_step", broken)
+    app = opened("simulate", State(choices=SMALL)).run()
+    assert not app.exception
+    assert "could not be drawn" in texts(app)
+    assert named(app.number_input, "seed").value == 0
