@@ -93,8 +93,8 @@ def draw_curve(
 
     def draw(found: CurveCompared) -> None:
         bundle = found.bundle
-        highest = float(np.nanmax([np.nanmax(bundle.each), np.nanmax(bundle.reference)]))
-        y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * highest))
+        highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
+        y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
         y_title = f"{SIGNS[statistic]} of {name}"
         chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range, height=height)
         note = describe_curve(found.fit, statistic)
