@@ -1,7 +1,7 @@
 // While a page is drawn anew, or works something out, its parts get no lower than they were: what is
 // below them, and the reader's place in it, stay where they are.
 const WORKING = '.working, .unseen';
-const REST = 300; // milliseconds after which what is drawn anew is all there
+const REST = 2000; // milliseconds after which what is drawn anew is all there, on a slow machine too
 
 export default function ({ data }) {
   const app = document.querySelector('.stApp');
