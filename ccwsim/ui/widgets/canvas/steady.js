@@ -30,9 +30,12 @@ export default function ({ data }) {
   const sizes = new ResizeObserver((changes) => changes.forEach(({ target }) => keep(target)));
   const parts = new MutationObserver((news) => {
     if (news.some(({ type }) => type === 'attributes')) changed = performance.now();
+    const drawing = app.dataset.testScriptState !== 'notRunning' || performance.now() - changed < REST;
     document.querySelectorAll(data.parts).forEach((part) => {
       if (!watched.has(part)) sizes.observe(part); // which keeps it before it is painted
+      else if (!drawing) return;
       watched.add(part);
+      keep(part); // before anything can look at it
       later();
     });
   });
