@@ -83,11 +83,10 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     """
     found = []
     for choice in own_choices(choices).values():
-        if choice.upload is not None and isinstance(choice, ImageChoice):
-            found.append(f"the training image {choice.upload.name}")
-        elif choice.upload is not None:
-            found.append(f"the hard data {choice.upload.name}")
-        else:
+        what = "training image" if isinstance(choice, ImageChoice) else "hard data"
+        if choice.upload is not None:
+            found.append(f"the {what} {choice.upload.name}")
+        elif isinstance(choice, DataChoice) and choice.placed is not None:
             n = choice.placed.n
             found.append(f"the {n} data placed by hand (it can carry {MAX_LINK_DATA})")
     return tuple(found)
@@ -106,9 +105,9 @@ def own_choices(choices: Choices) -> dict[str, Own]:
         found[f"{OWN}-{image.digest}"] = image
     if data.source == "file" and data.upload is not None:
         found[f"{OWN}-{digest(data.upload.digest, data.answers)}"] = data
-    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_LINK_DATA:
-        data = replace(data, upload=None)
-        found[f"{OWN}-{digest(data.placed.digest, data.answers)}"] = data
+    placed = data.placed if data.source == "placed" else None
+    if placed is not None and placed.n > MAX_LINK_DATA:
+        found[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(data, upload=None)
     return found
 
 
