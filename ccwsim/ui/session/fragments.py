@@ -18,6 +18,8 @@ from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"
 """Where the session keeps the choices that a page was last drawn with, whole."""
+FAILED = "ccwsim_failed"
+"""In the session while a part of the page could not be drawn."""
 DRAW_SECONDS = 0.5
 """Seconds between two looks at a job whose results are drawn as they come."""
 TOGETHER = 1.0
@@ -25,23 +27,27 @@ TOGETHER = 1.0
 
 
 @contextmanager
-def error_boundary(whole: bool = False) -> Iterator[None]:
+def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None]:
     """Say errors in words and keep the state; for the body of a page and of each fragment.
 
-    What was changed goes into the address. Around a `whole` page a way back to what could be
-    drawn is offered.
+    What was changed goes into the address. Around a `whole` page, and where `way_back` is asked
+    for, a way back to what could be drawn as a whole is offered, once.
     """
+    if whole:
+        st.session_state.pop(FAILED, None)
     if PENDING_ERROR in st.session_state:
         st.error(st.session_state.pop(PENDING_ERROR))
     try:
         yield
-        if whole and KEY in st.session_state:
+        if whole and KEY in st.session_state and FAILED not in st.session_state:
             st.session_state[LAST_DRAWN] = session_state().choices
     except Exception as error:
         if is_control_flow(error):
             raise
         st.error(user_message(error, "drawn"))
-        if whole:
+        first = FAILED not in st.session_state
+        st.session_state[FAILED] = True
+        if first and (whole or way_back):
             _draw_way_back()
     if KEY in st.session_state:
         try:

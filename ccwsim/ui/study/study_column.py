@@ -47,7 +47,7 @@ def study_column(state: State) -> None:
     """Draw the whole study column in the sidebar."""
     with st.sidebar:
         for step in (image_step, data_step, grid_step, method_step, run_step):
-            with error_boundary():  # one that cannot be drawn leaves the others
+            with error_boundary(way_back=True):  # one that cannot be drawn leaves the others
                 step(state)
 
 

@@ -104,8 +104,8 @@ def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
     {'min_value': 1, 'max_value': 20000}
     """
     bounds = {"min_value": min, "max_value": max}
-    wider = {n: of(options[n], value) for n, of in bounds.items() if options.get(n) is not None}
-    return options | wider if value is not None else options
+    given = [name for name in bounds if options.get(name) is not None and value is not None]
+    return options | {name: bounds[name](options[name], value) for name in given}
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
