@@ -99,8 +99,9 @@ def test_the_figures_of_the_paper_are_on_the_first_screen(judged):
         assert points["training image"] == points["median"] == 101
         assert points["realizations"] == N * 101
         assert points["5–95 %"] == 2 * 101
-        box = judged.locator(f".st-key-chart_{key} .js-plotly-plot").bounding_box()
-        assert box["y"] + box["height"] <= 900
+        chart = f".st-key-chart_{key} .js-plotly-plot"  # what is above keeps its height for a while
+        low = f"() => document.querySelector('{chart}').getBoundingClientRect().bottom <= 900"
+        judged.wait_for_function(low, timeout=SLOW)
     assert drawn(judged, "mds") == {"realizations": N, "shown": 1, "training image": 1}
     for key in ("map_realization", "map_e_type"):
         assert judged.evaluate(INK, key) > 2
