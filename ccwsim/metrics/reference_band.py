@@ -24,9 +24,8 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.metrics.bands import Statistic, band, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
-from ccwsim.metrics.lags import Direction, distinct_lags
+from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.model.arrays import as_floats, check_int
-from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
@@ -290,8 +289,7 @@ def fit_curve(
     def compared(
         shape: Shape, least: float, n_pieces: int, step: int = 1
     ) -> tuple[ReferenceBand, Floats]:
-        side = {"E-W": shape[1], "N-S": shape[0]}.get(str(direction), min(shape))
-        lags, distances = distinct_lags(direction, min(MAX_LAG, side // 2))
+        lags, distances = distinct_lags(direction, max_lag(direction, shape))
         lags, distances = lags[:0:-step][::-1], distances[:0:-step][::-1]  # the largest is kept
 
         def values(images: NDArray[np.integer]) -> Floats:
