@@ -109,13 +109,9 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
 
 def _known(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
     """Return how the data that were there before were met; 0 for new ones."""
-    before = {datum: k for k, datum in enumerate(_triples(ensemble.hard_data))}
+    before = {datum: k for k, datum in enumerate(ensemble.hard_data.triples)}
     data_status = np.zeros((ensemble.n, hard_data.n), np.int16)
-    for k, datum in enumerate(_triples(hard_data)):
+    for k, datum in enumerate(hard_data.triples):
         if datum in before:
             data_status[:, k] = ensemble.data_status[:, before[datum]]
     return data_status
-
-
-def _triples(data: HardData) -> list[tuple[int, ...]]:
-    return [tuple(row) for row in np.column_stack([data.cells, data.facies]).tolist()]

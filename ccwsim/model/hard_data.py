@@ -70,6 +70,17 @@ class HardData:
         """A short name of the content: equal for equal data in any order."""
         return digest(self.cells, self.facies)
 
+    @cached_property
+    def triples(self) -> tuple[tuple[int, int, int], ...]:
+        """Each datum as (row, column, facies), to look for it among others.
+
+        Examples
+        --------
+        >>> HardData([[3, 4]], [1]).triples
+        ((3, 4, 1),)
+        """
+        return tuple(map(tuple, np.column_stack([self.cells, self.facies]).tolist()))
+
     def check(self, grid: Grid, training_image: TrainingImage) -> None:
         """Say which data lie outside the grid or have a facies that the TI does not have.
 

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import numpy as np
-
 from ccwsim.engine.revision import revise
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import Ensemble
@@ -204,15 +202,11 @@ def answer(state: State) -> Ensemble | None:
     """
     data, page_state = data_of(state.choices), state.page(Editor)
     known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]
-    known = [e for e in known if _triples(e.hard_data) <= _triples(data)]
-    if not known:
-        return None
-    nearest = max(known, key=lambda ensemble: ensemble.hard_data.n)
-    if nearest.hard_data.digest != data.digest:
-        nearest = revise(nearest, data)
-    page_state.local = None if nearest is state.ensemble else nearest
-    return nearest
-
-
-def _triples(data: HardData) -> set[tuple[int, ...]]:
-    return set(map(tuple, np.column_stack([data.cells, data.facies]).tolist()))
+    answered = next((e for e in known if e.hard_data.digest == data.digest), None)
+    if answered is None:
+        known = [e for e in known if set(e.hard_data.triples) <= set(data.triples)]
+        if not known:
+            return None
+        answered = revise(max(known, key=lambda ensemble: ensemble.hard_data.n), data)
+    page_state.local = None if answered is state.ensemble else answered
+    return answered

@@ -198,9 +198,7 @@ def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> l
     """Return the `Ensemble.data_status` of each datum in a realization; 0 where unknown."""
     if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
         return [0] * data.n
-    cells = map(tuple, ensemble.hard_data.cells.tolist())  # in an order of their own
-    known = dict(zip(cells, ensemble.data_status[shown].tolist(), strict=True))
-    return [known[cell] for cell in map(tuple, data.cells.tolist())]
+    return ensemble.data_status[shown].tolist()
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:
