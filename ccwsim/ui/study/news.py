@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from html import escape
+from typing import Any
 
 import streamlit as st
 
@@ -27,37 +30,46 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
     """
     take_names(state)
     with st.container(key="news"):  # always there, so that what is below is never made anew
-        _wait_and_dim(state, parts, PATIENCE if wait else 0.0)
+        outdated = _wait_and_dim(state, parts, PATIENCE if wait else 0.0)
         if state.job is not None:
             _follow_run(state, parts)
         if state.message:
             st.warning(plain(state.message))
-        if state.job is None and (state.ensemble is None or out_of_date(state)):
-            with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
-                st.html(f'<p role="status">{out_of_date(state)}</p>')
+        if state.job is None and (state.ensemble is None or outdated):
+            with _outdated(outdated):
                 run_button(state, "run_news", width="content")
 
 
 def draw_out_of_date(text: str) -> None:
     """Dim the results of a page that are of a study before, and say so; `text` is how."""
     _mark(st, "outdated")
-    with st.container(key="outdated"):
-        st.html(f'<p role="status"><b>Out of date:</b> {escape(text)}</p>')
+    with _outdated(text):
+        pass
 
 
 def out_of_date(state: State) -> str:
-    """Say, as HTML, how the study differs from the one of the results; empty where it does not."""
+    """Say how the study differs from the one of the results; empty where it does not."""
     if state.ensemble is None or state.ran is None or is_current(state):
         return ""
-    changes = ", ".join(changes_between(state.ran, state.choices))
-    return f"<b>Out of date:</b> simulated before these changes: {escape(changes)}."
+    return (
+        f"simulated before these changes: {', '.join(changes_between(state.ran, state.choices))}."
+    )
 
 
-def _wait_and_dim(state: State, parts: bool, patience: float) -> None:
+@contextmanager
+def _outdated(text: str) -> Iterator[None]:
+    """Say in a row what is out of date, if anything is; what is drawn inside stands beside it."""
+    with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
+        said = f"<b>Out of date:</b> {escape(text)}" if text else ""
+        st.html(f'<p role="status">{said}</p>')
+        yield
+
+
+def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
     """Give a run that is going a moment to bring results; older ones are dimmed meanwhile.
 
     What dims them is replaced in place, so that nothing on the page moves. The style sheet of all
-    pages says what each state looks like.
+    pages says what each state looks like. Return what is out of date then.
     """
     place, job = st.empty(), state.job
     if job is not None:
@@ -68,13 +80,15 @@ def _wait_and_dim(state: State, parts: bool, patience: float) -> None:
             if first(WAIT_SECONDS) or time.monotonic() > end:
                 break
         collect(state, parts=parts)  # from here on results are collected where the run is followed
+    outdated = out_of_date(state)
     if state.job is not None:
-        _mark(place, "partly" if is_current(state) else "old")
+        _mark(place, "old" if outdated or state.ensemble is None else "partly")
     else:
-        _mark(place, "outdated" if out_of_date(state) else "current")
+        _mark(place, "outdated" if outdated else "current")
+    return outdated
 
 
-def _mark(place, results: str) -> None:
+def _mark(place: Any, results: str) -> None:
     place.html(f'<i class="results-{results}"></i>')
 
 
