@@ -9,6 +9,7 @@ with kernels.
 from __future__ import annotations
 
 import atexit
+import logging
 import os
 import shutil
 import subprocess
@@ -26,6 +27,7 @@ from numba import config, njit
 from numba.core import event
 
 _PACKAGE = Path(__file__).parents[1]
+_log = logging.getLogger(__name__)
 
 
 def _digest_of_sources() -> str:
@@ -243,7 +245,9 @@ def _with_robust_cache(dispatcher: Any) -> Any:
     def load_or_compile(*arguments: Any) -> Any:
         try:
             return load(*arguments)
-        except Exception:  # whatever cut or overwritten pickles raise
+        except Exception as error:  # whatever cut or overwritten pickles raise
+            name = dispatcher.py_func.__name__
+            _log.warning("Compiled kernel %s on disk is damaged (%r): compiled anew.", name, error)
             with suppress(OSError):
                 cache.flush()
             return None
