@@ -106,13 +106,7 @@ class Session:
     def upload(self, name: str, file_name: str, content: bytes) -> Session:
         """Give a file to an uploader."""
         widget = self.widget(name)
-        message = BackMsg()
-        message.file_urls_request.request_id = uuid.uuid4().hex
-        message.file_urls_request.file_names.append(file_name)
-        message.file_urls_request.session_id = self._id
-        self._socket.send(message.SerializeToString())
-        (urls,) = self._until("file_urls_response").file_urls_response.file_urls
-        self._put(urls.upload_url, file_name, content)
+        urls = self.send(file_name, content)
         state = WidgetState(id=widget.id)
         state.file_uploader_state_value.uploaded_file_info.add(
             name=file_name, size=len(content), file_id=urls.file_id, file_urls=urls
@@ -120,6 +114,17 @@ class Session:
         self._states[widget.id] = state
         self._ask()
         return self.settle()
+
+    def send(self, file_name: str, content: bytes) -> Any:
+        """Leave a file on the server, for no widget; return its addresses and name there."""
+        message = BackMsg()
+        message.file_urls_request.request_id = uuid.uuid4().hex
+        message.file_urls_request.file_names.append(file_name)
+        message.file_urls_request.session_id = self._id
+        self._socket.send(message.SerializeToString())
+        (urls,) = self._until("file_urls_response").file_urls_response.file_urls
+        self._put(urls.upload_url, file_name, content)
+        return urls
 
     def settle(self) -> Session:
         """Draw what asks to be drawn again, until nothing does."""

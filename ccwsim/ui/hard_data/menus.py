@@ -15,12 +15,13 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
+from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_uploader, use_data
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, ask_image
-from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 WAYS = {

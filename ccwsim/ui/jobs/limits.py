@@ -23,7 +23,7 @@ UPLOADS = "CCWSIM_UPLOADS_MB"
 SCHEDULER = "CCWSIM_SCHEDULER"
 """Environment variables; the last holds the address of a Dask scheduler: tcp://host:8786."""
 DEFAULT_HISTORY = 256
-DEFAULT_UPLOADS = 256
+DEFAULT_UPLOADS = 1024
 RESERVE = 128 * 10**6
 """Bytes that are left for the pages themselves."""
 MAPS_BYTES = 16
@@ -43,7 +43,7 @@ class Limits:
     n_slots: int  # how many short jobs of all sessions are active at once
     memory: int | None  # bytes for the program, None for what the machine or its container has
     history: int  # bytes of earlier runs that each session keeps
-    uploads: int  # bytes of images and data of all browsers that outlive a reload
+    uploads: int  # bytes of files of all browsers, those that outlive a reload included
 
     def check(self, n_cells: int, n_data: int = 0) -> None:
         """Refuse a run that is larger than this server allows, and say what to do."""

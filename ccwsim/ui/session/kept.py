@@ -22,6 +22,8 @@ from ccwsim.ui.jobs.limits import limits_of_environment
 COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600
 """Since the study was last on the page."""
+SHARE_OF_UPLOADS = 4
+"""They take at most a fourth of what the server has for files: those on a page take the rest."""
 MAX_OF_BROWSER = 8
 """Images and data: a reader tries some, in a few tabs."""
 
@@ -77,7 +79,7 @@ def size_of(choice: Own) -> int:
 @cache
 def kept_choices() -> KeptChoices:
     """Return the one store of this process."""
-    return KeptChoices(limits_of_environment().uploads, KEPT_SECONDS)
+    return KeptChoices(limits_of_environment().uploads // SHARE_OF_UPLOADS, KEPT_SECONDS)
 
 
 def browser() -> str:

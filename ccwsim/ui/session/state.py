@@ -13,6 +13,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import limits_of_environment
+from ccwsim.ui.jobs.uploads import size_of_all
 
 KEY = "ccwsim"
 MAX_RUNS = 12
@@ -48,6 +49,12 @@ class PastRun:
         own = 0 if in_codes is ensemble.indices else in_codes.nbytes
         return ensemble.indices.nbytes + own + ensemble.data_status.nbytes
 
+    @property
+    def files(self) -> list[bytes]:
+        """The user's own files that the study has; runs of one study share them."""
+        choices = self.choices.image, self.choices.data
+        return [choice.upload.content for choice in choices if choice.upload is not None]
+
 
 @dataclass
 class PastRuns:
@@ -72,7 +79,8 @@ class PastRuns:
     def _too_large(self) -> bool:
         own = self.max_bytes
         limit = limits_of_environment().history if own is None else own
-        return sum(run.nbytes for run in self.runs) > limit
+        files = [file for run in self.runs for file in run.files]
+        return sum(run.nbytes for run in self.runs) + size_of_all(files) > limit
 
 
 def _but_for_placed(choices: Choices) -> Choices:

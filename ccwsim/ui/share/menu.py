@@ -27,6 +27,7 @@ from ccwsim.sharing import (
     study_report,
 )
 from ccwsim.ui.hard_data.edits import Editor, History
+from ccwsim.ui.jobs.uploads import upload_of
 from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, opened
@@ -141,7 +142,7 @@ def _open(state: State) -> None:
     if file.file_id != state.opened[0]:
         state.opened = file.file_id, ""
         try:
-            open_project(state, Upload(file.name, file.getvalue()))
+            open_project(state, upload_of(file))
         except CCWSIMError as error:
             state.opened = file.file_id, f"{error}. The study stays as it was."
         else:

@@ -17,12 +17,13 @@ from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import THUMB
 from ccwsim.ui.study.questions import ask_data
-from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 SOURCES: dict[DataSource, str] = {

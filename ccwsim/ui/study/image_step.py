@@ -12,12 +12,13 @@ from ccwsim.metrics import Diagnosis, diagnose
 from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import fitted, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import ask_image
-from ccwsim.ui.widgets.fields import bound_to, button, field, file_uploader, options_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 THUMB = 76

@@ -7,7 +7,6 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.model.choices import Upload
 from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
@@ -20,18 +19,6 @@ def button(
 ) -> bool:
     """Draw a button; an error in `on_click` is said when the page is drawn."""
     return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
-
-
-def file_uploader(
-    label: str, *, key: str, take: Callable[[Upload | None], None], **options: Any
-) -> None:
-    """Draw a file uploader; `take` gets the file that is chosen, None where it is removed."""
-
-    def changed() -> None:
-        file = st.session_state[key]
-        take(Upload(file.name, file.getvalue()) if file is not None else None)
-
-    st.file_uploader(label, key=key, on_change=catch_callback_errors(changed), **options)
 
 
 def field(
