@@ -236,10 +236,12 @@ def format_duration(seconds: float) -> str:
 
     Examples
     --------
-    >>> format_duration(4.7), format_duration(170.0)
-    ('5 s', '3 min')
+    >>> format_duration(4.7), format_duration(170.0), format_duration(9000.0)
+    ('5 s', '3 min', '2.5 h')
     """
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def ordinal(number: int) -> str:

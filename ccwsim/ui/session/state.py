@@ -98,6 +98,7 @@ class State:
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     live: bool = False  # every change starts a run
     job: Job[Ensemble] | None = None  # the simulation that runs now
+    asks: bool = False  # the study came by a link or a project: a long run waits for the user
     tried: Choices | None = None  # what a run was started with last, whatever came of it
     ensemble: Ensemble | None = None  # the latest results, and the choices they came from
     ran: Choices | None = None

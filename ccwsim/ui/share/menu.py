@@ -32,7 +32,7 @@ from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State, start_afresh
-from ccwsim.ui.study.run import is_current, start_run
+from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import plain, step_note
@@ -178,7 +178,7 @@ def project_of(state: State) -> Project:
 
 
 def open_project(state: State, upload: Upload) -> None:
-    """Make the study of a project file the session's, and simulate it.
+    """Make the study of a project file the session's, and simulate it, or ask where that is long.
 
     One that cannot be read, or is too large for a page, raises an error and changes nothing.
     """
@@ -191,7 +191,11 @@ def open_project(state: State, upload: Upload) -> None:
     state.reference, state.page(Editor).history = None, History()
     state.notes = _notes(project, upload.name)
     show(state, project.shown)
-    start_run(state)
+    state.asks = True
+    if question_of(state):
+        stop_run(state)  # what is going is of the study before
+    else:
+        start_run(state)
 
 
 def choices_of(project: Project) -> Choices:

@@ -14,7 +14,7 @@ from ccwsim.ui.jobs.job import PATIENCE
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import changes_between
-from ccwsim.ui.study.run import collect, is_current, run_button, take_names
+from ccwsim.ui.study.run import collect, is_current, question_of, run_button, take_names
 from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
@@ -35,6 +35,8 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
             _follow_run(state, parts)
         if state.message:
             st.warning(plain(state.message))
+        elif state.job is None and (question := question_of(state)):
+            st.info(plain(question))
         if state.job is None and (state.ensemble is None or outdated):
             with _outdated(outdated):
                 run_button(state, "run_news", width="content")

@@ -10,6 +10,7 @@ import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.kernels import compile_apart, is_ready
+from ccwsim.experiments.timing import TimingCase, typical_seconds
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
@@ -17,7 +18,7 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
-from ccwsim.ui.jobs.job import Cancel, Job, Progress
+from ccwsim.ui.jobs.job import Cancel, Job, Progress, format_duration
 from ccwsim.ui.jobs.limits import (
     Demand,
     check_limits,
@@ -33,6 +34,8 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 
 ENOUGH_TO_STOP = 1.0
 """Seconds in which a run that was stopped gives its memory back."""
+UNASKED_SECONDS = 120.0
+"""A study that somebody sent may take so long before its reader is asked."""
 AT_ONCE = 0.3
 """Seconds that the first part of a run may take."""
 NEXT_PART = 1.0
@@ -97,7 +100,7 @@ def start_run(state: State, after: float = 0.0) -> None:
         state.message = str(error)
         return
     stop_run(state)
-    state.message, state.tried = "", state.choices
+    state.message, state.tried, state.asks = "", state.choices, False
     try:
         state.job = _begun(state, some, after)
     except CCWSIMError as error:
@@ -113,8 +116,8 @@ def start_run(state: State, after: float = 0.0) -> None:
 def keep_up(state: State, *, live: bool, after: float = 0.0) -> bool:
     """Start the first run of a session, and with `live` one after every change of the study.
 
-    It begins `after` some seconds without another change. Return whether one was started or
-    stopped.
+    It begins `after` some seconds without another change. One that waits for the user is not
+    started (see `question_of`). Return whether one was started or stopped.
     """
     first = state.ensemble is None and state.job is None and not state.message
     if not first and not (live and _is_changed(state)):
@@ -122,11 +125,33 @@ def keep_up(state: State, *, live: bool, after: float = 0.0) -> bool:
     job, ensemble = state.job, state.ensemble
     if ensemble is not None and is_current(state) and ensemble.n == state.choices.n_realizations:
         stop_run(state)  # a change was taken back: the results are there
+    elif question_of(state):
+        stop_run(state)
     elif first or not problem_of(state):
         start_run(state, after)
     else:
         stop_run(state)  # it is of a study that is no more
     return state.job is not job
+
+
+def question_of(state: State) -> str:
+    """Return what the user is asked before a long run of a study from a link or a project."""
+    if not state.asks or problem_of(state):
+        return ""
+    seconds = estimated_seconds(state.choices)
+    if seconds <= UNASKED_SECONDS:
+        return ""
+    return (
+        f"This study takes about {format_duration(seconds)} on this machine, so it waits for you: "
+        "run it as it is, or ask for fewer realizations or a smaller grid first."
+    )
+
+
+def estimated_seconds(choices: Choices) -> float:
+    """Return about how long a study runs where it has the machine for itself."""
+    case = TimingCase(choices.parameters, choices.grid.shape, data_of(choices).n)
+    each = typical_seconds(image_of(choices.image), case)
+    return choices.n_realizations * each / min(n_cores(), choices.n_realizations)
 
 
 def _is_changed(state: State) -> bool:

@@ -1,0 +1,131 @@
+"""A study that somebody sent never computes for minutes before its reader says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from ccwsim import Grid, Parameters, simulate
+from ccwsim.io import Project, project_as_bytes
+from ccwsim.model.choices import Choices, DataChoice, Shown, Upload
+from ccwsim.sharing import link_of
+from ccwsim.ui.jobs.job import format_duration
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.share.menu import open_project, study_of
+from ccwsim.ui.study import run
+from ccwsim.ui.study.run import estimated_seconds, question_of
+from tests.ui.test_pages import SMALL, html, settled
+from tests.ui.widgets import opened
+
+LONG = replace(SMALL, grid=Grid(6000, 6000), n_realizations=500)
+PAGES = ("simulate", "data", "validate")
+
+
+def by_link(page: str, choices: Choices):
+    app = opened(page)
+    for name, values in link_of(choices).items():
+        app.query_params[name] = values
+    return app.run()
+
+
+def asked(app) -> bool:
+    """Whether the page asks before it runs."""
+    return any("so it waits for you" in element.value for element in app.info)
+
+
+def project_of(choices: Choices) -> Upload:
+    project = Project(study_of(choices), choices.n_realizations, (), Shown(), link_of(choices))
+    return Upload("sent.ccwsim", project_as_bytes(project))
+
+
+@pytest.fixture
+def short_patience(monkeypatch):
+    """Studies are asked about that take longer than nothing, so that tests can run them."""
+    monkeypatch.setattr(run, "UNASKED_SECONDS", 0.0)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_link_to_a_long_run_asks_on_every_page_that_runs(page):
+    app = by_link(page, LONG)
+    state = app.session_state[KEY]
+    assert state.choices == LONG
+    assert (state.job, state.ensemble) == (None, None)
+    assert asked(app)
+    assert not app.exception
+
+
+def test_a_link_to_a_short_run_starts_at_once():
+    app = settled(by_link("simulate", SMALL))
+    assert app.session_state[KEY].ensemble.n == SMALL.n_realizations
+    assert not asked(app)
+
+
+def test_run_starts_it_and_nothing_is_asked_again(short_patience):
+    app = by_link("simulate", SMALL)
+    assert app.session_state[KEY].ensemble is None
+    app = settled(app.button(key="run").click().run())
+    assert app.session_state[KEY].ensemble.n == SMALL.n_realizations
+    assert not asked(app)
+    app.session_state[KEY].live = True
+    app = settled(app.number_input(key="seed").set_value(5).run())
+    assert app.session_state[KEY].ran.seed == 5
+
+
+def test_a_change_is_no_yes(short_patience):
+    app = by_link("simulate", SMALL)
+    app.number_input(key="seed").set_value(5).run()
+    app.toggle(key="live").set_value(True).run()
+    state = app.session_state[KEY]
+    assert (state.job, state.ensemble) == (None, None)
+    assert asked(app)
+
+
+def test_a_change_that_makes_it_short_starts_it(monkeypatch):
+    many = replace(SMALL, n_realizations=8)
+    monkeypatch.setattr(run, "UNASKED_SECONDS", estimated_seconds(many) / 2)
+    app = by_link("simulate", many)
+    assert asked(app)
+    app = settled(app.number_input(key="n_realizations").set_value(2).run())
+    assert app.session_state[KEY].ensemble.n == 2
+
+
+def test_a_study_set_up_by_hand_is_never_asked_about(short_patience):
+    app = settled(opened("simulate", State(choices=SMALL)).run())
+    assert app.session_state[KEY].ensemble is not None
+
+
+def test_a_project_of_a_long_run_asks_and_earlier_results_stay():
+    ensemble = simulate(
+        image_of(SMALL.image), SMALL.grid, SMALL.parameters,
+        n_realizations=2, seed=SMALL.seed,
+    )  # fmt: skip
+    state = State(choices=SMALL, ensemble=ensemble, ran=SMALL)
+    open_project(state, project_of(LONG))
+    assert state.choices.grid == LONG.grid
+    assert state.job is None
+    assert state.ensemble is ensemble
+    app = opened("simulate", state).run()
+    assert asked(app)
+    assert "Out of date" in html(app)
+
+
+def test_a_project_of_a_short_run_starts_at_once():
+    state = State()
+    open_project(state, project_of(replace(SMALL, data=DataChoice())))
+    assert state.job is not None
+    assert state.job.wait(60)
+
+
+@pytest.mark.parametrize("times", [2, 10])
+def test_more_realizations_take_longer_and_are_said_so(times):
+    more = replace(LONG, n_realizations=times * LONG.n_realizations)
+    assert estimated_seconds(more) == pytest.approx(times * estimated_seconds(LONG))
+    said = format_duration(estimated_seconds(more))
+    assert f"takes about {said} on this machine" in question_of(State(choices=more, asks=True))
+
+
+def test_what_cannot_run_is_said_instead():
+    wrong = replace(SMALL, parameters=Parameters(template_size=512, overlap_size=4))
+    assert not question_of(State(choices=wrong, asks=True))
