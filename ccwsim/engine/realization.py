@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import draw_template, simulate_raster
+from ccwsim.engine.raster import RASTER_SHARE, draw_template, simulate_raster
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.resimulation import Target, resimulate
 from ccwsim.model.ensemble import WRONG
@@ -47,7 +47,12 @@ def simulate_realization(
         data = data_grid(cells, study.facies_of_data, indices.shape)
         target = Target(image.scaled(), image.bits(), data, indices, sources)
         data_status = resimulate(
-            target, cells, template, rng, image.isolated_datum_thresholds, watch.check
+            target,
+            cells,
+            template,
+            rng,
+            image.isolated_datum_thresholds,
+            lambda share: watch.report(RASTER_SHARE + (1 - RASTER_SHARE) * share),
         )
     else:
         missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data

@@ -86,7 +86,7 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
             origin[rows[forced], columns[forced]] = -1
         target = Target(image, bits, data, indices[number], origin)
         status = resimulate(
-            target, hard_data.cells[wrong], p.template_size, rng, thresholds, watch.check
+            target, hard_data.cells[wrong], p.template_size, rng, thresholds, watch.report
         )
         data_status[number, wrong] = status
         if forced.any():

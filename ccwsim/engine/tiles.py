@@ -21,9 +21,11 @@ from ccwsim.engine.stages.candidates import (
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     SPARSE,
+    Misses,
     PlacedData,
     add_missed,
     data_ahead,
+    make_misses,
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
@@ -73,6 +75,7 @@ class Workspace(NamedTuple):
     choice: NDArray[np.int64]
     after: NDArray[np.int64]
     at_stake: NDArray[np.int64]
+    misses: Misses
     strips: Strips
     cut: CutWorkspace
 
@@ -130,6 +133,7 @@ def make_workspace(oriented: OrientedImage, search: Search, data: PlacedData) ->
         choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
         at_stake=np.zeros((min(len(data.columns), template**2), 3), np.int64),
+        misses=make_misses(len(data.columns), sums.shape[2], (ny, nx)),
         strips=make_strips(oriented.pyramid.bits, template),
         cut=make_cut(template, search.overlap),
     )
@@ -161,7 +165,18 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
             if search.location_cost > 0:
                 add_location(box, grid.shape, search.location_cost, totals)
             cost = search.datum_cost
-            add_missed(phases, grid, data, box, ahead, oriented.proportions, weights, cost, totals)
+            add_missed(
+                phases,
+                grid,
+                data,
+                box,
+                ahead,
+                oriented.proportions,
+                weights,
+                cost,
+                work.misses,
+                totals,
+            )
             best_places(totals, n, rng, work.row_best, places)
             if has_data:
                 n = keep_within(totals, places, np.int64(weights.slack * search.cell_cost))

@@ -97,10 +97,10 @@ class Editor:
         """Wait until a run honours all n data, and the table has them."""
         from playwright.sync_api import expect
 
+        title = "1 datum" if n == 1 else f"{n} data"  # what the study has
+        expect(self.page.locator(".st-key-table_row .panel")).to_have_text(title, timeout=SLOW)
         words = f"{n} of {n} data honoured" if n else "no hard data"
         expect(self.page.locator(".facts")).to_contain_text(words, timeout=SLOW)
-        title = "1 datum" if n == 1 else f"{n} data"
-        expect(self.page.locator(".st-key-table_row .panel")).to_have_text(title, timeout=SLOW)
         self.page.wait_for_selector("i.results-current", state="attached", timeout=SLOW)
         at_rest(self.page)
 

@@ -38,6 +38,10 @@ DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
 """Tiles that are split: the data themselves say where the shapes run; few locations fit them."""
 MAX_DATA = 10
 """A tile with more data than this a patch is split into smaller patches."""
+MAX_TERMS = 1024
+"""Data that are counted together: more are counted a part after the other."""
+MAX_COUNTED = 255
+"""Misses that a byte holds."""
 RULED_OUT = 1 << 60
 N_CLASSES = 256
 
@@ -110,6 +114,28 @@ def split_tiles(
     return split_of
 
 
+class Misses(NamedTuple):
+    """Arrays in which the data that locations miss are counted."""
+
+    # shape (5, n): of each datum, the first cell it meets, how many rows and columns of locations
+    # meet one, its facies, and what missing it costs
+    terms: NDArray[np.int64]
+    counts: NDArray[np.uint8]  # how many data each location misses, rows of the image apart
+    # shape (ny_places + 1, nx_places + 1): the cost of data beyond the end of the image, as changes
+    # from one row and column of locations to the next
+    beyond: NDArray[np.int64]
+
+
+def make_misses(n_data: int, n_columns: int, shape: tuple[int, int]) -> Misses:
+    """Return the arrays for `shape` locations in an image of `n_columns` blocks."""
+    ny, nx = shape if n_data else (0, 0)
+    return Misses(
+        np.zeros((5, min(n_data, MAX_TERMS)), np.int64),
+        np.zeros(ny * n_columns, np.uint8),
+        np.zeros((ny + 1, nx + 1), np.int64),
+    )
+
+
 @part_of_kernel
 def data_ahead(data, y0, x0, size):
     """Return whether any datum lies in the `size` × `size` cells from (y0, x0) on."""
@@ -121,15 +147,16 @@ def data_ahead(data, y0, x0, size):
 
 
 @part_of_kernel
-def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost, totals):
+def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost, work, totals):
     """Add what the missed data cost to the score of every location.
 
     `ahead` is the side of the co-template, from the first cell of the patch. Where the training
     image ends before it does, `proportions` say what to expect. The weights are multiplied by
-    `datum_cost`, the score of one wrong cell of overlap.
+    `datum_cost`, the score of one wrong cell of overlap. `work` comes from `make_misses`.
     """
     block_size, _, my, mx = phases.shape
     ny, nx = totals.shape
+    terms, n, some_beyond = work.terms, 0, False
     for y in range(box.y0, min(box.y0 + ahead, len(data.first) - 1)):
         for i in range(data.first[y], data.first[y + 1]):
             x = data.columns[i]
@@ -140,19 +167,72 @@ def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost,
             weight = weights.missed if inside else weights.ahead
             if inside and grid[y, x] == facies and data.required[y, x] == facies:
                 weight = weights.held
+            (dy, down), (dx, along) = divmod(y - box.y0, block_size), divmod(x - box.x0, block_size)
+            rows, columns = min(ny, max(my - dy, 0)), min(nx, max(mx - dx, 0))
+            if rows < ny or columns < nx:
+                expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
+                if not some_beyond:
+                    work.beyond[:] = 0
+                    some_beyond = True
+                work.beyond[0, columns] += expected
+                work.beyond[rows, 0] += expected
+                work.beyond[rows, columns] -= expected
             cost = np.int64(weight * datum_cost)
-            expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
-            dy, dx = (y - box.y0) // block_size, (x - box.x0) // block_size
-            phase = phases[(y - box.y0) % block_size, (x - box.x0) % block_size]
-            seen = min(nx, max(mx - dx, 0))
-            for py in range(ny):
-                own = totals[py]
-                known = seen if py + dy < my else 0
-                row = phase[min(py + dy, my - 1), dx : dx + seen]  # px + dx would stop vectors
-                for px in range(known):
-                    own[px] += cost if row[px] != facies else 0
-                for px in range(known, nx):
-                    own[px] += expected
+            if cost == 0 or rows == 0 or columns == 0:
+                continue
+            terms[0, n] = ((down * block_size + along) * my + dy) * mx + dx
+            terms[1, n], terms[2, n], terms[3, n], terms[4, n] = rows, columns, facies, cost
+            n += 1
+            if n == terms.shape[1]:
+                _count_misses(phases.reshape(phases.size), mx, terms, n, work.counts, totals)
+                n = 0
+    _count_misses(phases.reshape(phases.size), mx, terms, n, work.counts, totals)
+    if some_beyond:
+        _add_beyond(work.beyond, totals)
+
+
+@part_of_kernel
+def _count_misses(cells, mx, terms, n, counts, totals):
+    """Add the costs of `n` terms to the locations that miss them; the costs become 0.
+
+    Terms of equal cost are counted together, in bytes: 32 locations at once, where totals would be
+    4. All rows of locations are one run of `cells`, as each alone is short.
+    """
+    for i in range(n):
+        columns, cost, counted = terms[2, i], terms[4, i], 0
+        if cost == 0:
+            continue
+        counts[:] = 0
+        for k in range(i, n):
+            if terms[4, k] != cost or terms[2, k] != columns:
+                continue
+            length, facies = (terms[1, k] - 1) * mx + columns, np.uint8(terms[3, k])
+            run = cells[terms[0, k] : terms[0, k] + length]
+            for place in range(length):
+                counts[place] += run[place] != facies
+            terms[4, k] = 0
+            counted += 1
+            if counted == MAX_COUNTED:
+                break
+        for py in range(len(totals)):
+            own, row = totals[py], counts[py * mx : py * mx + columns]
+            for px in range(columns):
+                own[px] += cost * row[px]
+
+
+@part_of_kernel
+def _add_beyond(beyond, totals):
+    """Add to the score of every location the sum of `beyond` over all rows and columns up to it."""
+    ny, nx = totals.shape
+    for py in range(ny):
+        own, cost = beyond[py], np.int64(0)
+        if py > 0:
+            above = beyond[py - 1]
+            for px in range(nx):
+                own[px] += above[px]
+        for px in range(nx):
+            cost += own[px]
+            totals[py, px] += cost
 
 
 @part_of_kernel

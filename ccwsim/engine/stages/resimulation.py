@@ -37,6 +37,12 @@ MAX_COMPARED = 3000
 """At most so many locations that honour the data are compared, chosen at random."""
 N_BEST = 4
 """The patch is drawn from so many of the best."""
+DENSE = 0.75
+"""Share of cells with data from which patterns of data are looked up first."""
+PATTERN_BITS = 20
+"""Bits of the number of a pattern; two may share one, which only costs a look at all locations."""
+HASH = 0x9E3779B1
+"""An odd number without a pattern of its own."""
 LOCATIONS_PER_CALL = 10_000_000
 """Locations of windows compared between two looks at cancel: some hundredths of a second."""
 
@@ -58,6 +64,7 @@ class Workspace(NamedTuple):
     """Arrays for windows of at most one size."""
 
     mask: NDArray[np.uint64]  # shape (my, n_words): the bits of locations
+    patterns: NDArray[np.bool_]  # from `known_patterns`; empty where data are not dense
     best: NDArray[np.int64]
     strips: Strips
     cut: CutWorkspace
@@ -70,7 +77,7 @@ def resimulate(
     template: int,
     rng: np.random.Generator,
     isolated_below: NDArray[np.float64] | None = None,
-    check: Callable[[], None] = lambda: None,
+    report: Callable[[float], None] = lambda share: None,
     on_window: Callable[[int, int, bool], None] | None = None,
 ) -> NDArray[np.int16]:
     """Honour the data of a realization, in place; return the status of each datum.
@@ -78,8 +85,9 @@ def resimulate(
     Three steps: windows around what is wrong, halved from the template down; forced cells where
     even the smallest fits nowhere; larger windows again around the data that are left isolated,
     with fewer cells of their own facies around them than the training image ever has, which needs
-    `isolated_below`. `check` is called now and then and may raise to stop; `on_window` is called
-    with (datum, size, fits) after each window, and with size 1 for each forced cell.
+    `isolated_below`. `report` is called now and then with the share of the windows that are done,
+    and may raise to stop; `on_window` is called with (datum, size, fits) after each window, and
+    with size 1 for each forced cell.
 
     Returns the data status, shape (n,), as `Ensemble.data_status` has it.
     """
@@ -90,17 +98,23 @@ def resimulate(
     max_size = min(template, *image.shape, *grid.shape)
     work = Workspace(
         np.empty(target.bits.shape[1:], np.uint64),
+        known_patterns(image) if len(cells) > DENSE * grid.size else np.empty(0, np.bool_),
         np.empty((N_BEST, 3), np.int64),
         make_strips(target.bits, max_size),
         make_cut(max_size, max(1, max_size // 4)),
         np.zeros(0, np.int64),  # cells by facies are not counted here
     )
 
-    def windows(which: NDArray[np.bool_], size: int, tolerance: float, anyway: bool) -> None:
+    sizes, larger = _halved(max_size, MIN_SIZE), _halved(max_size, MIN_SIZE_ISOLATED)
+    n_steps = len(sizes) + (0 if isolated_below is None else len(larger))
+
+    def windows(
+        step: int, which: NDArray[np.bool_], size: int, tolerance: float, anyway: bool
+    ) -> None:
         chosen = rng.permutation(np.flatnonzero(which))
         at_once = 1 if on_window else max(LOCATIONS_PER_CALL // image.size, 1)
         for first in range(0, len(chosen), at_once):
-            check()
+            report((step + first / len(chosen)) / n_steps)
             some = chosen[first : first + at_once]
             fits = np.zeros(len(some), np.bool_)
             resimulate_windows(target, cells[some], size, tolerance, anyway, rng, work, fits)
@@ -108,9 +122,9 @@ def resimulate(
             if on_window:
                 on_window(int(some[0]), size, bool(fits[0]))
 
-    for size in _halved(max_size, MIN_SIZE):
+    for step, size in enumerate(sizes):
         tolerance = TOLERANCE if size > MIN_SIZE else TOLERANCE_SMALLEST
-        windows(grid[rows, columns] != facies, size, tolerance, anyway=False)
+        windows(step, grid[rows, columns] != facies, size, tolerance, anyway=False)
     wrong = grid[rows, columns] != facies
     grid[rows[wrong], columns[wrong]] = facies[wrong]
     data_status[wrong] = FORCED
@@ -121,9 +135,9 @@ def resimulate(
             on_window(int(datum), 1, True)
     if isolated_below is None:
         return data_status
-    for size in _halved(max_size, MIN_SIZE_ISOLATED):
+    for step, size in enumerate(larger, len(sizes)):
         isolated = own_counts(grid, cells) < isolated_below[facies]
-        windows(isolated, size, TOLERANCE_ISOLATED, anyway=True)
+        windows(step, isolated, size, TOLERANCE_ISOLATED, anyway=True)
     return data_status
 
 
@@ -158,14 +172,13 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def own_counts(grid: NDArray[np.uint8], cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """Count the cells of a cell's own facies among the 5 × 5 around it (the edge is repeated)."""
-    ny, nx = grid.shape
+    wide = np.pad(grid, 2, mode="edge")
     rows, columns = cells.T
-    facies, counts = grid[rows, columns], np.zeros(len(cells), np.int64)
-    for dy in range(-2, 3):
-        row = np.clip(rows + dy, 0, ny - 1) * nx
-        for dx in range(-2, 3):
-            counts += grid.ravel()[row + np.clip(columns + dx, 0, nx - 1)] == facies
-    return counts
+    facies, first = grid[rows, columns], rows * wide.shape[1] + columns
+    counts = np.zeros(len(cells), np.uint8)
+    for dy, dx in np.ndindex(5, 5):
+        counts += wide.ravel()[first + (dy * wide.shape[1] + dx)] == facies
+    return counts.astype(np.int64)
 
 
 def first_cell(middle: int, size: int, length: int) -> int:
@@ -192,6 +205,8 @@ def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
         sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0)
         sides |= (RIGHT if x0 + size < nx else 0) | (BOTTOM if y0 + size < ny else 0)
         box = Box(y0, x0, size, sides, ring)
+        if len(work.patterns) > 0 and is_unknown(data, box, y, x, work.patterns):
+            continue
         n_places = honouring_places(bits, data, box, image.shape, work.mask)
         if n_places == 0:
             continue
@@ -211,6 +226,32 @@ def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
         keep_old(grid, data, image, ty, tx, box, work.cut)
         paste(image, ty, tx, box, work.cut.keep_mask, work.counts, grid, sources)
         fits[i] = True
+
+
+def known_patterns(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return which numbers the patterns of 4 × 4 cells of an image have."""
+    ny, nx = (length - MIN_SIZE + 1 for length in image.shape)
+    known = np.zeros(2**PATTERN_BITS, np.bool_)
+    number = np.zeros((max(ny, 0), max(nx, 0)), np.uint32)  # products go round, as a hash may
+    for dy, dx in np.ndindex(MIN_SIZE, MIN_SIZE):
+        number = number * np.uint32(HASH) + image[dy : dy + ny, dx : dx + nx] + np.uint32(1)
+    known[number.ravel() >> np.uint32(32 - PATTERN_BITS)] = True
+    return known
+
+
+@part_of_kernel
+def is_unknown(data, box, y, x, patterns):
+    """Return whether the 4 × 4 cells around a datum of a box all have data as the TI never has."""
+    y0 = min(max(y - MIN_SIZE // 2, box.y0), box.y0 + box.size - MIN_SIZE)
+    x0 = min(max(x - MIN_SIZE // 2, box.x0), box.x0 + box.size - MIN_SIZE)
+    number = np.uint64(0)
+    for dy in range(MIN_SIZE):
+        for dx in range(MIN_SIZE):
+            facies = data[y0 + dy, x0 + dx]
+            if facies == UNKNOWN:
+                return False
+            number = (number * np.uint64(HASH) + facies + np.uint64(1)) & np.uint64(0xFFFFFFFF)
+    return not patterns[number >> np.uint64(32 - PATTERN_BITS)]
 
 
 @part_of_kernel

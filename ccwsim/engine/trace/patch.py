@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.box import LEFT, TOP, Box
-from ccwsim.engine.stages.conditioning import RULED_OUT, PlacedData, Weights, add_missed
+from ccwsim.engine.stages.conditioning import (
+    RULED_OUT,
+    PlacedData,
+    Weights,
+    add_missed,
+    make_misses,
+)
 
 ONE_KIND = {
     "missed": Weights(1, 0, 0, 0, False),
@@ -74,11 +80,12 @@ def data_terms(
     totals: NDArray[np.int64],
 ) -> DataTerms:
     """Return what the data around a patch cost each place; `grid` is as it was before the patch."""
+    misses = make_misses(data.columns.size, phases.shape[3], totals.shape)
     certain = np.ones(256)  # what the image ends before costs nothing: only sure misses count
     counts = {}
     for kind, one in ONE_KIND.items():
         counts[kind] = np.zeros(totals.shape, np.int64)
-        add_missed(phases, grid, data, box, reach, certain, one, 1.0, counts[kind])
+        add_missed(phases, grid, data, box, reach, certain, one, 1.0, misses, counts[kind])
     ruled_out = totals >= RULED_OUT // 2
     seen = seen_data(data, grid, box, reach)
     return DataTerms(seen, **counts, ruled_out=ruled_out, slack=slack, weights=weights, reach=reach)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ccwsim.engine.stages.box import Box
@@ -14,6 +14,7 @@ from ccwsim.engine.stages.conditioning import (
     add_missed,
     data_ahead,
     legal_splits,
+    make_misses,
     place_data,
     split_tiles,
     start_totals,
@@ -56,12 +57,16 @@ def plain_loop(
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2), st.integers(1, 4), st.integers(0, 40), st.integers(0, 2**16))
+@example(level=2, co_template=4, n=1500, seed=0)  # more than are counted at once, or in a byte
+@example(level=2, co_template=1, n=1500, seed=5)
+@example(level=1, co_template=2, n=400, seed=2)
 def test_missed_data_cost_what_a_plain_loop_counts(level, co_template, n, seed):
     rng = np.random.default_rng(seed)
     unit = 2**level
     template = 2 * unit * int(rng.integers(1, 4))
     image = noise((template + int(rng.integers(14)), template + int(rng.integers(14))), N_FACIES)
     grid = noise((template + 11, template + 6), N_FACIES, seed)
+    n = min(n, grid.size)
     cells, facies = random_data(grid.shape, n, rng)
     y0, x0 = int(rng.integers(12)), int(rng.integers(7))
     phases = build_pyramid(image, level, N_FACIES).phases
@@ -74,7 +79,8 @@ def test_missed_data_cost_what_a_plain_loop_counts(level, co_template, n, seed):
     plain_loop(image, grid, cells, facies, part, ahead, unit, 7, weights, proportions, expected)
     data = place_data(cells, facies, grid.shape)
     box = Box(y0, x0, template, 0, 1)
-    add_missed(phases, grid, data, box, ahead, proportions, weights, 7, totals)
+    misses = make_misses(n, phases.shape[3], places)
+    add_missed(phases, grid, data, box, ahead, proportions, weights, 7, misses, totals)
     np.testing.assert_array_equal(totals, expected)
 
 

@@ -21,7 +21,7 @@ export default function (component) {
 }
 
 class DataEditor extends CellMap {
-  queue = waiting.filter((edit) => edit.seq > Date.now() - 5 * AGAIN);
+  queue = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
   last = 0;
   brush = 1;
   gesture = matchMedia('(pointer: coarse)').matches ? 'pan' : 'straight';
