@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.parameters import Parameters
 
@@ -19,9 +20,6 @@ RANGED = {
     "search_fraction": "search",
 }
 """The parameters that may have a range, and their signs in a label."""
-CELL, LOCATION, PRODUCT, DATUM = 2e-8, 1.2e-9, 1.2e-11, 1.8e-12
-"""Seconds on one core of 2024: to cut and paste a cell, to visit a location of the training image,
-to multiply two coefficients, and to compare a window's cell with one of the training image."""
 JUDGING = 1e-7
 """Seconds a cell to judge a realization, its copied pieces included."""
 
@@ -152,16 +150,7 @@ def expected_seconds(
 ) -> float:
     """Return the expected seconds of one realization, its judgement included.
 
-    Right within a factor of about three; the relation between settings is what matters.
+    As right as `typical_seconds` is.
     """
-    p, shrunk = parameters, 2**parameters.level
-    size, overlap = p.template_size, p.overlap_size
-    cells, image_cells = grid_shape[0] * grid_shape[1], image_shape[0] * image_shape[1]
-    n_tiles = cells / p.step**2
-    locations = 1.0
-    for side in image_shape:
-        locations *= max(side - size, 0) / shrunk + 1
-    planes = 1 if n_facies <= 2 else n_facies
-    products = planes * (2 * size - overlap) * overlap / shrunk**2
-    raster = n_tiles * (size**2 * CELL + locations * (LOCATION + products * PRODUCT))
-    return raster + n_data * size**2 * image_cells * DATUM + cells * JUDGING
+    simulating = typical_seconds(parameters, image_shape, grid_shape, n_facies, n_data)
+    return simulating + grid_shape[0] * grid_shape[1] * JUDGING

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.model.arrays import check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -18,14 +19,6 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import Progress
 
-SECONDS_PER_CELL = 3.5e-8
-"""Of the cut, the paste and the choice of candidates, on a typical core."""
-SECONDS_PER_PRODUCT = 2.2e-11
-"""Of a product of the search."""
-SECONDS_PER_IMAGE_CELL = 3e-8
-"""Of turning a cell of the training image and preparing it."""
-SECONDS_PER_DATUM = 1.5e-9
-"""Of a datum for each cell of the training image, which local re-simulation searches."""
 CELLS_AT_ONCE = 32_000_000
 """Cells of realizations that are kept at a time, one byte each."""
 LINEAR = (0.9, 1.1)
@@ -69,26 +62,6 @@ def data_cases(
     [0, 1000]
     """
     return [TimingCase(p, grid_shape, n) for n in sorted(numbers) for p in parameters]
-
-
-def typical_seconds(training_image: TrainingImage, case: TimingCase) -> float:
-    """Return the CPU seconds of one realization on a typical core, from a count of operations.
-
-    Right within a factor of about three; `expected_seconds` corrects it by measurements.
-    """
-    p, (ny, nx) = case.parameters, training_image.shape
-    block_size = 2**p.level
-    locations = 1
-    for side in (ny, nx):
-        locations *= max((side - p.template_size) // block_size + 1, 1)
-    overlap = p.overlap_size * (2 * p.template_size - p.overlap_size) // block_size**2
-    planes = 1 if training_image.n_facies <= 2 else training_image.n_facies
-    tiles = max(case.n_cells / p.step**2, 1.0)
-    return (
-        case.n_cells * SECONDS_PER_CELL
-        + tiles * locations * overlap * planes * SECONDS_PER_PRODUCT
-        + ny * nx * (SECONDS_PER_IMAGE_CELL + case.n_data * SECONDS_PER_DATUM)
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,7 +256,7 @@ def time_cases(
             raise CCWSIMError(
                 f"{case.n_data} data do not fit a grid of {case.n_cells} cells: ask for fewer"
             )
-    work = [typical_seconds(training_image, case) for case in cases]
+    work = [_typical(training_image, case) for case in cases]
     done, total, fields = 0.0, sum(work), {}
     for number, case in enumerate(cases):
         if cancel and cancel():
@@ -352,10 +325,14 @@ def expected_seconds(
 ) -> float:
     """Return the expected CPU seconds of timing the cases."""
     each = (
-        typical_seconds(training_image, case) * _slowdown(training_image, case, measured)
-        for case in cases
+        _typical(training_image, case) * _slowdown(training_image, case, measured) for case in cases
     )
     return n_realizations * sum(each)
+
+
+def _typical(training_image: TrainingImage, case: TimingCase) -> float:
+    image, n_facies = training_image.shape, training_image.n_facies
+    return typical_seconds(case.parameters, image, case.grid_shape, n_facies, case.n_data)
 
 
 def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequence[Timing]) -> float:
@@ -374,4 +351,4 @@ def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequenc
         )
 
     nearest = min(measured, key=unlike)
-    return nearest.seconds / typical_seconds(training_image, nearest.case)
+    return nearest.seconds / _typical(training_image, nearest.case)

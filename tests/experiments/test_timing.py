@@ -9,6 +9,7 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.timing import (
     Timing,
     TimingCase,
@@ -20,7 +21,6 @@ from ccwsim.experiments.timing import (
     time_data,
     time_grids,
     time_study,
-    typical_seconds,
 )
 from ccwsim.paper import published_times as pub
 from ccwsim.system.machine import this_machine
@@ -156,20 +156,22 @@ def test_growth_needs_two_sizes():
 
 
 def test_the_usual_time_grows_with_what_there_is_to_do():
-    base = typical_seconds(TI, TimingCase(P, (200, 200)))
+    base = typical_seconds(P, TI.shape, (200, 200))
     for harder in (
-        TimingCase(P, (200, 400)),
-        TimingCase(replace(P, wavelet_level=0), (200, 200)),
-        TimingCase(P, (200, 200), 50),
+        typical_seconds(P, TI.shape, (200, 400)),
+        typical_seconds(replace(P, wavelet_level=0), TI.shape, (200, 200)),
+        typical_seconds(P, TI.shape, (200, 200), n_data=50),
+        typical_seconds(P, TI.shape, (200, 200), n_facies=4),
+        typical_seconds(P, (500, 500), (200, 200)),
     ):
-        assert typical_seconds(TI, harder) > base
-    assert typical_seconds(TrainingImage(blobs((64, 60), 4)), TimingCase(P, (200, 200))) > base
+        assert harder > base
 
 
 def test_expected_time_follows_the_most_similar_measurement():
     cases = data_cases([0, 100], LEVELS, (200, 200))
     usual = expected_seconds(TI, cases, 3)
-    assert usual == pytest.approx(3 * sum(typical_seconds(TI, case) for case in cases))
+    each = [typical_seconds(p, TI.shape, (200, 200), 2, n) for n in (0, 100) for p in LEVELS]
+    assert usual == pytest.approx(3 * sum(each))
     slow = Timing(P, (200, 200), 0, np.array([7.0]), np.zeros(1, int))
     assert expected_seconds(TI, [slow.case], 2, [slow]) == pytest.approx(14.0)
     others = [slow, took(200, 9.0, LEVELS[1]), took(200, 11.0, P, 100)]

@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.kernels import compile_apart, is_ready
-from ccwsim.experiments.timing import TimingCase, typical_seconds
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
@@ -149,8 +149,9 @@ def question_of(state: State) -> str:
 
 def estimated_seconds(choices: Choices) -> float:
     """Return about how long a study runs where it has the machine for itself."""
-    case = TimingCase(choices.parameters, choices.grid.shape, data_of(choices).n)
-    each = typical_seconds(image_of(choices.image), case)
+    image, n_data = image_of(choices.image), data_of(choices).n
+    sizes = image.shape, choices.grid.shape, image.n_facies, n_data
+    each = typical_seconds(choices.parameters, *sizes)
     return choices.n_realizations * each / min(n_cores(), choices.n_realizations)
 
 
