@@ -1,9 +1,10 @@
 """Many users at once for a while: ``python -m benchmarks.soak --sessions 30 --minutes 10``.
 
 Sessions do mixed work on a server on this machine: runs of other seeds, levels and sizes, Live,
-Validate, Compare, How it works, uploads, closed tabs and new ones. Every picture is held against
-what the core alone gives. Printed as a table: errors, the time to an answer (median and 95 %), and
-the memory of the server after warming up, at its peak, and when all are gone and forgotten.
+Validate, Compare, How it works, uploads, closed tabs and new ones. One of them opens unkind links
+and leaves large files. Every picture is held against what the core alone gives. Printed as a table:
+errors, the time to an answer (median and 95 %), how long the server answers nobody, and its memory
+after warming up, at its peak, and when all are gone and forgotten.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.visitor import Visitor
+from benchmarks.visitor import HostileVisitor, Visitor
 from tests.browser.served import ROOT, Server, started
 from tests.ui.sessions import Session
 
@@ -31,6 +32,8 @@ WARMING = 60.0
 """Seconds of work before the memory is read: what is loaded on demand is loaded then."""
 EVERY = 0.5
 """Seconds between two readings of the memory of the server."""
+PULSE = 0.1
+"""Seconds between an answer to "are you well" and the next question."""
 BACK_WITHIN = 0.1
 """By how much more memory than at the start the server may keep."""
 
@@ -77,6 +80,30 @@ class Tally:
             self.tabs += 1
 
 
+class Pulse:
+    """Asks a server again and again whether it is well, and notes how long each answer takes."""
+
+    def __init__(self, address: str) -> None:
+        self._url = f"{address}/_stcore/health"
+        self.seconds: list[float] = []
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._ask, daemon=True)
+
+    def __enter__(self) -> Pulse:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def _ask(self) -> None:
+        while not self._over.wait(PULSE):
+            start = time.monotonic()
+            with urllib.request.urlopen(self._url, timeout=60):
+                self.seconds.append(time.monotonic() - start)
+
+
 class Memory:
     """Watches the resident memory of a process, in MB."""
 
@@ -121,6 +148,7 @@ class Outcome:
     end: float
     tracebacks: int
     troubles: int
+    pulse: list[float]  # seconds of the server's answers to "are you well"
 
     @property
     def back(self) -> bool:
@@ -167,7 +195,8 @@ def soak(
             _all_forgotten(server, ttl)
             begin = memory.now()
             memory.peak = begin
-            _visit(server, sessions, 60 * minutes, seed, tally)
+            with Pulse(server.address) as pulse:
+                _visit(server, sessions, 60 * minutes, seed, tally)
             _all_forgotten(server, ttl)
             end = memory.now()
         said = log.read_text("utf-8", "replace")
@@ -180,6 +209,7 @@ def soak(
         end,
         said.count("Traceback (most recent call last)"),
         said.count("trouble "),
+        pulse.seconds,
     )
 
 
@@ -193,9 +223,10 @@ def _visit(
     server: Server, sessions: int, seconds: float, seed: int, tally: Tally, whole: bool = False
 ) -> None:
     end = time.monotonic() + seconds
+    kinds = [Visitor if whole or k else HostileVisitor for k in range(sessions)]
     visitors = [
-        Visitor(server.address, tally, np.random.default_rng([seed, k]), end, k, whole)
-        for k in range(sessions)
+        kind(server.address, tally, np.random.default_rng([seed, k]), end, k, whole)
+        for k, kind in enumerate(kinds)
     ]
     threads = [threading.Thread(target=one.stay, daemon=True) for one in visitors]
     for thread in threads:
@@ -238,10 +269,16 @@ def report(outcome: Outcome) -> str:
         f"{sum(tally.errors.values())} errors seen by users, {outcome.tracebacks} tracebacks and "
         f"{outcome.troubles} troubles in the server's log. Memory of the server: "
         f"{outcome.start:.0f} MB at the start, {outcome.peak:.0f} MB at most, {outcome.end:.0f} MB "
-        f"at the end ({100 * (outcome.end / outcome.start - 1):+.0f} %).",
+        f"at the end ({100 * (outcome.end / outcome.start - 1):+.0f} %). {alive(outcome.pulse)}",
     ]
     lines += [f"- {count} × {why}" for why, count in tally.errors.most_common(12)]
     return "\n".join(lines)
+
+
+def alive(seconds: Sequence[float]) -> str:
+    """Say how long the server took to say that it is well."""
+    most, longest = np.percentile(seconds, 99), max(seconds)
+    return f"It said that it is well within {most:.2f} s in 99 %, at the longest {longest:.2f} s."
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

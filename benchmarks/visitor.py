@@ -19,6 +19,19 @@ from tests.ui.sessions import Session, Stuck
 
 IMAGES = tuple(datasets.names())
 SIDES = (48, 64, 96, 128)
+HOSTILE = (
+    "candidates=20000&grid=64x64&data=none",
+    "cell=0.0000000001x0.0000000001&grid=64x64&data=none",
+    "grid=1x1&data=none",
+    "grid=1x10000&data=none&realizations=2",
+    "grid=10000x1&data=none&realizations=2",
+    "grid=4000x4000&data=none&realizations=1000",
+    "grid=10000x10000&realizations=1&data=sampled",
+    "ti=nowhere&grid=0x-1&template=1e9&seed=-1&data=%00",
+)
+"""Links that are legal and unkind: bounds, long runs, large grids, and one that is nonsense."""
+SENT_BYTES = 60 * 10**6
+"""Of a file that no page asked for, which each of these visits leaves on the server."""
 THINKING = 0.5
 """Mean seconds between an answer and the next wish."""
 
@@ -178,6 +191,28 @@ class Visitor:
 
     def _trouble(self, tab: Session) -> list[str]:
         return [text for text in tab.alerts() if "could not be" in text or "log" in text]
+
+
+class HostileVisitor(Visitor):
+    """One who opens unkind links, one after another, and leaves files that nobody asked for."""
+
+    def stay(self) -> None:
+        """Open one link after another until it is time to go."""
+        turn = 0
+        while time.monotonic() < self._end:
+            query = HOSTILE[turn % len(HOSTILE)]
+            turn += 1
+            try:
+                with Session(self._address, "simulate", query) as tab:
+                    self._tally.opened()
+                    self._timed("unkind link", tab, tab.open)
+                    if tab.errors or self._trouble(tab):
+                        raise Stuck(str(tab.errors or self._trouble(tab)))
+                    tab.widget("seed")  # the study is there, and can be changed
+                    tab.send("unasked.dat", bytes(SENT_BYTES))
+            except Exception as error:
+                self._tally.failed(f"{query}: {type(error).__name__}: {str(error)[:200]}")
+                time.sleep(1.0)
 
 
 def choices_of(query: str) -> Choices:

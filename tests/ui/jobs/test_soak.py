@@ -25,6 +25,8 @@ def test_no_session_sees_an_error_or_the_picture_of_another(outcome):
     assert (outcome.tracebacks, outcome.troubles) == (0, 0)
     assert tally.tabs >= 4
     assert 0 < outcome.start <= outcome.peak
+    assert tally.seconds["unkind link"]
+    assert len(outcome.pulse) > 5
 
 
 @pytest.mark.slow
@@ -43,7 +45,7 @@ def test_an_error_is_counted_and_told():
     tally = Tally()
     tally.failed("RuntimeError: boom")
     tally.took("seed", 0.5)
-    bad = Outcome(tally, 1, 1.0, 100.0, 100.0, 100.0, 1, 1)
+    bad = Outcome(tally, 1, 1.0, 100.0, 100.0, 100.0, 1, 1, [0.1])
     assert not bad.good
     assert "1 × RuntimeError: boom" in report(bad)
 
