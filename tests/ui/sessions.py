@@ -12,6 +12,7 @@ import urllib.request
 import uuid
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -309,3 +310,11 @@ def _key(content: Any) -> str:
     """Return the key that the page gave a widget; its id ends with it."""
     whole = str(getattr(content, "id", ""))
     return whole.split("-", 2)[2].rstrip() if whole.startswith("$$ID-") else ""
+
+
+def resident(pid: int) -> int:
+    """Return the bytes that a process holds."""
+    (line,) = [
+        line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if "VmRSS" in line
+    ]
+    return 1024 * int(line.split()[1])

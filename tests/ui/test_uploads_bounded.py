@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 from contextlib import ExitStack
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from ccwsim.ui.jobs import uploads
 from ccwsim.ui.jobs.uploads import NO_ROOM, BoundedUploads, max_of_session, upload_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
 from tests.browser.served import started
-from tests.ui.sessions import Session
+from tests.ui.sessions import Session, resident
 from tests.ui.test_pages import SMALL, a_file
 from tests.ui.widgets import opened, texts
 
@@ -110,14 +109,6 @@ def test_the_files_of_earlier_runs_count_as_their_memory():
         for seed in range(2):  # runs of one image share it
             runs.remember(PastRun.of(Choices(image=image, seed=seed), ensemble))
     assert [run.choices.seed for run in runs.runs] == [1, 0, 1, 0]
-
-
-def resident(pid: int) -> int:
-    """Return the bytes that a process holds."""
-    (line,) = [
-        line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if "VmRSS" in line
-    ]
-    return 1024 * int(line.split()[1])
 
 
 @pytest.mark.slow

@@ -207,10 +207,16 @@ def forget(session: str) -> None:
     runtime = Runtime.instance()
 
     def close() -> None:
-        if not runtime.is_active_session(session):
-            runtime.close_session(session)
+        if runtime.is_active_session(session):
+            return
+        kept = runtime._session_mgr.get_session_info(session)
+        runtime.close_session(session)
+        if kept is not None:  # the loop of the server names the last session until another comes
+            kept.session.session_state.clear()
+            kept.session.session_state._new_widget_state.widget_metadata.clear()
+            kept.session._fragment_storage.clear()
 
-    # close_session is not thread-safe, and no public way leads to the event loop of the server
+    # close_session is not thread-safe, and no public way leads to the server's loop and sessions
     with suppress(Exception):  # it may be ending at this moment, which serves as well
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
@@ -256,16 +262,17 @@ class SessionMonitor:
 
     def look(self) -> None:
         """End the jobs of sessions that were left `GRACE` seconds ago; forget older ones."""
-        now = self._clock()
+        now, to_live = self._clock(), config.get_option("server.disconnectedSessionTTL")
+        kept = max(to_live - EARLY, min(GRACE, to_live / 2))  # later Streamlit keeps but loses it
         for session in list(self._sessions):
             if self._is_open(session):
                 self._left.pop(session, None)
                 continue
             away = now - self._left.setdefault(session, now)
-            if away >= GRACE:
+            if away >= min(GRACE, kept):
                 for entry in self._queue.entries_of(session):
                     entry.drop()
-            if away >= max(config.get_option("server.disconnectedSessionTTL") - EARLY, GRACE):
+            if away >= kept:
                 self._forget(session)
                 self._freed = True
                 with self._lock:

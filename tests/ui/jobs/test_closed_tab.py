@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.browser.served import ROOT, started
-from tests.ui.sessions import Session
+from tests.ui.sessions import Session, resident
 
 SLOW = 180.0
 APP = f"""
@@ -66,3 +66,24 @@ def test_the_job_of_a_closed_tab_ends_and_its_memory_is_given_back(address):
             assert "begun" in working.open().words()[0]
             wait_for(looking, "1 jobs, 1 states, 1 kept")
         wait_for(looking, "0 jobs, 0 states, 0 kept")
+
+
+@pytest.mark.slow
+def test_the_last_tab_leaves_no_memory_behind():
+    small = "grid=64x64&data=none&template=16&overlap=4&realizations=1"
+    with started(ROOT, "--server.disconnectedSessionTTL=20") as server:
+
+        def visit(query: str) -> int:
+            with Session(server.address, "simulate", query) as tab:
+                tab.open()
+                return resident(server.process.pid)
+
+        visit(small)
+        before = visit(small)
+        held = visit("grid=3000x3000&data=none&realizations=2")
+        assert held > before + 100 * 10**6
+        for _ in range(60):
+            time.sleep(1)
+            if (left := resident(server.process.pid)) < before + 50 * 10**6:
+                return
+        raise AssertionError(f"{before} bytes before, {held} while it was open, {left} after")
