@@ -35,10 +35,8 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
             _follow_run(state, parts)
         if state.message:
             st.warning(plain(state.message))
-        elif state.job is None and (question := question_of(state)):
-            st.info(plain(question))
         if state.job is None and (state.ensemble is None or outdated):
-            with _outdated(outdated):
+            with _outdated(outdated, question_of(state)):
                 run_button(state, "run_news", width="content")
 
 
@@ -59,11 +57,12 @@ def out_of_date(state: State) -> str:
 
 
 @contextmanager
-def _outdated(text: str) -> Iterator[None]:
-    """Say in a row what is out of date, if anything is; what is drawn inside stands beside it."""
+def _outdated(text: str, question: str = "") -> Iterator[None]:
+    """Say in a row what is out of date and what is asked, if so; what is drawn inside is beside."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
-        said = f"<b>Out of date:</b> {escape(text)}" if text else ""
-        st.html(f'<p role="status">{said}</p>')
+        said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
+        if said or question:
+            st.html(f'<p role="status">{" ".join([*said, escape(question)])}</p>')
         yield
 
 
