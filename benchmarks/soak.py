@@ -19,10 +19,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
 from benchmarks.visitor import HostileVisitor, Visitor
+from ccwsim.system.memory import used_memory
 from tests.browser.served import ROOT, Server, started
 from tests.ui.sessions import Session
 
@@ -80,40 +82,15 @@ class Tally:
             self.tabs += 1
 
 
-class Pulse:
-    """Asks a server again and again whether it is well, and notes how long each answer takes."""
+class Watcher:
+    """Looks at a server every so many seconds, on a thread, while it is entered."""
 
-    def __init__(self, address: str) -> None:
-        self._url = f"{address}/_stcore/health"
-        self.seconds: list[float] = []
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._ask, daemon=True)
-
-    def __enter__(self) -> Pulse:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._over.set()
-        self._thread.join()
-
-    def _ask(self) -> None:
-        while not self._over.wait(PULSE):
-            start = time.monotonic()
-            with urllib.request.urlopen(self._url, timeout=60):
-                self.seconds.append(time.monotonic() - start)
-
-
-class Memory:
-    """Watches the resident memory of a process, in MB."""
-
-    def __init__(self, pid: int) -> None:
-        self._status = Path(f"/proc/{pid}/status")
-        self.peak = 0.0
+    def __init__(self, every: float) -> None:
+        self._every = every
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
 
-    def __enter__(self) -> Memory:
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 
@@ -121,19 +98,44 @@ class Memory:
         self._over.set()
         self._thread.join()
 
-    def now(self) -> float:
-        """Return the memory now."""
-        for line in self._status.read_text().splitlines():
-            if line.startswith("VmRSS"):
-                return int(line.split()[1]) / 1024
-        return 0.0
+    def look(self) -> None:
+        """Note what there is to see."""
+        raise NotImplementedError
 
     def _watch(self) -> None:
-        while not self._over.wait(EVERY):
-            try:
-                self.peak = max(self.peak, self.now())
-            except OSError:  # the server ended
-                return
+        while not self._over.wait(self._every):
+            self.look()
+
+
+class Pulse(Watcher):
+    """Asks a server again and again whether it is well, and notes how long each answer takes."""
+
+    def __init__(self, address: str) -> None:
+        super().__init__(PULSE)
+        self._url = f"{address}/_stcore/health"
+        self.seconds: list[float] = []
+
+    def look(self) -> None:
+        """Ask once."""
+        start = time.monotonic()
+        with urllib.request.urlopen(self._url, timeout=60):
+            self.seconds.append(time.monotonic() - start)
+
+
+class Memory(Watcher):
+    """Watches the resident memory of a process, in MB."""
+
+    def __init__(self, pid: int) -> None:
+        super().__init__(EVERY)
+        self._pid, self.peak = pid, 0.0
+
+    def now(self) -> float:
+        """Return the memory now, 0 where the process has ended."""
+        return (used_memory(process=self._pid) or 0) / 2**20
+
+    def look(self) -> None:
+        """Note the highest."""
+        self.peak = max(self.peak, self.now())
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ccwsim.engine.stages.conditioning import MAX_DATA
+from ccwsim.engine.stages.resimulation import MAX_COMPARED
 from ccwsim.model.parameters import Parameters
 
 PER_CELL = 2.5e-8
@@ -15,12 +16,12 @@ PER_IMAGE_CELL = 2.2e-8
 """Seconds to turn a cell of the training image and prepare it."""
 PER_DATUM_SEEN = 1.5e-10
 """Seconds to compare a datum with a location."""
-PER_WINDOW_CELL = 5e-10
+PER_WINDOW_ROW = 5e-10
 """Seconds to compare a row of a window that is simulated anew with a location."""
 N_MISSED = 4
 """Data of a tile that need such a window, at most: more data split the tile."""
-N_WINDOWS = 3000
-"""Locations that a window is compared with."""
+PER_JUDGED_CELL = 1e-7
+"""Seconds a cell to judge a realization, its copied pieces included."""
 
 
 def typical_seconds(
@@ -29,8 +30,9 @@ def typical_seconds(
     grid_shape: tuple[int, int],
     n_facies: int = 2,
     n_data: int = 0,
+    judged: bool = False,
 ) -> float:
-    """Return the CPU seconds of one realization on a typical core.
+    """Return the CPU seconds of one realization on a typical core, and of its judgement if asked.
 
     Right within a factor of about three, as the time of local re-simulation depends on how well
     image and data go together; the relation between settings is what matters.
@@ -54,9 +56,9 @@ def typical_seconds(
     products = planes * (2 * size - overlap) * overlap / block_size**2
     seen = n_data * (p.co_template * size / step) ** 2 * tiles / patches
     return (
-        cells * PER_CELL
+        cells * (PER_CELL + (PER_JUDGED_CELL if judged else 0.0))
         + patches * locations * (PER_LOCATION + products * PER_PRODUCT)
         + image_shape[0] * image_shape[1] * PER_IMAGE_CELL
         + seen * locations * PER_DATUM_SEEN
-        + min(n_data, N_MISSED * tiles) * N_WINDOWS * size * PER_WINDOW_CELL
+        + min(n_data, N_MISSED * tiles) * MAX_COMPARED * size * PER_WINDOW_ROW
     )

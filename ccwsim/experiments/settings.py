@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from ccwsim.experiments.cost import typical_seconds
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.parameters import Parameters
 
@@ -20,8 +19,6 @@ RANGED = {
     "search_fraction": "search",
 }
 """The parameters that may have a range, and their signs in a label."""
-JUDGING = 1e-7
-"""Seconds a cell to judge a realization, its copied pieces included."""
 
 
 @dataclass(frozen=True)
@@ -139,18 +136,3 @@ def _check_fits(p: Parameters, image_shape: tuple[int, int] | None) -> None:
         raise CCWSIMError(
             f"Template {p.template_size} is larger than the training image of {nx} × {ny}"
         )
-
-
-def expected_seconds(
-    parameters: Parameters,
-    image_shape: tuple[int, int],
-    grid_shape: tuple[int, int],
-    n_facies: int = 2,
-    n_data: int = 0,
-) -> float:
-    """Return the expected seconds of one realization, its judgement included.
-
-    As right as `typical_seconds` is.
-    """
-    simulating = typical_seconds(parameters, image_shape, grid_shape, n_facies, n_data)
-    return simulating + grid_shape[0] * grid_shape[1] * JUDGING

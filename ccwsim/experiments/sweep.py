@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.settings import Settings as Settings
-from ccwsim.experiments.settings import expected_seconds, label, varied
+from ccwsim.experiments.settings import label, varied
 from ccwsim.experiments.settings import settings as settings
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
@@ -182,7 +183,7 @@ def sweep(
     n, grid = check_int("n_realizations", n_realizations, 1), Grid.of(grid_shape)
     data = HardData() if hard_data is None else hard_data
     sizes = training_image.shape, grid.shape, training_image.n_facies, data.n
-    ahead = np.cumsum([0.0, *(expected_seconds(p, *sizes) for p in settings)])
+    ahead = np.cumsum([0.0, *(typical_seconds(p, *sizes, judged=True) for p in settings)])
     rows: list[Row] = []
     failed: list[tuple[Parameters, str]] = []
     for k, parameters in enumerate(settings):

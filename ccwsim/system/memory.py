@@ -24,9 +24,9 @@ def free_memory(root: Path = ROOT) -> int | None:
     return max(min(known), 0) if known else _of_pages()
 
 
-def used_memory(root: Path = ROOT) -> int | None:
-    """Return the bytes that this process holds, None where the system does not tell."""
-    return _field(root / "proc/self/status", "VmRSS")
+def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
+    """Return the bytes that a process, this one by default, holds; None where nobody tells."""
+    return _field(root / f"proc/{process or 'self'}/status", "VmRSS")
 
 
 def give_back_memory() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -12,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, datasets, simulate
-from ccwsim.experiments.settings import expected_seconds, label, settings, varied
+from ccwsim.experiments.cost import typical_seconds
+from ccwsim.experiments.settings import label, settings, varied
 from ccwsim.experiments.sweep import Row, Sweep, pareto_front, recommended, sweep
 from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
@@ -268,11 +270,13 @@ def test_nothing_is_recommended_before_anything_is_known(found):
 
 def test_finer_and_denser_is_expected_to_take_longer():
     shapes = (256, 256), (512, 512)
+    expected_seconds = partial(typical_seconds, judged=True)
     times = [expected_seconds(Parameters(wavelet_level=j), *shapes) for j in (0, 1, 2, 3)]
     assert times == sorted(times, reverse=True)
     assert expected_seconds(Parameters(), *shapes, n_data=400) > times[2]
     assert expected_seconds(Parameters(), *shapes, n_facies=5) > times[2]
     assert expected_seconds(Parameters(template_size=512), *shapes) > 0
+    assert typical_seconds(Parameters(), *shapes) < times[2]
 
 
 def traces_of(chart) -> dict[str, Any]:

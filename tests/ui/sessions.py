@@ -12,7 +12,6 @@ import urllib.request
 import uuid
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -24,6 +23,8 @@ from streamlit.proto.Selectbox_pb2 import Selectbox
 from streamlit.proto.WidgetStates_pb2 import WidgetState
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
+
+from ccwsim.system.memory import used_memory
 
 PATIENCE = 300.0
 """Seconds after which a page that does not come to rest is given up."""
@@ -314,7 +315,6 @@ def _key(content: Any) -> str:
 
 def resident(pid: int) -> int:
     """Return the bytes that a process holds."""
-    (line,) = [
-        line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if "VmRSS" in line
-    ]
-    return 1024 * int(line.split()[1])
+    held = used_memory(process=pid)
+    assert held is not None, f"process {pid} has ended"
+    return held

@@ -156,7 +156,7 @@ def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost,
     """
     block_size, _, my, mx = phases.shape
     ny, nx = totals.shape
-    terms, n, some_beyond = work.terms, 0, False
+    cells, terms, n, some_beyond = phases.reshape(phases.size), work.terms, 0, False
     for y in range(box.y0, min(box.y0 + ahead, len(data.first) - 1)):
         for i in range(data.first[y], data.first[y + 1]):
             x = data.columns[i]
@@ -184,9 +184,9 @@ def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost,
             terms[1, n], terms[2, n], terms[3, n], terms[4, n] = rows, columns, facies, cost
             n += 1
             if n == terms.shape[1]:
-                _count_misses(phases.reshape(phases.size), mx, terms, n, work.counts, totals)
+                _count_misses(cells, mx, terms, n, work.counts, totals)
                 n = 0
-    _count_misses(phases.reshape(phases.size), mx, terms, n, work.counts, totals)
+    _count_misses(cells, mx, terms, n, work.counts, totals)
     if some_beyond:
         _add_beyond(work.beyond, totals)
 

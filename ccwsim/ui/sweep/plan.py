@@ -8,7 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ccwsim.experiments.settings import JUDGING, Settings, expected_seconds, settings
+from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
+from ccwsim.experiments.settings import Settings, settings
 from ccwsim.experiments.sweep import Row, Sweep, sweep
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
@@ -224,7 +225,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:
     choices = state.choices
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
-    each = sum(expected_seconds(p, *sizes) for p in plan)
+    each = sum(typical_seconds(p, *sizes, judged=True) for p in plan)
     return each * state.page(SweepState).n_realizations * pace(state.ensemble)
 
 
@@ -233,10 +234,9 @@ def pace(ensemble: Ensemble | None) -> float:
     if ensemble is None:
         return 1.0
     image, grid = ensemble.training_image, ensemble.grid
-    expected = expected_seconds(
-        ensemble.parameters, image.shape, grid.shape, image.n_facies, ensemble.hard_data.n
-    )
-    took = float(ensemble.cpu_seconds.mean()) + grid.ny * grid.nx * JUDGING
+    sizes = image.shape, grid.shape, image.n_facies, ensemble.hard_data.n
+    expected = typical_seconds(ensemble.parameters, *sizes, judged=True)
+    took = float(ensemble.cpu_seconds.mean()) + grid.ny * grid.nx * PER_JUDGED_CELL
     return min(max(took / expected, 0.3), 10.0)
 
 
