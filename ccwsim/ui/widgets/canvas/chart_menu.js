@@ -1,5 +1,6 @@
 // Saves the chart beside it: as PNG and SVG by plotly itself, as CSV from the numbers it draws.
 export default function ({ data, parentElement }) {
+  parentElement.stop?.(); // Streamlit calls again without an end of the call before
   const open = parentElement.querySelector('.open');
   const choices = parentElement.querySelector('.choices');
   open.setAttribute('aria-label', `Save ${data.title}`);
@@ -19,10 +20,11 @@ export default function ({ data, parentElement }) {
   const escape = (event) => { if (event.key === 'Escape') show(false); };
   document.addEventListener('pointerdown', away);
   document.addEventListener('keydown', escape);
-  return () => {
+  const stop = parentElement.stop = () => {
     document.removeEventListener('pointerdown', away);
     document.removeEventListener('keydown', escape);
   };
+  return stop;
 }
 
 function save(charts, kind, name) {

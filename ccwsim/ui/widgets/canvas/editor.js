@@ -15,9 +15,10 @@ export default function (component) {
     editor = new DataEditor(root);
     editors.set(root, editor);
   }
+  editor.component = component;
   editor.send = (queue) => component.setTriggerValue('edits', queue);
   editor.show(component.data);
-  return () => { editor.stop(); editors.delete(root); };
+  return () => { if (editor.component === component) editor.stop(); };
 }
 
 class DataEditor extends CellMap {
@@ -235,7 +236,11 @@ class DataEditor extends CellMap {
       this.bars();
     });
     this.shortcut = (event) => this.undoKey(event);
+  }
+
+  start() {
     window.addEventListener('keydown', this.shortcut);
+    super.start();
   }
 
   stop() {

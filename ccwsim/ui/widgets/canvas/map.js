@@ -15,9 +15,11 @@ export default function (component) {
     map = new CellMap(root);
     maps.set(root, map);
   }
+  map.component = component;
   map.pick = (row, column) => component.setTriggerValue('cell', [row, column]);
   map.show(component.data);
-  return () => { map.stop(); maps.delete(root); };
+  // Streamlit may end a call when a later one has already taken the map over, and begin again after it.
+  return () => { if (map.component === component) map.stop(); };
 }
 
 class CellMap {
@@ -37,6 +39,7 @@ class CellMap {
     const sameGrid = this.data && this.data.nx === data.nx && this.data.ny === data.ny;
     const samePicture = this.data && this.data.png === data.png
       && this.data.lut.join() === data.lut.join();
+    this.start();
     this.leave();
     this.data = data;
     if (data.scale) groups.set(data.scale, (groups.get(data.scale) || new Set()).add(this));
@@ -445,8 +448,12 @@ class CellMap {
       this.point(detail.hover, false);
       this.look(detail.view, false);
     };
-    window.addEventListener(LINK, this.hear);
     this.watch = new ResizeObserver(() => this.data && this.layout());
+  }
+
+  // Doing it twice has no effect.
+  start() {
+    window.addEventListener(LINK, this.hear);
     this.watch.observe(this.root);
   }
 

@@ -3,7 +3,8 @@ const NEAR = 240;
 const EVERY = 250;
 const AGAIN = 3000;
 
-export default function ({ data, setTriggerValue }) {
+export default function ({ data, parentElement, setTriggerValue }) {
+  parentElement.stop?.(); // Streamlit calls again without an end of the call before
   let told = '';
   let when = 0;
   const look = () => {
@@ -15,7 +16,8 @@ export default function ({ data, setTriggerValue }) {
     setTriggerValue('seen', names);
   };
   const timer = setInterval(look, EVERY);
-  return () => clearInterval(timer);
+  const stop = parentElement.stop = () => clearInterval(timer);
+  return stop;
 }
 
 function near(name) {

@@ -3,7 +3,8 @@
 const WORKING = '.working, .unseen';
 const REST = 2000; // milliseconds after which what is drawn anew is all there, on a slow machine too
 
-export default function ({ data }) {
+export default function ({ data, parentElement }) {
+  parentElement.stop?.(); // Streamlit calls again without an end of the call before
   const app = document.querySelector('.stApp');
   const watched = new WeakSet();
   const heights = new Map(); // of each part by its name, the largest since it was at rest
@@ -40,5 +41,8 @@ export default function ({ data }) {
     });
   });
   parts.observe(app, { attributeFilter: ['data-test-script-state'], childList: true, subtree: true });
-  return () => { sizes.disconnect(); parts.disconnect(); clearTimeout(timer); };
+  const stop = parentElement.stop = () => {
+    sizes.disconnect(); parts.disconnect(); clearTimeout(timer);
+  };
+  return stop;
 }

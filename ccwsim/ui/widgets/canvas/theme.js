@@ -14,5 +14,5 @@ export default function ({ data, parentElement, setTriggerValue }) {
   };
   probe.ontransitionend = look;
   look();
-  return () => { probe.ontransitionend = null; };
+  return () => { if (probe.ontransitionend === look) probe.ontransitionend = null; };
 }
