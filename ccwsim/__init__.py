@@ -96,7 +96,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_FOLDERS})
+    return sorted([*__all__, *_FOLDERS, "__all__", "__doc__", "__version__"])
 
 
 MovedModules.install({f"ccwsim.{old}": f"ccwsim.{new}" for old, new in _MOVED.items()})

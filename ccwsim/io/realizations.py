@@ -74,8 +74,8 @@ def realizations_as_bytes(
 
     `npz` holds `realizations` (n, ny, nx) in the training image's codes, `codes`, `parameters`
     (JSON), `seed`, `cpu_seconds`, `hard_cells`, `hard_facies`, `met_by`, `cell_size`, `origin`;
-    `gslib`, `sgems` and `dat` hold one column a realization, from the south-west, x fastest; `png`
-    is one map, or a contact sheet of all, north up.
+    `gslib`, `sgems` and `dat` hold one column a realization, from the south-west, x fastest, with
+    size of the cells and origin in line 1; `png` is one map, or a contact sheet of all, north up.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def realizations_as_bytes(
         n_facies = ensemble.training_image.n_facies
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
     names = [f"realization_{k + 1}" for k in range(ensemble.n)]
-    return grid_as_bytes(list(ensemble.realizations), names)
+    return grid_as_bytes(list(ensemble.realizations), names, ensemble.grid)
 
 
 def _npz(ensemble: Ensemble) -> bytes:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import digest, readonly
+from ccwsim.model.arrays import digest, is_whole, readonly
+from ccwsim.model.drawing import notebook
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -69,6 +71,33 @@ class Ensemble:
     def n(self) -> int:
         """How many realizations there are."""
         return len(self.indices)
+
+    def __len__(self) -> int:
+        return self.n
+
+    def __iter__(self) -> Iterator[NDArray[np.integer]]:
+        return iter(self.realizations)
+
+    @overload
+    def __getitem__(self, which: int) -> NDArray[np.integer]: ...
+    @overload
+    def __getitem__(self, which: slice | Sequence[int]) -> Ensemble: ...
+    def __getitem__(self, which: int | slice | Sequence[int]) -> NDArray[np.integer] | Ensemble:
+        """Return one realization, shape (ny, nx), in codes, or an ensemble of some of them."""
+        if is_whole(which):
+            return self.realizations[which]
+        some = np.arange(self.n)[which]
+        return replace(
+            self,
+            indices=readonly(np.asarray(self.indices[some])),
+            cpu_seconds=readonly(self.cpu_seconds[some]),
+            data_status=readonly(self.data_status[some]),
+            numbers=readonly(self.numbers[some]),
+            sources=None if self.sources is None else readonly(self.sources[some]),
+        )
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
+        return np.array(self.realizations, dtype, copy=copy)
 
     @cached_property
     def realizations(self) -> NDArray[np.integer]:
@@ -145,6 +174,54 @@ class Ensemble:
     def digest(self) -> str:
         """A short name of the content: equal for equal realizations."""
         return digest(self.training_image.codes.tolist(), self.indices)
+
+    def plot(self, realizations: Sequence[int] | None = None) -> Any:
+        """Return realizations, the first three by default, as a chart (a plotly Figure)."""
+        return notebook().ensemble_chart(self, realizations)
+
+    def to_xarray(self) -> Any:
+        """Return the realizations as an xarray DataArray of facies codes.
+
+        Its dimensions are realization, y and x; y and x are those of the centres of cells, in world
+        units. Codes and names of facies stand in the attributes as the CF conventions have them.
+
+        Raises
+        ------
+        CCWSIMError
+            Where xarray is not installed.
+
+        Examples
+        --------
+        >>> from ccwsim import simulate
+        >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
+        >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+        >>> array = simulate(stripes, Grid(40, 50, (10.0, 10.0)), p).to_xarray()
+        >>> array.sel(x=105.0, method="nearest").dims
+        ('realization', 'y')
+        """
+        try:
+            from xarray import DataArray
+        except ImportError:
+            raise CCWSIMError("xarray is not installed: pip install xarray") from None
+        grid, image = self.grid, self.training_image
+        (width, height), (west, south) = grid.cell_size, grid.origin
+        coordinates = {
+            "realization": self.numbers,
+            "y": south + (np.arange(grid.ny) + 0.5) * height,
+            "x": west + (np.arange(grid.nx) + 0.5) * width,
+        }
+        names = ("_".join(name.split()) for name in image.facies_names)
+        attributes = {
+            "long_name": "facies",
+            "flag_values": image.codes,
+            "flag_meanings": " ".join(names),
+            "seed": self.seed,
+        }
+        dimensions = list(coordinates)
+        return DataArray(np.array(self), coordinates, dimensions, "facies", attributes)
+
+    def _repr_html_(self) -> str:
+        return notebook().ensemble_html(self)
 
     def __repr__(self) -> str:
         return f"Ensemble({self.n} realizations of {self.grid.nx} × {self.grid.ny})"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_integers, digest, frozen
+from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen
+from ccwsim.model.drawing import notebook
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
@@ -60,6 +62,50 @@ class HardData:
         self.cells = frozen(unique[:, :2])
         self.facies = frozen(unique[:, 2])
 
+    @classmethod
+    def of(cls, data: Any, grid: Grid) -> HardData:
+        """Return hard data as they are, or those that another object has.
+
+        Parameters
+        ----------
+        data : HardData, None, pair, DataFrame or array_like
+            A pair is (cells, facies), as `HardData` takes them. A table, of pandas or whatever has
+            named `columns`, has x, y and facies, in world coordinates, or row, column and facies.
+            An array has the shape of the grid, facies codes where they are known and NaN elsewhere.
+        grid : Grid
+            Which the data lie on.
+
+        Raises
+        ------
+        CCWSIMError
+            For anything else, and as for `HardData`.
+
+        Examples
+        --------
+        >>> grid = Grid(2, 3, cell_size=(10.0, 10.0))
+        >>> HardData.of([[np.nan, 1, np.nan], [np.nan, np.nan, 0]], grid).triples
+        ((0, 1, 1), (1, 2, 0))
+        >>> HardData.of(([[1, 2]], [0]), grid).triples
+        ((1, 2, 0),)
+        """
+        if isinstance(data, HardData):
+            return data
+        if data is None:
+            return cls()
+        if hasattr(data, "columns"):
+            return cls(*_of_table(data, grid))
+        if isinstance(data, tuple) and len(data) == 2:
+            return cls(*data)
+        values = as_floats(data, "hard data")
+        if values.shape != grid.shape:
+            raise CCWSIMError(
+                f"hard data: an array of shape {values.shape} is not one of the grid's "
+                f"{grid.shape} with NaN where nothing is known; give that, (cells, facies) or a "
+                "table with x, y and facies"
+            )
+        cells = np.argwhere(~np.isnan(values))
+        return cls(cells, values[tuple(cells.T)])
+
     @property
     def n(self) -> int:
         """How many data there are."""
@@ -108,8 +154,34 @@ class HardData:
         rows, columns = self.cells.T
         return int(np.count_nonzero(realization[rows, columns] != self.facies))
 
+    def plot(self) -> Any:
+        """Return the data as points at their columns and rows (a plotly Figure)."""
+        return notebook().data_chart(self)
+
+    def _repr_html_(self) -> str:
+        return notebook().data_html(self)
+
     def __repr__(self) -> str:
         return f"HardData(n={self.n})"
+
+
+def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
+    """Return cells and facies of a table with named columns."""
+    found = {str(name).strip().lower(): name for name in table.columns}
+    facies = next((found[name] for name in ("facies", "code", "class") if name in found), None)
+    places = [
+        pair for pair in (("x", "y"), ("column", "row"), ("col", "row")) if {*pair} <= {*found}
+    ]
+    if facies is None or not places:
+        there = ", ".join(map(str, table.columns))
+        raise CCWSIMError(
+            f"hard data: a table needs columns x, y and facies, or row, column and facies; it has "
+            f"{there}: rename some"
+        )
+    first, second = (np.asarray(table[found[name]]) for name in places[0])
+    if places[0] == ("x", "y"):
+        return grid.cells_of(first, second), np.asarray(table[facies])
+    return np.column_stack([second, first]), np.asarray(table[facies])
 
 
 def _listed(data: HardData, which: NDArray[np.integer]) -> str:

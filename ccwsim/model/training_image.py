@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,7 @@ from ccwsim.model.arrays import (
     smallest_integers,
 )
 from ccwsim.model.bounds import MAX_FACIES
+from ccwsim.model.drawing import notebook
 from ccwsim.model.errors import CCWSIMError, shown
 
 
@@ -83,6 +85,22 @@ class TrainingImage:
         self.name = name
         self.facies_names = self._named(facies_names)
 
+    @classmethod
+    def of(cls, image: TrainingImage | ArrayLike) -> TrainingImage:
+        """Return a training image as it is, or that of an array of facies codes.
+
+        Raises
+        ------
+        CCWSIMError
+            As for `TrainingImage`.
+
+        Examples
+        --------
+        >>> TrainingImage.of(np.eye(3)).codes
+        array([0, 1], dtype=uint8)
+        """
+        return image if isinstance(image, TrainingImage) else cls(image)
+
     def _named(self, names: Sequence[str] | None) -> tuple[str, ...]:
         if names is None:
             return tuple(f"facies {code}" for code in self.codes)
@@ -128,6 +146,13 @@ class TrainingImage:
             there = ", ".join(map(str, self.codes))
             raise CCWSIMError(f"facies {shown(code)} is not in the training image; it has {there}")
         return int(found[0])
+
+    def plot(self) -> Any:
+        """Return the image as a chart (a plotly Figure); hovering says the facies."""
+        return notebook().image_chart(self)
+
+    def _repr_html_(self) -> str:
+        return notebook().image_html(self)
 
     def __repr__(self) -> str:
         ny, nx = self.shape

@@ -6,12 +6,15 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from typing import TYPE_CHECKING
+from secrets import randbelow
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ccwsim.engine.realization import Realization
 from ccwsim.model.arrays import check_callable, check_int, readonly
+from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -28,12 +31,12 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    training_image: TrainingImage,
+    training_image: TrainingImage | ArrayLike,
     grid_shape: tuple[int, int] | Grid = (256, 256),
     parameters: Parameters | None = None,
-    hard_data: HardData | None = None,
+    hard_data: Any = None,
     n_realizations: int = 1,
-    seed: int = 0,
+    seed: int | None = 0,
     n_workers: int | None = None,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -46,15 +49,18 @@ def simulate(
 
     Parameters
     ----------
-    training_image : TrainingImage
+    training_image : TrainingImage or array_like of shape (ny, nx)
+        An array has facies codes, row 0 at the south.
     grid_shape : pair of int or Grid
         Rows and columns of the simulation grid.
     parameters : Parameters, optional
-    hard_data : HardData, optional
+    hard_data : HardData, pair, table or array_like, optional
+        All that `HardData.of` takes: (cells, facies), a table with x, y and facies, or an array of
+        the grid's shape with NaN where nothing is known.
     n_realizations : int
-    seed : int
-        The same seed gives the same realizations for any number of workers, and realization r does
-        not depend on how many are asked for.
+    seed : int, optional
+        None draws one, which `Ensemble.seed` has. The same seed gives the same realizations for any
+        number of workers, and realization r does not depend on how many are asked for.
     n_workers : int, optional
         Threads; as many as there are cores where not given.
     progress : callable, optional
@@ -91,12 +97,13 @@ def simulate(
     >>> simulate(stripes, (40, 50), p, n_realizations=2).realizations.shape
     (2, 40, 50)
     """
+    grid = Grid.of(grid_shape)
     study = Study(
-        training_image,
-        Grid.of(grid_shape),
+        TrainingImage.of(training_image),
+        grid,
         Parameters() if parameters is None else parameters,
-        HardData() if hard_data is None else hard_data,
-        seed,
+        HardData.of(hard_data, grid),
+        randbelow(MAX_SEED + 1) if seed is None else seed,
     )
     n = check_int("n_realizations", n_realizations, 1)
     first = check_int("first_realization", first_realization, 0)

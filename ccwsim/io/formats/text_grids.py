@@ -12,6 +12,7 @@ from ccwsim.io.data_file import MISSING_CODES, DataFile, distinct_names
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 
 MAX_HEADER_LINE = 1000
 """Longer lines are no header."""
@@ -73,15 +74,27 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     return replace(file, cell_size=cell, origin=origin)
 
 
-def grid_as_bytes(columns: Sequence[NDArray[np.integer]], names: Sequence[str]) -> bytes:
+def grid_as_bytes(
+    columns: Sequence[NDArray[np.integer]], names: Sequence[str], grid: Grid | None = None
+) -> bytes:
     """Return whole-number grids of shape (ny, nx), row 0 at the south, as an SGeMS text.
+
+    Where the cells have another size than 1, or the grid another origin than 0, line 1 has them
+    behind the numbers of cells: `nx ny nz sx sy sz ox oy oz`, as geone and DeeSse write them.
 
     Examples
     --------
     >>> grid_as_bytes([np.array([[0, 1], [1, 1]])], ["facies"])
     b'2 2 1\\n1\\nfacies\\n0\\n1\\n1\\n1\\n'
+    >>> placed = Grid(1, 2, cell_size=(10.0, 5.0), origin=(350000.0, 4505000.0))
+    >>> grid_as_bytes([np.array([[0, 1]])], ["facies"], placed)
+    b'2 1 1 10.0 5.0 1 350000.0 4505000.0 0\\n1\\nfacies\\n0\\n1\\n'
     """
     ny, nx = columns[0].shape
+    place = ""
+    if grid is not None and (grid.cell_size, grid.origin) != ((1.0, 1.0), (0.0, 0.0)):
+        (sx, sy), (ox, oy) = grid.cell_size, grid.origin
+        place = f" {sx!r} {sy!r} 1 {ox!r} {oy!r} 0"
     table = np.stack([column.ravel() for column in columns], axis=1)
     codes, indices = np.unique(table, return_inverse=True)
     width = max(len(str(code)) for code in codes)
@@ -90,7 +103,7 @@ def grid_as_bytes(columns: Sequence[NDArray[np.integer]], names: Sequence[str]) 
     ).reshape(len(codes), width + 1)
     text = words[indices.reshape(table.shape)]
     text[:, -1, -1] = ord("\n")
-    header = "\n".join([f"{nx} {ny} 1", str(len(names)), *names, ""])
+    header = "\n".join([f"{nx} {ny} 1{place}", str(len(names)), *names, ""])
     return header.encode() + text.tobytes()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ccwsim.io.atomic import format_of, write_bytes
@@ -17,7 +18,7 @@ from ccwsim.model.training_image import TrainingImage
 
 def import_hard_data(
     path_or_file: PathOrFile,
-    grid: Grid | None = None,
+    grid: Grid | Sequence[int] | None = None,
     training_image: TrainingImage | None = None,
     *,
     variable: str | None = None,
@@ -36,7 +37,9 @@ def import_hard_data(
     ----------
     path_or_file, variable, coordinates, up, slice_index
         As in `read_points`.
-    grid, training_image, threshold, classes
+    grid : Grid or pair of int, optional
+        A pair is rows and columns of unit cells from (0, 0) on.
+    training_image, threshold, classes
         As in `place_points`.
     on_collision, on_outside, on_unknown
         As in `resolve_points`.
@@ -53,6 +56,7 @@ def import_hard_data(
     >>> import_hard_data(file, Grid(8, 8), on_outside="drop").notes
     ('1 of 2 data lie outside the grid and were left out (line 3).',)
     """
+    grid = None if grid is None else Grid.of(grid)
     shape = grid.shape if grid is not None else None
     points = read_points(
         path_or_file,
@@ -70,15 +74,26 @@ def import_hard_data(
 
 def read_hard_data(
     path_or_file: PathOrFile,
-    grid: Grid | None = None,
+    grid: Grid | Sequence[int] | None = None,
     training_image: TrainingImage | None = None,
-    **choices: Any,
+    *,
+    variable: str | None = None,
+    coordinates: str | None = None,
+    up: bool | None = None,
+    slice_index: int | None = None,
+    threshold: float | None = None,
+    classes: Classes = None,
+    on_collision: str = "error",
+    on_outside: str = "error",
+    on_unknown: str = "error",
 ) -> HardData:
     """Return the hard data of a file; `import_hard_data` also says what happened on the way.
 
     Parameters
     ----------
-    path_or_file, grid, training_image, **choices
+    path_or_file, grid, training_image, variable, coordinates, up, slice_index, threshold, classes
+        As in `import_hard_data`.
+    on_collision, on_outside, on_unknown
         As in `import_hard_data`.
 
     Raises
@@ -89,10 +104,24 @@ def read_hard_data(
     Examples
     --------
     >>> from io import BytesIO
-    >>> read_hard_data(BytesIO(b"x;y;facies\\n10,5;2,5;1\\n"), Grid(8, 16)).cells
+    >>> read_hard_data(BytesIO(b"x;y;facies\\n10,5;2,5;1\\n"), (8, 16)).cells
     array([[ 2, 10]])
     """
-    return import_hard_data(path_or_file, grid, training_image, **choices).hard_data
+    imported = import_hard_data(
+        path_or_file,
+        grid,
+        training_image,
+        variable=variable,
+        coordinates=coordinates,
+        up=up,
+        slice_index=slice_index,
+        threshold=threshold,
+        classes=classes,
+        on_collision=on_collision,
+        on_outside=on_outside,
+        on_unknown=on_unknown,
+    )
+    return imported.hard_data
 
 
 FORMATS = ("csv", "gslib", "dat")
