@@ -78,7 +78,7 @@ def main(folder: Path) -> None:
 def _compare(case: Case, folder: Path) -> None:
     ti = TrainingImage(np.load(folder / "paper" / f"{case.image}.npy"))
     files = [folder / "reference" / f"{name}.npz" for name in case.others]
-    stacks = {f.stem: np.searchsorted(ti.codes, np.load(f)["r"]) for f in files if f.exists()}
+    stacks = {f.stem: np.load(f)["r"] for f in files if f.exists()}
     if not stacks:
         return
     shape = next(iter(stacks.values())).shape
@@ -86,7 +86,7 @@ def _compare(case: Case, folder: Path) -> None:
     if case.data:
         data = read_hard_data(folder / "paper" / f"{case.data}.csv", Grid(*shape[1:]))
     ours = simulate(ti, shape[1:], Parameters(wavelet_level=case.level), data, max(shape[0], 20))
-    result = anodi({"ours": ours.indices, **stacks}, ti.indices, ti.n_facies)
+    result = anodi({"ours": ours, **stacks}, ti)
     for k, name in enumerate(result.names):
         shown = [
             " ".join(f"{v:.4f}"[1:] for v in row[k]) for row in (result.between, result.within)

@@ -50,7 +50,8 @@ def _row(ti: TrainingImage, data: HardData, p: Parameters) -> str:
     wrong = f"{100 * e.n_mismatched.mean() / data.n:.1f} %" if data.n else "–"
     exact = "–" if not data.n else "on" if p.exact_data else "off"
     said = f"| {data.n or 'none'} | {exact} | {p.method} | {p.level} | "
-    return said + f"{columns_of(e.indices, ti)} | {wrong} | {1e3 * np.median(e.cpu_seconds):.0f} |"
+    judged, ms = columns_of(e.realizations, ti), 1e3 * np.median(e.cpu_seconds)
+    return said + f"{judged} | {wrong} | {ms:.0f} |"
 
 
 if __name__ == "__main__":

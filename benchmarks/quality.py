@@ -117,8 +117,9 @@ def _ours(case: Case, ti: TrainingImage, data: HardData, level: int) -> None:
     ms, free_ms = (1e3 * np.median(s.cpu_seconds) for s in (e, free))
     met = f"{e.n_resimulated.mean():.1f} | {e.n_forced.mean():.1f} | {ms:.0f} | {ms / free_ms:.1f}"
     wrong = f"{100 * e.n_mismatched.mean() / data.n:.1f} %"
-    print(f"| {case.title} | {level} | {columns_of(e.indices, ti)} | {wrong} | {met} |", flush=True)
-    judged = columns_of(free.indices, ti)
+    judged = columns_of(e.realizations, ti)
+    print(f"| {case.title} | {level} | {judged} | {wrong} | {met} |", flush=True)
+    judged = columns_of(free.realizations, ti)
     print(f"| – without data | {level} | {judged} | – | – | – | {free_ms:.0f} | 1 |", flush=True)
 
 
@@ -128,17 +129,17 @@ def _others(file: Path, ti: TrainingImage, data: HardData, level: int) -> None:
     images = np.load(file)["r"]
     wrong = 100 * np.mean([data.n_mismatched(image) for image in images]) / data.n
     name = file.name.split("_")[0]
-    judged = columns_of(np.searchsorted(ti.codes, images), ti)
+    judged = columns_of(images, ti)
     print(f"| – published {name} | {level} | {judged} | {wrong:.1f} % | | | | |", flush=True)
 
 
 def columns_of(images: NDArray, ti: TrainingImage) -> str:
-    """Return the columns patterns, τ and differ of realizations in facies indices."""
+    """Return the columns patterns, τ and differ of realizations in facies codes."""
     images = np.asarray(images[:N_REALIZATIONS])
-    patterns = pattern_distance(images, ti.indices, ti.n_facies).mean(axis=0)
-    last = ti.n_facies - 1
+    patterns = pattern_distance(images, ti).mean(axis=0)
+    last = int(ti.codes[-1])
     own = connectivity(images, last, "E-W", LAGS).tau.mean(axis=0)
-    tau = own / connectivity(ti.indices, last, "E-W", LAGS).tau.mean(axis=0)
+    tau = own / connectivity(ti, last, "E-W", LAGS).tau.mean(axis=0)
     differ = np.mean([(a != b).mean() for a, b in combinations(images, 2)])
     shown = " ".join(f"{v:.4f}"[1:] for v in patterns), " ".join(f"{v:.2f}" for v in tau)
     return f"{shown[0]} | {shown[1]} | {differ:.2f}"

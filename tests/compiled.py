@@ -49,13 +49,13 @@ def measure() -> None:
     """Work out all measures of some images as they are kept, and of one as a user has it."""
     image = noise()
     for stack in (np.stack([noise(seed).indices for seed in range(3)]), image.indices):
-        metrics.etype(stack, 2)
+        metrics.etype(stack)
         metrics.geobody_statistics(stack, 1)
-        metrics.transiograms(stack, 2, "E-W", 5)
+        metrics.transiograms(stack, None, "E-W", 5)
         for curve in (metrics.variogram, metrics.connectivity):
             curve(stack, 1, "E-W", 5)
     metrics.variogram(image.array, 1, "E-W", 5)
-    metrics.etype(image.array, 2)
+    metrics.etype(image.array)
 
 
 def judge() -> None:
@@ -66,7 +66,7 @@ def judge() -> None:
     if ensemble.sources is not None:
         metrics.copying(ensemble.sources[0], (SIZE, SIZE))
     stack = np.concatenate([ensemble.indices, image.indices[None]])
-    metrics.divergences(metrics.pyramid_histograms(stack, 2))
+    metrics.divergences(metrics.pyramid_histograms(stack))
 
 
 def main() -> None:

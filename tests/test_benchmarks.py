@@ -102,9 +102,7 @@ def test_the_reference_makes_realizations_as_good_as_the_kernels():
     ti, p, shape = datasets.load("channels"), Parameters(wavelet_level=2), (256, 200)
     theirs = simulate(ti, shape, p, n_realizations=6)
     own = np.stack([reference.simulate_reference(ti, shape, p, seed)[0] for seed in range(6)])
-    distances = [pattern_distance(r, ti.indices, ti.n_facies).mean(axis=0) for r in (
-        own, theirs.indices
-    )]  # fmt: skip
+    distances = [pattern_distance(r, ti).mean(axis=0) for r in (own, theirs)]
     np.testing.assert_allclose(distances[0], distances[1], rtol=0.5)
 
 

@@ -76,8 +76,9 @@ def _measure(ensemble: Ensemble) -> None:
 
     from ccwsim.metrics import connectivity, etype, variogram
 
-    etype(ensemble.indices, ensemble.training_image.n_facies)
-    for image in (ensemble.indices, ensemble.training_image.indices):
+    etype(ensemble)
+    image = ensemble.training_image
+    for images in (ensemble, image):
         for direction in ("E-W", "N-S"):
-            variogram(image, 1, direction, np.arange(10))
-            connectivity(image, 1, direction, np.arange(10))
+            variogram(images, image.codes[1], direction, np.arange(10))
+            connectivity(images, image.codes[1], direction, np.arange(10))

@@ -6,9 +6,10 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
@@ -47,14 +48,13 @@ class ComparedCurves:
 def compared_curves(
     ensembles: Sequence[Ensemble], facies: int, progress: Callable[[float], None]
 ) -> dict[tuple[int, str, str], ComparedCurves]:
-    """Return all curves of a facies (an index into the codes), by (facies, statistic, direction).
+    """Return all curves of a facies, by (its code, statistic, direction).
 
     Raises `CCWSIMError` for a facies that the training image does not have.
     """
-    n_facies = ensembles[0].training_image.n_facies
-    if not 0 <= facies < n_facies:
-        raise CCWSIMError(f"facies {facies} must be from 0 to {n_facies - 1}")
-    wanted = [(facies, s, d) for s in STATISTICS for d in DIRECTIONS]
+    image = ensembles[0].training_image
+    code = int(image.codes[image.index_of(facies)])
+    wanted = [(code, s, d) for s in STATISTICS for d in DIRECTIONS]
     n = len(wanted)
     return {key: _compared(ensembles, key, _part(progress, k, n)) for k, key in enumerate(wanted)}
 
@@ -69,10 +69,10 @@ def _compared(
     bands, fits = [], []
     for k, ensemble in enumerate(ensembles):
         part = _part(progress, k, len(ensembles))
-        each = curves_of(statistic, ensemble.indices, facies, direction, lags, part)
+        each = curves_of(statistic, ensemble, facies, direction, lags, part)
         bands.append(band(each, LOW, HIGH))
         fits.append(fit_curve(ensemble, statistic, facies, direction))
-    reference = curves_of(statistic, image.indices, facies, direction, lags)[0]
+    reference = curves_of(statistic, image, facies, direction, lags)[0]
     return ComparedCurves(lags, reference, tuple(bands), tuple(fits))
 
 
@@ -115,7 +115,7 @@ class Comparison:
     ensembles : tuple of Ensemble
         One a setting; realization r of each has the same random numbers.
     curves : mapping of (facies, statistic, direction) to ComparedCurves
-        Of the facies (indices into the codes) asked for; a statistic is one of `STATISTICS`, a
+        Of the facies (codes) asked for; a statistic is one of `STATISTICS`, a
         direction one of `DIRECTIONS`.
     anodi : Anodi or None
         None until it is computed, and where `problem` says why it cannot be.
@@ -183,10 +183,10 @@ OnPartial = Callable[[Comparison], None]
 
 
 def compare(
-    training_image: TrainingImage,
+    training_image: TrainingImage | ArrayLike,
     grid_shape: tuple[int, int] | Grid,
     settings: Mapping[str, Parameters],
-    hard_data: HardData | None = None,
+    hard_data: Any = None,
     n_realizations: int = 10,
     seed: int = 0,
     progress: Progress | None = None,
@@ -203,12 +203,10 @@ def compare(
 
     Parameters
     ----------
-    training_image : TrainingImage
-    grid_shape : pair of int or Grid
-        Rows and columns of the simulation grid.
+    training_image, grid_shape, hard_data
+        As in `simulate`.
     settings : mapping of str to Parameters
         From 2 to 4, by name.
-    hard_data : HardData, optional
     n_realizations, seed : int
         The same for all settings.
     progress : callable, optional
@@ -216,7 +214,7 @@ def compare(
     cancel : callable, optional
         Asked as often; returns True to stop.
     facies : int, optional
-        Index into the codes of the facies whose curves are compared; the last where left out.
+        Code of the facies whose curves are compared; that of the last where left out.
     on_partial : callable, optional
         Called with what is known: after each setting, then with curves, then with patterns.
 
@@ -228,7 +226,8 @@ def compare(
     Raises
     ------
     CCWSIMError
-        For another number of settings, or one that does not fit; nothing is simulated then.
+        For another number of settings, one that does not fit, or a facies that the training image
+        does not have; nothing is simulated then.
     Cancelled
         Where `cancel` returned True.
 
@@ -244,19 +243,22 @@ def compare(
     if so_far is not None:
         warnings.warn("so_far is now on_partial", DeprecationWarning, stacklevel=2)
         on_partial = so_far
-    data, grid = hard_data or HardData(), Grid.of(grid_shape)
-    _check(training_image, grid, settings, data, seed)
+    image, grid = TrainingImage.of(training_image), Grid.of(grid_shape)
+    data = HardData.of(hard_data, grid)
+    if facies is not None:
+        image.index_of(facies)
+    _check(image, grid, settings, data, seed)
     course = _Course(progress, cancel, len(settings) * n_realizations)
     report = on_partial or (lambda _: None)
     found = Comparison((), ())
     for k, (name, parameters) in enumerate(settings.items()):
         course.check()
-        study = training_image, grid, parameters, data, n_realizations, seed
+        study = image, grid, parameters, data, n_realizations, seed
         simulating = partial(course.simulating, k, len(settings), n_realizations)
         ensemble = simulate(*study, progress=simulating, cancel=cancel)
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
-    first = training_image.n_facies - 1 if facies is None else facies
+    first = int(image.codes[-1]) if facies is None else facies
     found = _with_curves(found, first, course, SIMULATED, CURVES_DONE)
     report(found)
     found = _with_patterns(found, course, CURVES_DONE, 1.0)
@@ -270,7 +272,7 @@ def add_curves(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Return a comparison with the curves of one more facies (an index into the codes)."""
+    """Return a comparison with the curves of one more facies (a code)."""
     n = sum(e.n for e in comparison.ensembles)
     return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
 
@@ -320,10 +322,10 @@ def _with_curves(
 
 def _with_patterns(found: Comparison, course: _Course, low: float, high: float) -> Comparison:
     image = found.ensembles[0].training_image
-    stacks = {n: e.indices for n, e in zip(found.names, found.ensembles, strict=True)}
+    stacks = dict(zip(found.names, found.ensembles, strict=True))
     try:
         report = partial(course.at, low, high)
-        patterns = anodi(stacks, image.indices, image.n_facies, progress=report)
+        patterns = anodi(stacks, image, progress=report)
     except Cancelled:
         raise
     except CCWSIMError as error:  # an image too small for its patterns: the rest still holds

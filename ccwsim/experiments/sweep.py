@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from ccwsim.experiments.settings import settings as settings
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
 from ccwsim.model.arrays import check_int
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -64,13 +66,13 @@ class Row:
     ----------
     parameters : Parameters
     quality : Quality
-    realizations : ndarray of uint8, shape (n_kept, ny, nx)
-        The first few, as facies indices.
+    realizations : ndarray of int, shape (n_kept, ny, nx)
+        The first few, in facies codes.
     """
 
     parameters: Parameters
     quality: Quality
-    realizations: NDArray[np.uint8]
+    realizations: NDArray[np.integer]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,10 +130,10 @@ class Sweep:
 
 
 def sweep(
-    training_image: TrainingImage,
+    training_image: TrainingImage | ArrayLike,
     grid_shape: tuple[int, int] | Grid,
     settings: Sequence[Parameters],
-    hard_data: HardData | None = None,
+    hard_data: Any = None,
     n_realizations: int = 4,
     seed: int = 0,
     progress: Progress | None = None,
@@ -160,7 +162,7 @@ def sweep(
     n_kept : int
         How many realizations of each setting are kept.
     facies : int, optional
-        Index into the codes of the facies whose connectivity is judged.
+        Code of the facies whose connectivity is judged; that of the last where left out.
 
     Returns
     -------
@@ -169,7 +171,7 @@ def sweep(
     Raises
     ------
     CCWSIMError
-        Where there is no setting.
+        Where there is no setting, and for a facies that the training image does not have.
 
     Examples
     --------
@@ -181,8 +183,10 @@ def sweep(
     if not len(settings):
         raise CCWSIMError("there is no setting to try: give ranges that fit together")
     n, grid = check_int("n_realizations", n_realizations, 1), Grid.of(grid_shape)
-    data = HardData() if hard_data is None else hard_data
-    sizes = training_image.shape, grid.shape, training_image.n_facies, data.n
+    image, data = TrainingImage.of(training_image), HardData.of(hard_data, grid)
+    if facies is not None:
+        image.index_of(facies)
+    sizes = image.shape, grid.shape, image.n_facies, data.n
     ahead = np.cumsum([0.0, *(typical_seconds(p, *sizes, judged=True) for p in settings)])
     rows: list[Row] = []
     failed: list[tuple[Parameters, str]] = []
@@ -195,11 +199,11 @@ def sweep(
                 progress((ahead[k] + share * (ahead[k + 1] - ahead[k])) / ahead[-1], k)
 
         try:
-            study = training_image, grid, parameters, data, n, seed
+            study = image, grid, parameters, data, n, seed
             ensemble = simulate(
                 *study, n_workers=1, progress=report, cancel=cancel, keep_sources=True
             )
-            row = Row(parameters, judge(ensemble, facies), _first(ensemble.indices, n_kept))
+            row = Row(parameters, judge(ensemble, facies), _first(ensemble, n_kept))
         except Cancelled:
             break
         except CCWSIMError as error:
@@ -211,12 +215,12 @@ def sweep(
         report(1.0, n, k)
     if progress and len(rows) + len(failed) == len(settings):
         progress(1.0, len(settings))
-    return Sweep(tuple(rows), tuple(failed), len(settings), training_image.shape)
+    return Sweep(tuple(rows), tuple(failed), len(settings), image.shape)
 
 
-def _first(indices: NDArray[np.uint8], n: int) -> NDArray[np.uint8]:
+def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
     """Return a read-only copy of the first n, so that the others can be given back."""
-    kept = indices[: max(n, 1)].copy()
+    kept = ensemble.training_image.codes[ensemble.indices[: max(n, 1)]]
     kept.setflags(write=False)
     return kept
 

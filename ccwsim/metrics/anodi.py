@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics.patterns import FACTORS, PATTERN_SIZE, divergences, pyramid_histograms
-from ccwsim.metrics.stack import Fraction, as_stack
+from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
 from ccwsim.model.arrays import as_floats, check_int
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5
 """What counting takes of the time, for the progress bar; comparing takes the rest."""
@@ -206,9 +207,9 @@ class Anodi:
 
 
 def anodi(
-    ensembles: ArrayLike | Mapping[str, ArrayLike],
-    training_image: NDArray[np.integer],
-    n_facies: int,
+    ensembles: Images | Mapping[str, Images],
+    training_image: TrainingImage | ArrayLike,
+    codes: Codes | None = None,
     pattern_size: int = PATTERN_SIZE,
     factors: Sequence[int] = FACTORS,
     weights: Sequence[float] | None = None,
@@ -222,11 +223,12 @@ def anodi(
 
     Parameters
     ----------
-    ensembles : array_like (n, ny, nx), or a mapping of names to such
-        Facies indices of realizations.
-    training_image : ndarray, shape (ny, nx)
-        Its facies indices.
-    n_facies : int
+    ensembles : Ensemble or array_like (n, ny, nx), or a mapping of names to such
+        An array has facies codes.
+    training_image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes; those of the training image where left out.
     pattern_size : int
         Side of the patterns in cells.
     factors : sequence of int
@@ -243,26 +245,28 @@ def anodi(
     Raises
     ------
     CCWSIMError
-        For weights that do not fit the resolutions, or images smaller than the patterns.
+        For weights that do not fit the resolutions, images smaller than the patterns, or a cell
+        with another code.
 
     Examples
     --------
     >>> rng = np.random.default_rng(0)
-    >>> found = anodi(rng.integers(0, 2, (3, 30, 30)), np.eye(30, dtype=int), 2)
+    >>> found = anodi(rng.integers(0, 2, (3, 30, 30)), np.eye(30, dtype=int))
     >>> found.between.shape, found.scaling().positions.shape
     ((1, 3), (4, 2))
     """
     named = ensembles if isinstance(ensembles, Mapping) else {"realizations": ensembles}
     weight = _weights(weights, len(factors))
-    stacks = {str(name): as_stack(images) for name, images in named.items()}
+    own = as_image(training_image, codes)
+    stacks = {str(name): as_stack(images, own.codes) for name, images in named.items()}
     if not stacks:
         raise CCWSIMError("no ensemble was given; ANODI needs at least one")
-    rows = pyramid_histograms(training_image, n_facies, pattern_size, factors)
+    rows = pyramid_histograms(own, None, pattern_size, factors)
     total = sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
         rows += pyramid_histograms(
-            stack, n_facies, pattern_size, factors, _part(progress, done, len(stack), total)
+            stack, None, pattern_size, factors, _part(progress, done, len(stack), total)
         )
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
     divergence = divergences(rows, _after(progress))

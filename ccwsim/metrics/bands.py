@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.lags import Direction, Lags
-from ccwsim.metrics.stack import Fraction
+from ccwsim.metrics.stack import Fraction, Images
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_floats
 from ccwsim.model.errors import CCWSIMError, shown
@@ -20,13 +20,13 @@ Statistic = Literal["variogram", "connectivity"]
 
 def curves_of(
     statistic: Statistic,
-    images: ArrayLike,
+    images: Images,
     facies: int,
     direction: Direction,
     lags: Lags,
     progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
-    """Return γ or τ of a facies along a direction, one row for each image."""
+    """Return γ or τ of a facies (a code) along a direction, one row for each image."""
     if statistic == "variogram":
         return variogram(images, facies, direction, lags, progress).gamma
     return connectivity(images, facies, direction, lags, progress=progress).tau

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.lags import Direction, Lags, lags_within
-from ccwsim.metrics.stack import Fraction, as_image, as_stack, in_pieces, map_parallel
-from ccwsim.model.arrays import check_int
+from ccwsim.metrics.stack import Fraction, Images, as_image, as_stack, in_pieces, map_parallel
 from ccwsim.model.errors import CCWSIMError, shown
 
 _TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool)}
@@ -42,16 +41,16 @@ class Connectivity:
 
 
 def connected_geobodies(
-    image: NDArray[np.integer], facies: int, neighbours: int = 8
+    image: Images, facies: int, neighbours: int = 8
 ) -> tuple[NDArray[np.int32], int]:
     """Number the connected geobodies of a facies.
 
     Parameters
     ----------
-    image : ndarray, shape (ny, nx)
-        Facies codes or indices.
+    image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
     facies : int
-        Which value of the image.
+        The code of one.
     neighbours : int
         4 (sides) or 8 (sides and corners).
 
@@ -64,23 +63,27 @@ def connected_geobodies(
     Raises
     ------
     CCWSIMError
-        For other neighbours than 4 or 8.
+        For other neighbours than 4 or 8, and for a facies code that the image does not have.
 
     Examples
     --------
     >>> connected_geobodies(np.eye(3, dtype=int), 1, neighbours=4)[1]
     3
     """
+    stack = as_image(image)
+    return _numbered(stack.indices[0] == stack.index_of(facies), neighbours)
+
+
+def _numbered(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
     if not isinstance(neighbours, (int, np.integer)) or neighbours not in _TOUCHING:
         raise CCWSIMError(f"neighbours = {shown(neighbours)} must be 4 or 8")
-    inside = as_image(image) == check_int("facies", facies, -(2**31), 2**31)
     labels = np.empty(inside.shape, np.int32)
     ndimage.label(inside, _TOUCHING[neighbours], output=labels)
     return labels, int(labels.max())
 
 
 def connectivity(
-    images: ArrayLike,
+    images: Images,
     facies: int,
     direction: Direction = "E-W",
     lags: Lags = 100,
@@ -94,10 +97,10 @@ def connectivity(
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies codes or indices.
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
     facies : int
-        Which value of the images.
+        The code of one.
     direction : str, float or pair of int
         "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
         (rows, columns).
@@ -115,7 +118,8 @@ def connectivity(
     Raises
     ------
     CCWSIMError
-        For lags larger than the image, an unknown direction, or other neighbours than 4 or 8.
+        For lags larger than the image, an unknown direction, other neighbours than 4 or 8, or a
+        facies code that none of the images has, nor the training image of an ensemble.
 
     Examples
     --------
@@ -123,17 +127,17 @@ def connectivity(
     array([[1., 0.]])
     """
     stack = as_stack(images)
-    steps, offsets = lags_within(stack.shape[1:], direction, lags)
+    steps, offsets = lags_within(stack.shape, direction, lags)
+    index = stack.index_of(facies)
 
     def one(k: int) -> NDArray[np.integer]:
-        labels = connected_geobodies(stack[k], facies, neighbours)[0]
+        labels = _numbered(stack.indices[k] == index, neighbours)[0]
         return in_pieces(lambda some: _count_pairs(labels, some), offsets, labels.size)
 
     counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
     both, joined = counts[:, :, 0], counts[:, :, 1]
     tau = np.divide(joined, both, out=np.full(both.shape, np.nan), where=both > 0)
-    ny, nx = stack.shape[1:]
-    n_pairs = np.prod((ny, nx) - np.abs(offsets), axis=1)
+    n_pairs = np.prod(stack.shape - np.abs(offsets), axis=1)
     return Connectivity(steps, tau, joined / n_pairs, neighbours)
 
 
@@ -199,16 +203,16 @@ class _ImageGeobodies(NamedTuple):
 
 
 def geobody_statistics(
-    images: ArrayLike, facies: int, neighbours: int = 8, progress: Fraction | None = None
+    images: Images, facies: int, neighbours: int = 8, progress: Fraction | None = None
 ) -> Geobodies:
     """Return the connected geobodies of a facies in each image (Renard & Allard 2013).
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies codes or indices.
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
     facies : int
-        Which value of the images.
+        The code of one.
     neighbours : int
         4 (sides) or 8 (sides and corners).
     progress : callable, optional
@@ -221,7 +225,8 @@ def geobody_statistics(
     Raises
     ------
     CCWSIMError
-        For other neighbours than 4 or 8.
+        For other neighbours than 4 or 8, or a facies code that none of the images has, nor the
+        training image of an ensemble.
 
     Examples
     --------
@@ -230,7 +235,10 @@ def geobody_statistics(
     (array([2]), [2, 1], array([0.556]))
     """
     stack = as_stack(images)
-    found = map_parallel(lambda k: _of_one(stack[k], facies, neighbours), len(stack), progress)
+    index = stack.index_of(facies)
+    found = map_parallel(
+        lambda k: _of_one(stack.indices[k] == index, neighbours), len(stack), progress
+    )
     totals = np.array([one.sizes.sum() for one in found], dtype=float)
     squares = np.array([(one.sizes.astype(float) ** 2).sum() for one in found])
     gamma = np.full(len(found), np.nan)
@@ -246,8 +254,8 @@ def geobody_statistics(
     )
 
 
-def _of_one(image: NDArray[np.integer], facies: int, neighbours: int) -> _ImageGeobodies:
-    labels, n_geobodies = connected_geobodies(image, facies, neighbours)
+def _of_one(inside: NDArray[np.bool_], neighbours: int) -> _ImageGeobodies:
+    labels, n_geobodies = _numbered(inside, neighbours)
     sizes = np.bincount(labels.ravel(), minlength=n_geobodies + 1)[1:]
     return _ImageGeobodies(
         sizes=np.sort(sizes)[::-1],

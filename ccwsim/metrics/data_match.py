@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ccwsim.metrics.stack import as_stack
+from ccwsim.metrics.stack import Images, as_values
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
@@ -34,13 +34,13 @@ class DataMatch:
     map: NDArray[np.int64]
 
 
-def data_match(realizations: ArrayLike, hard_data: HardData) -> DataMatch:
+def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     """Compare realizations with the hard data, cell by cell at full resolution.
 
     Parameters
     ----------
-    realizations : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies codes, as the data have them.
+    realizations : Ensemble or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes, as the data have them.
     hard_data : HardData
 
     Returns
@@ -58,7 +58,7 @@ def data_match(realizations: ArrayLike, hard_data: HardData) -> DataMatch:
     >>> match.n_wrong, match.map.tolist()
     (array([1]), [[1, -1], [-1, 0]])
     """
-    stack = as_stack(realizations)
+    stack = as_values(realizations)
     if not isinstance(hard_data, HardData):
         raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
     rows, columns = hard_data.cells.T

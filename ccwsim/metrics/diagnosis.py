@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
@@ -74,7 +75,7 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     >>> import numpy as np
     >>> from ccwsim.metrics.features import feature_spacing
     >>> stripes = np.tile(np.arange(120) // 5 % 2, (120, 1))
-    >>> feature_size(*(feature_spacing(stripes, 2, d) for d in ("E-W", "N-S")), 120)
+    >>> feature_size(*(feature_spacing(stripes, direction=d) for d in ("E-W", "N-S")), 120)
     (10, 'Features repeat about every 10 cells')
     """
     largest = largest_template(side)
@@ -170,8 +171,8 @@ class Diagnosis:
     ----------
     stationarity : Stationarity
     thickness : tuple of int
-        By facies: the largest square, in cells, that 95 % of the facies can hold; geobodies that
-        the border cuts go on beyond it.
+        By facies, in the order of the codes: the largest square, in cells, that 95 % of the facies
+        can hold; geobodies that the border cuts go on beyond it.
     spacing_ew, spacing_ns : Spacing
         Range and repetition of the features.
     feature_size : int
@@ -198,12 +199,13 @@ class Diagnosis:
         return next(a.value for a in self.advice if a.parameter == parameter)
 
 
-def diagnose(training_image: TrainingImage) -> Diagnosis:
+def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     """Analyse a training image and advise template size, overlap and wavelet level.
 
     Parameters
     ----------
-    training_image : TrainingImage
+    training_image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
 
     Returns
     -------
@@ -222,20 +224,20 @@ def diagnose(training_image: TrainingImage) -> Diagnosis:
     >>> [(a.parameter, a.value) for a in found.advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
-    image, n_facies = training_image.indices, training_image.n_facies
-    quarters = stationarity(image, n_facies)
+    image = TrainingImage.of(training_image)
+    quarters = stationarity(image)
     thickness = tuple(
-        granulometry(image, k, down_to=THICK_SHARE, extend=True).thickness()
-        for k in range(n_facies)
+        granulometry(image, int(code), down_to=THICK_SHARE, extend=True).thickness()
+        for code in image.codes
     )
-    ew, ns = (feature_spacing(image, n_facies, d) for d in ("E-W", "N-S"))
-    side = min(training_image.shape)
+    ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))
+    side = min(image.shape)
     wanted, why = feature_size(ew, ns, side)
     level = advise_level(min(thickness), side)
     template = advise_template(wanted, why, side, level.value)
     overlap = advise_overlap(template.value, min(thickness), level.value)
-    n_fit = templates_that_fit(training_image.shape, template.value)
-    warnings = tuple(_warnings(training_image, quarters, (ew, ns), wanted))
+    n_fit = templates_that_fit(image.shape, template.value)
+    warnings = tuple(_warnings(image, quarters, (ew, ns), wanted))
     advice = level, template, overlap
     return Diagnosis(quarters, thickness, ew, ns, wanted, n_fit, advice, warnings)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.stack import as_indices
+from ccwsim.metrics.stack import Codes, Images, as_stack, codes_or_places
 from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import check_stop
@@ -19,38 +19,42 @@ CELLS_OF_ENTROPY = 1_000_000
 """Cells whose entropy is computed at a time."""
 
 
-def proportions(images: ArrayLike, n_facies: int) -> NDArray[np.float64]:
+def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
     """Return the share of the cells of each facies, shape (n, n_facies).
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies indices.
-    n_facies : int
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
 
     Returns
     -------
     ndarray, shape (n, n_facies)
-        Shares of the cells; each row sums to 1.
+        Shares of the cells, facies in the order of the sorted codes; each row sums to 1.
 
     Examples
     --------
-    >>> proportions([[0, 1, 1, 1]], 3)
+    >>> proportions([[3, 7, 7, 7]], codes=[3, 7, 9])
     array([[0.25, 0.75, 0.  ]])
     """
-    stack = as_indices(images, n_facies)
-    counts = np.array([np.bincount(image.ravel(), minlength=n_facies) for image in stack])
-    return counts / stack[0].size
+    stack = as_stack(images, codes)
+    n = stack.n_facies
+    counts = np.array([np.bincount(image.ravel(), minlength=n) for image in stack.indices])
+    return counts / stack.indices[0].size
 
 
 def proportion_quantiles(
-    images: ArrayLike, n_facies: int, probabilities: Sequence[float] = (0.1, 0.5, 0.9)
+    images: Images,
+    codes: Codes | None = None,
+    probabilities: Sequence[float] = (0.1, 0.5, 0.9),
 ) -> NDArray[np.float64]:
     """Return quantiles over realizations of each facies' proportion, shape (n_quantiles, n_facies).
 
     Parameters
     ----------
-    images, n_facies
+    images, codes
         As in `proportions`.
     probabilities : sequence of float
         From 0 to 1.
@@ -66,14 +70,14 @@ def proportion_quantiles(
 
     Examples
     --------
-    >>> proportion_quantiles([[[0, 1]], [[1, 1]]], 2, [0.5])
+    >>> proportion_quantiles([[[0, 1]], [[1, 1]]], probabilities=[0.5])
     array([[0.25, 0.75]])
     """
     chosen = as_floats(probabilities, "probabilities").reshape(-1)
     wrong = chosen[~((chosen >= 0) & (chosen <= 1))]
     if len(wrong):
         raise CCWSIMError(f"quantile {wrong[0]:g} must be a probability from 0 to 1")
-    return np.quantile(proportions(images, n_facies), chosen, axis=0)
+    return np.quantile(proportions(images, codes), chosen, axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +90,22 @@ class EType:
         Share of the realizations that have each facies.
     n : int
         How many realizations.
+    codes : ndarray of int, shape (n_facies,)
+        The facies codes, sorted.
     """
 
     probability: NDArray[np.float64]
     n: int
+    codes: NDArray[np.integer]
 
     @cached_property
-    def most_likely(self) -> NDArray[np.uint8]:
-        """Index of the most probable facies, shape (ny, nx); of several the smallest."""
+    def most_likely(self) -> NDArray[np.integer]:
+        """Code of the most probable facies, shape (ny, nx); of several the smallest."""
+        return self.codes[self.most_likely_indices]
+
+    @cached_property
+    def most_likely_indices(self) -> NDArray[np.uint8]:
+        """Where the most probable facies stands in `codes`, shape (ny, nx)."""
         return self.probability.argmax(axis=0).astype(np.uint8)
 
     @cached_property
@@ -102,14 +114,15 @@ class EType:
         return entropy(self.probability)
 
 
-def etype(images: ArrayLike, n_facies: int) -> EType:
+def etype(images: Images, codes: Codes | None = None) -> EType:
     """Return probability, most likely facies and entropy of each cell.
 
     Parameters
     ----------
-    images : array_like, shape (n, ny, nx)
-        Facies indices of the realizations.
-    n_facies : int
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
 
     Returns
     -------
@@ -117,22 +130,23 @@ def etype(images: ArrayLike, n_facies: int) -> EType:
 
     Examples
     --------
-    >>> found = etype([[[0, 1]], [[1, 1]]], 2)
+    >>> found = etype([[[0, 1]], [[1, 1]]])
     >>> found.probability[1], found.most_likely, found.entropy
-    (array([[0.5, 1. ]]), array([[0, 1]], dtype=uint8), array([[1., 0.]]))
+    (array([[0.5, 1. ]]), array([[0, 1]]), array([[1., 0.]]))
     """
-    stack = as_indices(images, n_facies)
-    return etype_of_counts(facies_counts(stack, n_facies))
+    stack = as_stack(images, codes)
+    return etype_of_counts(facies_counts(stack), stack.codes)
 
 
-def facies_counts(images: ArrayLike, n_facies: int) -> NDArray[np.int32]:
+def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int32]:
     """Return how many realizations have each facies in each cell, shape (n_facies, ny, nx).
 
     Parameters
     ----------
-    images : array_like, shape (n, ny, nx)
-        Facies indices of the realizations.
-    n_facies : int
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
 
     Returns
     -------
@@ -140,24 +154,26 @@ def facies_counts(images: ArrayLike, n_facies: int) -> NDArray[np.int32]:
 
     Examples
     --------
-    >>> facies_counts([[[0, 1]], [[1, 1]]], 2).tolist()
+    >>> facies_counts([[[0, 1]], [[1, 1]]]).tolist()
     [[[1, 0]], [[1, 2]]]
     """
-    stack = as_indices(images, n_facies)
-    counts = np.zeros((n_facies, *stack.shape[1:]), np.int32)
-    for image in stack:
+    stack = as_stack(images, codes)
+    counts = np.zeros((stack.n_facies, *stack.shape), np.int32)
+    for image in stack.indices:
         check_stop()
         add_counts(image, counts)
     return counts
 
 
-def etype_of_counts(counts: NDArray[np.integer]) -> EType:
+def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
     """Return the E-type of counts (n_facies, ny, nx), as `facies_counts` makes them.
 
     Parameters
     ----------
     counts : ndarray of int, shape (n_facies, ny, nx)
         Realizations by facies and cell, as `facies_counts` gives them.
+    codes : array_like of int, shape (n_facies,), optional
+        The facies codes, 0 … n_facies − 1 where left out.
 
     Returns
     -------
@@ -166,7 +182,7 @@ def etype_of_counts(counts: NDArray[np.integer]) -> EType:
     Raises
     ------
     CCWSIMError
-        Where nothing was counted yet.
+        Where nothing was counted yet, and for another number of codes.
 
     Examples
     --------
@@ -179,7 +195,7 @@ def etype_of_counts(counts: NDArray[np.integer]) -> EType:
     n = int(counts[:, 0, 0].sum())
     if not n:
         raise CCWSIMError("no realization was counted yet; an E-type needs at least one")
-    return EType(counts / n, n)
+    return EType(counts / n, n, codes_or_places(codes, len(counts)))
 
 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:

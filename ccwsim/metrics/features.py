@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.lags import Direction
-from ccwsim.metrics.stack import as_image, as_indices
+from ccwsim.metrics.stack import Codes, Images, as_image
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import check_int
 
@@ -45,15 +45,16 @@ class Spacing:
 
 
 def feature_spacing(
-    indices: NDArray[np.integer], n_facies: int, direction: Direction = "E-W"
+    image: Images, codes: Codes | None = None, direction: Direction = "E-W"
 ) -> Spacing:
     """Return range and spacing of the features, from lags up to half the smaller side.
 
     Parameters
     ----------
-    indices : ndarray, shape (ny, nx)
-        Facies indices.
-    n_facies : int
+    image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
     direction : str, float or pair of int
         As in `variogram`.
 
@@ -63,13 +64,13 @@ def feature_spacing(
 
     Examples
     --------
-    >>> found = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)), 2)
+    >>> found = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)))
     >>> found.range, found.spacing, round(found.strength, 3)
     (3, 10, 2.0)
     """
-    image = as_indices(indices, n_facies)[0]
-    lags = np.arange(max(min(image.shape) // 2, 1))
-    parts = [variogram(image, k, direction, lags) for k in range(n_facies)]
+    stack = as_image(image, codes)
+    lags = np.arange(max(min(stack.shape) // 2, 1))
+    parts = [variogram(stack, int(code), direction, lags) for code in stack.codes]
     sill = sum(float(part.sill[0]) for part in parts)
     if not sill:
         return Spacing(lags, np.ones(len(lags)), None, None, 0.0)
@@ -105,7 +106,7 @@ class Granulometry:
 
 
 def granulometry(
-    image: NDArray[np.integer],
+    image: Images,
     facies: int,
     max_size: int = 64,
     down_to: float = 0.0,
@@ -118,10 +119,10 @@ def granulometry(
 
     Parameters
     ----------
-    image : ndarray, shape (ny, nx)
-        Facies codes or indices.
+    image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
     facies : int
-        Which value of the image.
+        The code of one.
     max_size : int
         Largest square.
     down_to : float
@@ -136,7 +137,7 @@ def granulometry(
     Raises
     ------
     CCWSIMError
-        For a largest square below one cell.
+        For a largest square below one cell, and a facies code that the image does not have.
 
     Examples
     --------
@@ -146,7 +147,8 @@ def granulometry(
     3
     """
     max_size = check_int("max_size", max_size, 1, 2**31)
-    inside = as_image(image) == check_int("facies", facies, 0, 2**31)
+    stack = as_image(image)
+    inside = stack.indices[0] == stack.index_of(facies)
     total, largest = int(inside.sum()), min(max_size, *inside.shape)
     ny, nx = inside.shape
     kept: list[float] = []

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.stack import Fraction, as_indices, map_parallel
+from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack, map_parallel
 from ccwsim.model.arrays import as_array, as_integers, check_int
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.workers import check_stop
 
 TIE = 1e-9
@@ -25,25 +26,27 @@ MAX_TABLE = 2**20
 """Up to so many possible patterns are counted in a table, more by sorting."""
 
 
-def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArray[np.uint8]:
+def coarsened(image: Images, factor: int, codes: Codes | None = None) -> NDArray[np.integer]:
     """Return an image at 1 / factor of its resolution: the facies with the most weight.
 
     The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
     cells, mirrored at the edges, and read at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new
     cells by linear interpolation (the usual anti-aliased resizing). The largest share wins, a tie
-    goes to the smaller index.
+    goes to the smaller code.
 
     Parameters
     ----------
-    indices : ndarray, shape (ny, nx)
-        Facies indices.
+    image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
     factor : int
         1 returns a copy.
-    n_facies : int
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
 
     Returns
     -------
-    ndarray of uint8, shape (ny // factor, nx // factor)
+    ndarray of int, shape (ny // factor, nx // factor)
+        Facies codes.
 
     Raises
     ------
@@ -52,11 +55,15 @@ def coarsened(indices: NDArray[np.integer], factor: int, n_facies: int) -> NDArr
 
     Examples
     --------
-    >>> coarsened(np.repeat(np.eye(2, dtype=int), 4, axis=0).repeat(4, axis=1), 4, 2)
+    >>> coarsened(np.repeat(np.eye(2, dtype=int), 4, axis=0).repeat(4, axis=1), 4)
     array([[1, 0],
-           [0, 1]], dtype=uint8)
+           [0, 1]])
     """
-    image = as_indices(indices, n_facies)[0]
+    stack = as_image(image, codes)
+    return stack.codes[_coarsened(stack.indices[0], factor, stack.n_facies)]
+
+
+def _coarsened(image: NDArray[np.uint8], factor: int, n_facies: int) -> NDArray[np.uint8]:
     factor = check_int("coarsening factor", factor, 1, min(image.shape))
     if factor == 1:
         return image.copy()
@@ -122,23 +129,27 @@ class PatternHistogram:
         Their shares; they sum to 1.
     size : int
         Side of the patterns in cells.
+    facies : tuple of int
+        Facies codes that the digits stand for, sorted.
     """
 
     codes: NDArray[np.uint64]
     frequencies: NDArray[np.float64]
     size: int
+    facies: tuple[int, ...] = ()
 
 
 def pattern_histogram(
-    indices: NDArray[np.integer], n_facies: int, size: int = PATTERN_SIZE
+    image: Images, codes: Codes | None = None, size: int = PATTERN_SIZE
 ) -> PatternHistogram:
     """Count the patterns of size × size cells at every location of an image, exactly.
 
     Parameters
     ----------
-    indices : ndarray, shape (ny, nx)
-        Facies indices.
-    n_facies : int
+    image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
     size : int
         Side of the patterns.
 
@@ -153,11 +164,18 @@ def pattern_histogram(
 
     Examples
     --------
-    >>> histogram = pattern_histogram(np.eye(3, dtype=int), 2, size=2)
+    >>> histogram = pattern_histogram(np.eye(3, dtype=int), size=2)
     >>> histogram.codes, histogram.frequencies
     (array([2, 4, 9], dtype=uint64), array([0.25, 0.25, 0.5 ]))
     """
-    image = as_indices(indices, n_facies)[0]
+    stack = as_image(image, codes)
+    return _histogram(stack.indices[0], stack.codes, size)
+
+
+def _histogram(
+    image: NDArray[np.uint8], facies: NDArray[np.integer], size: int
+) -> PatternHistogram:
+    n_facies = len(facies)
     size = check_int("pattern size", size, 1, min(image.shape))
     fits = size * size * np.log2(max(n_facies, 2)) < 64
     base = n_facies if fits else 0
@@ -172,7 +190,7 @@ def pattern_histogram(
         found, index = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
         counts = np.zeros(len(found), np.int64)
         np.add.at(counts, index, np.concatenate([s[1] for s in strips]))
-    return PatternHistogram(found, counts / counts.sum(), size)
+    return PatternHistogram(found, counts / counts.sum(), size, tuple(facies.tolist()))
 
 
 def _codes_of_strips(
@@ -187,8 +205,8 @@ def _codes_of_strips(
 
 
 def pyramid_histograms(
-    images: ArrayLike,
-    n_facies: int,
+    images: Images,
+    codes: Codes | None = None,
     size: int = PATTERN_SIZE,
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
@@ -197,9 +215,9 @@ def pyramid_histograms(
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies indices.
-    n_facies, size
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
+    codes, size
         As in `pattern_histogram`.
     factors : sequence of int
         See `coarsened`.
@@ -213,14 +231,14 @@ def pyramid_histograms(
 
     Examples
     --------
-    >>> [len(row) for row in pyramid_histograms(np.eye(12, dtype=int), 2, factors=[1, 2])]
+    >>> [len(row) for row in pyramid_histograms(np.eye(12, dtype=int), factors=[1, 2])]
     [2]
     """
-    stack = as_indices(images, n_facies)
+    stack = as_stack(images, codes)
     factors = as_integers(as_array(factors, "factors"), "factors").reshape(-1).tolist()
     return map_parallel(
         lambda k: [
-            pattern_histogram(coarsened(stack[k], factor, n_facies), n_facies, size)
+            _histogram(_coarsened(stack.indices[k], factor, stack.n_facies), stack.codes, size)
             for factor in factors
         ],
         len(stack),
@@ -279,13 +297,13 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     Raises
     ------
     CCWSIMError
-        For histograms of different pattern sizes.
+        For histograms of different pattern sizes, or of different facies codes.
 
     Examples
     --------
     >>> from ccwsim.metrics.patterns import pattern_histogram
-    >>> plain = pattern_histogram(np.zeros((4, 4), int), 2)
-    >>> other = pattern_histogram(np.eye(4, dtype=int), 2)
+    >>> plain = pattern_histogram(np.zeros((4, 4), int), codes=[0, 1])
+    >>> other = pattern_histogram(np.eye(4, dtype=int))
     >>> js_divergence(plain, plain), js_divergence(plain, other)
     (0.0, 1.0)
     """
@@ -293,13 +311,18 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
         raise CCWSIMError("two histograms of patterns are needed, as pattern_histogram makes them")
     if a.size != b.size:
         raise CCWSIMError(f"patterns of {a.size} and of {b.size} cells cannot be compared")
+    if a.facies != b.facies:
+        raise CCWSIMError(
+            f"patterns of the facies {shown(a.facies)} and {shown(b.facies)} cannot be compared; "
+            "count both with the same codes"
+        )
     return float(js_of_frequencies(a.codes, a.frequencies, b.codes, b.frequencies))
 
 
 def pattern_distance(
-    images: ArrayLike,
-    training_image: NDArray[np.integer],
-    n_facies: int,
+    images: Images,
+    training_image: TrainingImage | ArrayLike,
+    codes: Codes | None = None,
     size: int = PATTERN_SIZE,
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
@@ -308,25 +331,33 @@ def pattern_distance(
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies indices.
-    training_image : ndarray, shape (ny, nx)
-        Its facies indices.
-    n_facies, size, factors, progress
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
+    training_image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes; those of the training image where left out.
+    size, factors, progress
         As in `pyramid_histograms`.
 
     Returns
     -------
     ndarray, shape (n, n_factors)
 
+    Raises
+    ------
+    CCWSIMError
+        For a cell with another code, and where patterns do not fit.
+
     Examples
     --------
     >>> image = np.eye(12, dtype=int)
-    >>> pattern_distance(image, image, 2)
+    >>> pattern_distance(image, image)
     array([[0., 0., 0.]])
     """
-    target = pyramid_histograms(training_image, n_facies, size, factors)[0]
-    found = pyramid_histograms(images, n_facies, size, factors, progress)
+    own = as_image(training_image, codes)
+    target = pyramid_histograms(own, None, size, factors)[0]
+    found = pyramid_histograms(images, own.codes, size, factors, progress)
     return np.array(
         [[js_divergence(h, t) for h, t in zip(row, target, strict=True)] for row in found]
     )
@@ -351,7 +382,7 @@ def divergences(
 
     Examples
     --------
-    >>> rows = pyramid_histograms(np.eye(8, dtype=int)[None].repeat(2, axis=0), 2, factors=[1])
+    >>> rows = pyramid_histograms(np.eye(8, dtype=int)[None].repeat(2, axis=0), factors=[1])
     >>> divergences(rows).tolist()
     [[[0.0, 0.0], [0.0, 0.0]]]
     """

@@ -15,7 +15,7 @@ from ccwsim.metrics.copying import copying
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.lags import Direction, max_lag
 from ccwsim.metrics.patterns import pattern_distance
-from ccwsim.model.arrays import check_int
+from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.system.workers import check_stop
 
@@ -41,7 +41,7 @@ class Quality:
         |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
         both are known, E–W and N–S; NaN where there is no such lag.
     facies : int
-        Index of the facies that τ is of.
+        Code of the facies that τ is of.
     differing : float
         Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
     n_resimulated, n_forced, n_mismatched : float
@@ -53,7 +53,7 @@ class Quality:
         (Mean proportion of the realizations − proportion of the training image) / the latter, of
         the facies for which it is the largest in size: −0.4 for 40 % too little.
     proportion_facies : int
-        Index of that facies.
+        Code of that facies.
     proportion_spread : float
         Standard deviation of it between realizations; NaN for one.
     tau_spreads : tuple of 2 float
@@ -117,8 +117,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     ensemble : Ensemble
         With `keep_sources` for what was copied.
     facies : int, optional
-        Index into the training image's codes of the facies whose connectivity counts; the last
-        where not given.
+        Code of the facies whose connectivity counts; that of the last where not given.
 
     Returns
     -------
@@ -139,11 +138,10 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     ((0.0, 0.0), 0.0)
     """
     image = ensemble.training_image
-    last = image.n_facies - 1
-    index = check_int("facies", last if facies is None else facies, 0, last)
-    each = pattern_distance(ensemble.indices, image.indices, image.n_facies)
+    code = int(image.codes[-1 if facies is None else image.index_of(facies)])
+    each = pattern_distance(ensemble, image)
     lags = lags_of(ensemble)
-    tau = [_tau_error(ensemble, index, way, lags) for way in AXES]
+    tau = [_tau_error(ensemble, code, way, lags) for way in AXES]
     relative = ensemble.proportions / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())
     copied = _copied(ensemble)
@@ -152,14 +150,14 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
         pattern_spread=_spread(each.mean(axis=1)),
         tau_errors=(tau[0][0], tau[1][0]),
-        facies=index,
-        differing=differing_share(ensemble.indices, image.n_facies),
+        facies=code,
+        differing=differing_share(ensemble),
         n_resimulated=float(ensemble.n_resimulated.mean()),
         n_forced=float(ensemble.n_forced.mean()),
         n_mismatched=float(ensemble.n_mismatched.mean()),
         cpu_seconds=float(np.median(ensemble.cpu_seconds)),
         proportion_error=float(relative[:, worst].mean()),
-        proportion_facies=worst,
+        proportion_facies=int(image.codes[worst]),
         proportion_spread=_spread(relative[:, worst]),
         tau_spreads=(tau[0][1], tau[1][1]),
         largest_copied=float(copied.mean()) if len(copied) else nan,
@@ -179,24 +177,42 @@ def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
     return np.array([copying(one, shape).largest_block for one in sources], float)
 
 
-def differing_share(indices: NDArray[np.uint8], n_facies: int) -> float:
+def differing_share(images: Images, codes: Codes | None = None) -> float:
     """Return the share of cells in which two realizations differ, mean over all pairs.
 
     Counted by cell: of n realizations, Σ c (c − 1) / 2 pairs agree where c have each facies.
 
+    Parameters
+    ----------
+    images : Ensemble or array_like, shape (n, ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
+
+    Returns
+    -------
+    float
+        NaN for one realization.
+
+    Raises
+    ------
+    CCWSIMError
+        For another shape or type, and for codes that the images go beyond.
+
     Examples
     --------
-    >>> differing_share(np.array([[[0, 1]], [[1, 1]]], np.uint8), 2)
+    >>> differing_share([[[0, 1]], [[1, 1]]])
     0.5
     """
-    n = len(indices)
+    stack = as_stack(images, codes)
+    n, (ny, nx) = len(stack), stack.shape
     if n < 2:
         return nan
-    _, ny, nx = indices.shape
     rows, agree = max(CELLS_COMPARED // nx, 1), 0
     for first in range(0, ny, rows):
         check_stop()
-        counts = facies_counts(indices[:, first : first + rows], n_facies).astype(np.int64)
+        some = Stack(stack.indices[:, first : first + rows], stack.codes)
+        counts = facies_counts(some).astype(np.int64)
         agree += int((counts * (counts - 1)).sum())
     return 1 - agree / (n * (n - 1) * ny * nx)
 
@@ -211,8 +227,8 @@ def _tau_error(
     ensemble: Ensemble, facies: int, way: Direction, lags: NDArray[np.int64]
 ) -> tuple[float, float]:
     """Return the error of the mean τ(h) and the spread of τ(h), each mean over the lags."""
-    reference = connectivity(ensemble.training_image.indices, facies, way, lags).tau[0]
-    found = connectivity(ensemble.indices, facies, way, lags).tau
+    reference = connectivity(ensemble.training_image, facies, way, lags).tau[0]
+    found = connectivity(ensemble, facies, way, lags).tau
     there = ~np.isnan(found)
     known = there.any(axis=0) & ~np.isnan(reference)
     if not known.any():

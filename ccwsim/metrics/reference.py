@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.metrics.stack import as_indices
-from ccwsim.model.arrays import as_array, as_floats, check_int
+from ccwsim.metrics.etype import EType
+from ccwsim.metrics.stack import Codes, as_image, codes_or_places, index_of
+from ccwsim.model.arrays import as_floats, check_int
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,23 +66,26 @@ class Calibration:
 
 
 def score_reference(
-    probability: ArrayLike,
-    truth: ArrayLike,
-    n_realizations: int,
+    probability: EType | ArrayLike,
+    truth: TrainingImage | ArrayLike,
+    n_realizations: int | None = None,
     scored: NDArray[np.bool_] | None = None,
+    codes: Codes | None = None,
 ) -> ReferenceScores:
     """Score probabilities, as `etype` gives them, against a reference field.
 
     Parameters
     ----------
-    probability : array_like, shape (n_facies, ny, nx)
+    probability : EType or array_like, shape (n_facies, ny, nx)
         They sum to 1 in each cell.
-    truth : array_like, shape (ny, nx)
-        Facies indices of the reference field.
-    n_realizations : int
-        How many the probabilities are shares of.
+    truth : TrainingImage or array_like, shape (ny, nx)
+        The reference field; an array has facies codes.
+    n_realizations : int, optional
+        How many the probabilities are shares of; an `EType` says it itself.
     scored : ndarray of bool, shape (ny, nx), optional
         Which cells count; exclude those with hard data, which every realization honours.
+    codes : array_like of int, shape (n_facies,), optional
+        The facies codes of an array of probabilities, 0 … n_facies − 1 where left out.
 
     Returns
     -------
@@ -89,7 +94,8 @@ def score_reference(
     Raises
     ------
     CCWSIMError
-        For shapes that do not fit, no realization, or no scored cell.
+        For shapes that do not fit, no realization, no scored cell, or a facies code in the
+        reference field that the probabilities do not have.
 
     Examples
     --------
@@ -97,7 +103,9 @@ def score_reference(
     >>> scores.accuracy, scores.brier
     (0.5, 0.25)
     """
-    p, true, mask = _checked(probability, truth, scored)
+    p, codes, true, mask = _checked(probability, truth, scored, codes)
+    if isinstance(probability, EType) and n_realizations is None:
+        n_realizations = probability.n
     n_realizations = check_int("n_realizations", n_realizations, 1, 2**53)
     chances = np.take_along_axis(p, true[None], axis=0)[0]
     right = p.argmax(axis=0) == true
@@ -113,20 +121,21 @@ def score_reference(
 
 
 def calibration(
-    probability: ArrayLike,
-    truth: ArrayLike,
+    probability: EType | ArrayLike,
+    truth: TrainingImage | ArrayLike,
     facies: int | None = None,
     n_bins: int = 10,
     scored: NDArray[np.bool_] | None = None,
+    codes: Codes | None = None,
 ) -> Calibration:
     """Return the reliability of probabilities in bins of equal width.
 
     Parameters
     ----------
-    probability, truth, scored
+    probability, truth, scored, codes
         As in `score_reference`.
     facies : int, optional
-        Index of one facies; all facies pooled where left out.
+        The code of one; all facies pooled where left out.
     n_bins : int
 
     Returns
@@ -144,11 +153,9 @@ def calibration(
     >>> table.observed, table.count
     (array([nan, 0.5]), array([0, 2]))
     """
-    p, true, mask = _checked(probability, truth, scored)
+    p, known, true, mask = _checked(probability, truth, scored, codes)
     n_bins = check_int("n_bins", n_bins, 1, 10_000)
-    if facies is not None:
-        facies = check_int("facies index", facies, 0, len(p) - 1)
-    which = range(len(p)) if facies is None else [facies]
+    which = range(len(p)) if facies is None else [index_of(known, facies)]
     chances = np.concatenate([p[k][mask] for k in which])
     came = np.concatenate([(true == k)[mask] for k in which])
     edges = np.linspace(0, 1, n_bins + 1)
@@ -167,16 +174,25 @@ def calibration(
 
 
 def _checked(
-    probability: ArrayLike, truth: ArrayLike, scored: NDArray[np.bool_] | None
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_]]:
-    p, truth = as_floats(probability, "probabilities"), as_array(truth, "truth")
-    if p.ndim != 3 or p.shape[1:] != np.shape(truth):
+    probability: EType | ArrayLike,
+    truth: TrainingImage | ArrayLike,
+    scored: NDArray[np.bool_] | None,
+    codes: Codes | None,
+) -> tuple[NDArray[np.float64], NDArray[np.integer], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return probabilities, codes, where the true ones stand among these, and what is scored."""
+    if isinstance(probability, EType):
+        p, codes = probability.probability, probability.codes
+    else:
+        p = as_floats(probability, "probabilities")
+    known = codes_or_places(codes, len(p) if p.ndim else 0)
+    field = as_image(truth, known)
+    if p.ndim != 3 or p.shape[1:] != field.shape:
         raise CCWSIMError(
             "probabilities of shape (n_facies, ny, nx) and a reference field of (ny, nx) are "
-            f"needed, not {p.shape} and {np.shape(truth)}"
+            f"needed, not {p.shape} and {field.shape}"
         )
-    true = as_indices(truth, len(p))[0].astype(np.int64)
+    true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)
     if mask.shape != true.shape or not mask.any():
         raise CCWSIMError(f"scored must be a mask of shape {true.shape} with at least one cell")
-    return p, true, mask
+    return p, known, true, mask

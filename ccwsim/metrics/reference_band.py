@@ -25,7 +25,8 @@ from ccwsim.metrics.bands import Statistic, band, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
-from ccwsim.model.arrays import as_floats, check_int
+from ccwsim.metrics.stack import Stack
+from ccwsim.model.arrays import as_floats
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
@@ -56,7 +57,7 @@ MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """The same of Γ and of the share of pieces that percolate."""
 Floats = NDArray[np.float64]
 Shape = tuple[int, int]
-ValuesOf = Callable[[NDArray[np.integer]], Floats]
+ValuesOf = Callable[[Stack], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class Fit:
     Attributes
     ----------
     at : ndarray, shape (m,)
-        Lags in cells for a curve, indices of the facies for proportions, else 0, 1, ….
+        Lags in cells for a curve, facies codes for proportions, else 0, 1, ….
     found : ndarray, shape (m,)
         Mean over pieces of the realizations; NaN where unknown.
     reference : ndarray, shape (m,)
@@ -200,7 +201,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     return rows, columns
 
 
-def crops_of(image: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
+def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
     """Return crops of an image (ny, nx) at even distances, shape (n, *shape), up to 4 × 4.
 
     Examples
@@ -217,8 +218,8 @@ def crops_of(image: NDArray[np.integer], shape: Shape) -> NDArray[np.integer]:
 
 
 def pieces_of(
-    realizations: NDArray[np.integer], shape: Shape, max_pieces: int = MAX_PIECES
-) -> NDArray[np.integer]:
+    realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
+) -> NDArray[np.uint8]:
     """Return some pieces of realizations (n, ny, nx) that do not overlap, shape (m, *shape).
 
     Examples
@@ -252,7 +253,7 @@ def fit_curve(
     statistic : str
         "variogram" or "connectivity".
     facies : int
-        Index into the training image's codes.
+        The code of one.
     direction : str, float or pair of int
         As in `variogram`.
 
@@ -277,13 +278,13 @@ def fit_curve(
     True
     """
     image = ensemble.training_image
-    facies = check_int("facies", facies, 0, image.n_facies - 1)
+    index = image.index_of(facies)
     if statistic not in STATISTICS:
         raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
     shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
-    p = float(image.proportions[facies])
+    p = float(image.proportions[index])
     unit = p * (1 - p) if statistic == "variogram" else 1.0
 
     def compared(
@@ -292,15 +293,15 @@ def fit_curve(
         lags, distances = distinct_lags(direction, max_lag(direction, shape))
         lags, distances = lags[:0:-step][::-1], distances[:0:-step][::-1]  # the largest is kept
 
-        def values(images: NDArray[np.integer]) -> Floats:
+        def values(images: Stack) -> Floats:
             return curves_of(statistic, images, facies, direction, lags)
 
         def make() -> ReferenceBand:
             gap = np.full(len(lags), least * unit)
             return _band(image, shape, distances, values, CURVE_ERRORS, gap)
 
-        reference = _kept(image, (statistic, facies, direction, shape), make)
-        return reference, values(pieces_of(ensemble.indices, shape, n_pieces))
+        reference = _kept(image, (statistic, index, direction, shape), make)
+        return reference, values(Stack(pieces_of(ensemble.indices, shape, n_pieces), image.codes))
 
     reference, each = compared(shape, MIN_GAP, MAX_PIECES)
     fit = reference.compare(_mean(each), len(each))
@@ -321,7 +322,7 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
     ----------
     ensemble : Ensemble
     facies : int
-        Index into the training image's codes.
+        The code of one.
 
     Returns
     -------
@@ -329,12 +330,12 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
         Three values: Γ, the share of pieces that percolate E–W, and N–S.
     """
     image = ensemble.training_image
-    facies = check_int("facies", facies, 0, image.n_facies - 1)
+    index = image.index_of(facies)
     shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
 
-    def values(images: NDArray[np.integer]) -> Floats:
+    def values(images: Stack) -> Floats:
         found = geobody_statistics(images, facies)
         both = found.percolates_ew, found.percolates_ns
         return np.column_stack([found.gamma, *(way.astype(float) for way in both)])
@@ -343,9 +344,9 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
         least = np.array([MIN_GAMMA_GAP, MIN_PERCOLATION_GAP, MIN_PERCOLATION_GAP])
         return _band(image, shape, np.arange(3.0), values, VALUE_ERRORS, least)
 
-    pieces = pieces_of(ensemble.indices, shape)
+    pieces = Stack(pieces_of(ensemble.indices, shape), image.codes)
     found = _mean(values(pieces))
-    return _kept(image, ("geobodies", facies, shape), make).compare(found, len(pieces))
+    return _kept(image, ("geobodies", index, shape), make).compare(found, len(pieces))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -364,15 +365,14 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     >>> fit_proportions(simulate(stripes, (40, 50), p)).reference
     array([0.5, 0.5])
     """
-    image, n = ensemble.training_image, ensemble.training_image.n_facies
+    image = ensemble.training_image
     shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
 
     def make() -> ReferenceBand:
         least = MIN_PROPORTION_GAP * image.proportions
-        points = np.arange(float(n))
-        return _band(image, shape, points, lambda c: proportions(c, n), VALUE_ERRORS, least)
+        return _band(image, shape, image.codes.astype(float), proportions, VALUE_ERRORS, least)
 
     n_pieces = ensemble.n * ensemble.grid.ny * ensemble.grid.nx / (shape[0] * shape[1])
     found = ensemble.proportions.mean(axis=0)
@@ -403,7 +403,7 @@ def _band(
     n_errors: float,
     least: Floats,
 ) -> ReferenceBand:
-    crops = crops_of(image.indices, shape)
+    crops = Stack(crops_of(image.indices, shape), image.codes)
     n_independent = image.indices.size / (shape[0] * shape[1])
     return ReferenceBand(at, values(crops), n_independent, n_errors, least, shape)
 

@@ -1,16 +1,20 @@
-"""What all metrics take: one image (ny, nx) or a stack of them (n, ny, nx) of facies indices."""
+"""What all metrics take: an ensemble, a training image, or an array of facies codes."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, check_int
+from ccwsim.model.arrays import as_array, as_integers, check_int, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
 
 CELLS_A_PIECE = 200_000_000
@@ -20,15 +24,113 @@ Fraction = Callable[[float], None]
 """Called as progress(fraction) in the caller's own thread."""
 
 
-def as_stack(images: ArrayLike) -> NDArray[np.integer]:
-    """Return one image or many as an array (n, ny, nx) of whole numbers, or raise `CCWSIMError`.
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Images as facies indices, and the codes that these stand for: what metrics count in.
+
+    A facies that some or all of the images lack is known where its code is one of `codes`.
+    """
+
+    indices: NDArray[np.uint8]  # shape (n, ny, nx)
+    codes: NDArray[np.integer]  # shape (n_facies,): sorted
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    @property
+    def n_facies(self) -> int:
+        """How many facies are known."""
+        return len(self.codes)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of each image."""
+        return self.indices.shape[1], self.indices.shape[2]
+
+    def index_of(self, code: int, name: str = "facies") -> int:
+        """Return where a code stands among those known, or say which there are."""
+        return index_of(self.codes, code, name)
+
+
+def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int:
+    """Return where a code stands among others, or say which there are.
 
     Examples
     --------
-    >>> as_stack([[0, 1], [1, 1]]).shape
+    >>> index_of(np.array([3, 7]), 7)
+    1
+    """
+    found = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
+    if not len(found):
+        raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {listed(codes)}")
+    return int(found[0])
+
+
+Images = Stack | Ensemble | TrainingImage | ArrayLike
+"""Of an array the codes are those that occur in it, unless the caller names them."""
+Codes = ArrayLike
+"""Facies codes, where an array does not have them all."""
+
+
+def as_stack(images: Images, codes: Codes | None = None) -> Stack:
+    """Return one image or many, with `codes` or those that they say themselves.
+
+    Raises
+    ------
+    CCWSIMError
+        For another shape or type, and for a cell with none of the given codes.
+
+    Examples
+    --------
+    >>> found = as_stack([[7, 3], [3, 3]], codes=[3, 7, 9])
+    >>> found.indices.tolist(), found.codes
+    ([[[1, 0], [0, 0]]], array([3, 7, 9]))
+    """
+    wanted = None if codes is None else checked_codes(codes)
+    if isinstance(images, Stack):
+        found = images
+    elif isinstance(images, Ensemble):
+        found = Stack(np.asarray(images.indices), images.training_image.codes)
+    elif isinstance(images, TrainingImage):
+        found = Stack(images.indices[None], images.codes)
+    else:
+        values = as_values(images)
+        if wanted is None:  # a mask has both, also where none or all of its cells are set
+            is_mask = getattr(images, "dtype", None) == np.bool_
+            wanted = np.arange(2) if is_mask else _codes_in(values)
+        return Stack(_indices(values, wanted), wanted)
+    if wanted is None or np.array_equal(wanted, found.codes):
+        return found
+    return Stack(_indices(found.codes[found.indices], wanted), wanted)
+
+
+def as_image(image: Images, codes: Codes | None = None) -> Stack:
+    """Return a stack of one image.
+
+    Examples
+    --------
+    >>> as_image([[0, 1], [1, 1]]).shape
+    (2, 2)
+    """
+    stack = as_stack(image, codes)
+    if len(stack) > 1:
+        raise CCWSIMError(f"one image of shape (ny, nx) is needed, not {len(stack)} of them")
+    return stack
+
+
+def as_values(images: Images) -> NDArray[np.integer]:
+    """Return one image or many as an array (n, ny, nx) of facies codes, or raise `CCWSIMError`.
+
+    Examples
+    --------
+    >>> as_values([[0, 1], [1, 1]]).shape
     (1, 2, 2)
     """
-    array = as_array(images, "images")
+    if isinstance(images, Stack):
+        return images.codes[images.indices]
+    if isinstance(images, Ensemble):
+        return images.realizations
+    array = as_array(images.array if isinstance(images, TrainingImage) else images, "images")
     if array.ndim not in (2, 3) or array.size == 0:
         raise CCWSIMError(
             f"images of shape (ny, nx) or (n, ny, nx) are needed, not {array.shape}; "
@@ -36,45 +138,80 @@ def as_stack(images: ArrayLike) -> NDArray[np.integer]:
         )
     if array.dtype.kind not in "bui":
         raise CCWSIMError(
-            f"images of whole numbers are needed, not of type {array.dtype}; give facies indices"
+            f"images of whole numbers are needed, not of type {array.dtype}; give facies codes"
         )
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
     return array if array.ndim == 3 else array[None]
 
 
-def as_image(image: ArrayLike) -> NDArray[np.integer]:
-    """Return one image as an array (ny, nx) of whole numbers.
+def listed(codes: NDArray[np.integer]) -> str:
+    """Return codes in words, the first ten of many.
 
     Examples
     --------
-    >>> as_image([[0, 1], [1, 1]]).shape
-    (2, 2)
+    >>> listed(np.arange(30))
+    '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 …'
     """
-    stack = as_stack(image)
-    if len(stack) > 1:
-        raise CCWSIMError(f"one image of shape (ny, nx) is needed, not {len(stack)} of them")
-    return stack[0]
+    return ", ".join(map(str, codes[:10].tolist())) + (" …" if len(codes) > 10 else "")
 
 
-def as_indices(images: ArrayLike, n_facies: int) -> NDArray[np.uint8]:
-    """Return one image or many as bytes (n, ny, nx) from 0 to n_facies − 1.
+def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
+    """Return the codes of `n_facies` facies, 0 … n_facies − 1 where none are given.
 
     Examples
     --------
-    >>> as_indices([[0, 1], [1, 1]], 2).dtype
-    dtype('uint8')
+    >>> codes_or_places(None, 3)
+    array([0, 1, 2])
     """
-    stack = as_stack(images)
-    n_facies = check_int("n_facies", n_facies, 1, MAX_FACIES)
-    low, high = int(stack.min()), int(stack.max())
-    if low < 0 or high >= n_facies:
-        wrong = low if low < 0 else high
+    found = np.arange(n_facies) if codes is None else checked_codes(codes)
+    if len(found) != n_facies or not (codes is None or np.array_equal(found, codes)):
+        raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} facies codes that ascend")
+    return found
+
+
+def checked_codes(codes: Codes) -> NDArray[np.integer]:
+    """Return codes that a caller gave; a number, as `n_facies` was, stands for 0 … n − 1."""
+    if is_whole(codes):
+        said = "n_facies is now codes: give facies codes, such as range(n_facies)"
+        warnings.warn(said, DeprecationWarning, stacklevel=4)
+        codes = np.arange(check_int("n_facies", codes, 1, MAX_FACIES))
+    given = as_integers(list(codes) if isinstance(codes, range) else codes, "codes")
+    found = np.unique(given)
+    if given.ndim != 1 or not 1 <= len(found) <= MAX_FACIES or len(found) < len(given):
         raise CCWSIMError(
-            f"facies index {wrong} is not one of 0 … {n_facies - 1}; "
-            "give the indices of the training image, not its codes"
+            f"codes = {shown(codes)} must be 1 to {MAX_FACIES} different facies codes"
         )
-    return np.ascontiguousarray(stack, dtype=np.uint8)
+    return found
+
+
+def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Return the codes that occur, sorted."""
+    found = np.unique(np.concatenate([codes_of(as_integers(v, "facies codes")) for v in values]))
+    if len(found) > MAX_FACIES:
+        raise CCWSIMError(
+            f"images: {len(found)} different codes look like a continuous variable; "
+            "give classes or a threshold"
+        )
+    return found
+
+
+def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray[np.uint8]:
+    """Return where the code of each cell stands in `codes`; of 0 … n − 1 that is the code."""
+    n = len(codes)
+    if codes[0] == 0 and codes[-1] == n - 1:
+        low, high = int(values.min()), int(values.max())
+        wrong = low if low < 0 else high
+        if low < 0 or high >= n:
+            raise CCWSIMError(f"facies code {wrong} is not one of {listed(codes)}")
+        return np.ascontiguousarray(values, dtype=np.uint8)
+    indices = np.full(values.shape, n, np.uint8)
+    for k, code in enumerate(codes.tolist()):
+        np.copyto(indices, k, where=values == code)
+    unknown = values[indices == n]
+    if len(unknown):
+        raise CCWSIMError(f"facies code {unknown[0]} is not one of {listed(codes)}")
+    return indices
 
 
 def in_pieces(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.etype import proportions
-from ccwsim.metrics.stack import as_indices
+from ccwsim.metrics.stack import Codes, Images, Stack, as_image
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.errors import CCWSIMError
 
@@ -90,7 +90,7 @@ class Stationarity:
         return not self.drifting.any() and not self.changing.any()
 
 
-def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
+def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     """Compare quarters and halves of an image with the whole.
 
     The standard error of a mean over a quarter follows from the covariance within the quarters,
@@ -100,9 +100,10 @@ def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
 
     Parameters
     ----------
-    indices : ndarray, shape (ny, nx)
-        Facies indices.
-    n_facies : int
+    image : TrainingImage or array_like, shape (ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
 
     Returns
     -------
@@ -111,35 +112,36 @@ def stationarity(indices: NDArray[np.integer], n_facies: int) -> Stationarity:
     Raises
     ------
     CCWSIMError
-        For an image of fewer than 8 rows or columns.
+        For an image of fewer than 8 rows or columns, and for codes that it goes beyond.
 
     Examples
     --------
     >>> half = np.zeros((40, 40), int)
     >>> half[:, 20:] = 1
-    >>> stationarity(half, 2).stationary
+    >>> stationarity(half).stationary
     False
     >>> noise = np.random.default_rng(0).integers(0, 2, (40, 40))
-    >>> stationarity(noise, 2).stationary
+    >>> stationarity(noise).stationary
     True
     """
-    image = as_indices(indices, n_facies)[0]
-    ny, nx = image.shape
+    stack = as_image(image, codes)
+    ny, nx = stack.shape
     if min(ny, nx) < 8:
         raise CCWSIMError(
             f"an image of {ny} × {nx} cells is too small to compare its quarters; "
             "at least 8 × 8 are needed"
         )
-    quarters = _quarters(image)
-    shares = np.array([proportions(quarter, n_facies)[0] for quarter in quarters])
-    whole = proportions(image, n_facies)[0]
+    indices, n_facies = stack.indices[0], stack.n_facies
+    quarters = [Stack(quarter[None], stack.codes) for quarter in _quarters(indices)]
+    shares = np.array([proportions(quarter)[0] for quarter in quarters])
+    whole = proportions(stack)[0]
     deviation = np.sqrt(whole * (1 - whole))
     lags = np.arange(min(ny, nx) // 4 + 1)
-    own = np.array([_curves(quarter, n_facies, lags) for quarter in quarters])
-    distance = np.sqrt(np.mean((own - _curves(image, n_facies, lags)) ** 2, axis=3))
+    own = np.array([_curves(quarter, lags) for quarter in quarters])
+    distance = np.sqrt(np.mean((own - _curves(stack, lags)) ** 2, axis=3))
     shift = _in_units(np.abs(shares - whole), deviation)
     variogram_shift = _in_units(distance, (deviation**2)[:, None])
-    facies = [image == k for k in range(n_facies)]
+    facies = [indices == k for k in range(n_facies)]
     compared = [_compare_parts(one) for one in facies]
     scores = np.zeros((len(PARTS), n_facies, 2))
     for k, axis in product(range(n_facies), (0, 1)):
@@ -237,11 +239,11 @@ def _lag_sums(images: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.fft.irfft2(np.abs(spectra) ** 2, shape)
 
 
-def _curves(image: NDArray, n_facies: int, lags: NDArray) -> NDArray[np.float64]:
+def _curves(stack: Stack, lags: NDArray) -> NDArray[np.float64]:
     return np.array(
         [
-            [variogram(image, k, direction, lags).gamma[0] for direction in ("E-W", "N-S")]
-            for k in range(n_facies)
+            [variogram(stack, int(code), way, lags).gamma[0] for way in ("E-W", "N-S")]
+            for code in stack.codes
         ]
     )
 

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Band, RunningCurves
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
-from ccwsim.metrics.stack import as_indices
+from ccwsim.metrics.stack import Codes, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
+from ccwsim.model.arrays import as_integers
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -27,10 +28,10 @@ class RunningSummary:
     etype : EType
         Probability, most likely facies and entropy of each cell.
     proportions : Band
-        Of the share of each facies, shape (n_facies,).
+        Of the share of each facies, shape (n_facies,), in the order of the sorted codes.
     lags : ndarray of int, shape (n_lags,)
     variograms, connectivity : dict
-        Band of γ(h) and of τ(h), shape (n_lags,), by (facies index, direction).
+        Band of γ(h) and of τ(h), shape (n_lags,), by (facies code, direction).
     """
 
     n: int
@@ -51,9 +52,10 @@ class RunningStatistics:
     ----------
     shape : pair of int
         Rows and columns of the realizations.
-    n_facies : int
+    codes : array_like of int
+        The codes of all facies.
     facies : sequence of int, optional
-        Indices of the facies whose curves are followed; all of them, or the second one of two,
+        Codes of the facies whose curves are followed; all of them, or the second one of two,
         where left out.
     directions : sequence of str
         Of the curves.
@@ -64,7 +66,7 @@ class RunningStatistics:
 
     Examples
     --------
-    >>> running = RunningStatistics((3, 4), 2, max_lag=2)
+    >>> running = RunningStatistics((3, 4), [0, 1], max_lag=2)
     >>> for image in (np.zeros((3, 4), int), np.ones((3, 4), int)):
     ...     running.add(image)
     >>> summary = running.summary()
@@ -75,22 +77,24 @@ class RunningStatistics:
     def __init__(
         self,
         shape: tuple[int, int],
-        n_facies: int,
+        codes: Codes,
         facies: Sequence[int] | None = None,
         directions: Sequence[str] = ("E-W", "N-S"),
         max_lag: int = 100,
         neighbours: int = 8,
     ) -> None:
-        followed = (range(n_facies) if n_facies != 2 else (1,)) if facies is None else facies
-        wrong = [k for k in followed if not 0 <= k < n_facies]
-        if wrong:
-            raise CCWSIMError(f"facies index {wrong[0]} must be from 0 to {n_facies - 1}")
-        self.shape, self.n_facies, self.n = tuple(shape), n_facies, 0
+        self.codes = checked_codes(codes)
+        n_facies = len(self.codes)
+        usual = self.codes if n_facies != 2 else self.codes[1:]
+        followed = as_integers(usual if facies is None else facies, "facies").tolist()
+        for code in followed:
+            index_of(self.codes, code)
+        self.shape, self.n = tuple(shape), 0
         self._neighbours = neighbours
         self._lags = np.arange(min(max_lag, min(shape) - 1) + 1)
         self._counts = np.zeros((n_facies, *shape), np.int32)
         self._shares = RunningCurves(n_facies, 0.0, 1.0)
-        keys = [(k, direction) for k in followed for direction in directions]
+        keys = [(code, direction) for code in followed for direction in directions]
         self._gamma = {key: RunningCurves(len(self._lags), 0.0, 0.5) for key in keys}
         self._tau = {key: RunningCurves(len(self._lags), 0.0, 1.0) for key in keys}
 
@@ -100,19 +104,17 @@ class RunningStatistics:
         curves = [self._shares, *self._gamma.values(), *self._tau.values()]
         return self._counts.nbytes + sum(c.nbytes for c in curves)
 
-    def add(self, realization: ArrayLike) -> None:
-        """Add one realization of facies indices, shape (ny, nx).
+    def add(self, realization: Images) -> None:
+        """Add one realization of facies codes, shape (ny, nx).
 
         Raises
         ------
         CCWSIMError
             For another shape or an unknown facies.
         """
-        if np.shape(realization) != self.shape:
-            raise CCWSIMError(
-                f"a realization of shape {self.shape} is needed, not {np.shape(realization)}"
-            )
-        image = as_indices(realization, self.n_facies)[0]
+        image = as_image(realization, self.codes)
+        if image.shape != self.shape:
+            raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {image.shape}")
         curves = [  # first of all: it may be stopped on the way, and then nothing is added
             (
                 key,
@@ -124,8 +126,8 @@ class RunningStatistics:
         for key, gamma, tau in curves:
             self._gamma[key].add(gamma)
             self._tau[key].add(tau)
-        add_counts(image, self._counts)
-        self._shares.add(proportions(image, self.n_facies)[0])
+        add_counts(image.indices[0], self._counts)
+        self._shares.add(proportions(image)[0])
         self.n += 1
 
     def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:
@@ -138,7 +140,7 @@ class RunningStatistics:
         """
         return RunningSummary(
             n=self.n,
-            etype=etype_of_counts(self._counts),
+            etype=etype_of_counts(self._counts, self.codes),
             proportions=self._shares.band(low, high),
             lags=self._lags.copy(),
             variograms={key: c.band(low, high) for key, c in self._gamma.items()},

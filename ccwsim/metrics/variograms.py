@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.lags import (
@@ -17,7 +17,7 @@ from ccwsim.metrics.lags import (
     pairs_of_map,
     product_sums,
 )
-from ccwsim.metrics.stack import Fraction, as_indices, as_stack, in_pieces, map_parallel
+from ccwsim.metrics.stack import Codes, Fraction, Images, as_stack, in_pieces, map_parallel
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class VariogramMap:
 
 
 def variogram(
-    images: ArrayLike,
+    images: Images,
     facies: int,
     direction: Direction = "E-W",
     lags: Lags = 100,
@@ -66,10 +66,10 @@ def variogram(
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies codes or indices.
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
     facies : int
-        Which value of the images.
+        The code of one.
     direction : str, float or pair of int
         "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
         (rows, columns).
@@ -85,7 +85,8 @@ def variogram(
     Raises
     ------
     CCWSIMError
-        For lags larger than the image or an unknown direction.
+        For lags larger than the image, an unknown direction, or a facies code that none of the
+        images has, nor the training image of an ensemble.
 
     Examples
     --------
@@ -93,20 +94,21 @@ def variogram(
     array([[0.        , 0.16666667, 0.5       ]])
     """
     stack = as_stack(images)
-    steps, offsets = lags_within(stack.shape[1:], direction, lags)
+    steps, offsets = lags_within(stack.shape, direction, lags)
+    index = stack.index_of(facies)
 
     def one(k: int) -> NDArray[np.integer]:
-        inside = (stack[k] == facies).view(np.uint8)
+        inside = (stack.indices[k] == index).view(np.uint8)
         return in_pieces(lambda some: _count_unequal(inside, some), offsets, inside.size)
 
     unequal = map_parallel(one, len(stack), progress)
-    n_pairs = np.prod(stack.shape[1:] - np.abs(offsets), axis=1)
-    shares = np.mean(stack == facies, axis=(1, 2))
+    n_pairs = np.prod(stack.shape - np.abs(offsets), axis=1)
+    shares = np.mean(stack.indices == index, axis=(1, 2))
     return Variogram(steps, np.array(unequal) / (2 * n_pairs), shares * (1 - shares))
 
 
 def variogram_map(
-    images: ArrayLike, facies: int, max_lag: int = 50, progress: Fraction | None = None
+    images: Images, facies: int, max_lag: int = 50, progress: Fraction | None = None
 ) -> VariogramMap:
     """Return γ(h) of a facies for all lags up to max_lag rows and columns, exact, by FFT.
 
@@ -126,7 +128,7 @@ def variogram_map(
     Raises
     ------
     CCWSIMError
-        For a lag larger than the image.
+        For a lag larger than the image, and a facies code as in `variogram`.
 
     Examples
     --------
@@ -134,15 +136,15 @@ def variogram_map(
     [0.25, 0.3333333333333333, 0.0]
     """
     stack = as_stack(images)
-    lags = lags_of_map(max_lag, stack.shape[1:])
+    lags, index = lags_of_map(max_lag, stack.shape), stack.index_of(facies)
 
     def one(k: int) -> NDArray[np.float64]:
-        inside = stack[k] == facies
+        inside = stack.indices[k] == index
         near = overlap_sums(inside, max_lag)
         return near + near[::-1, ::-1] - 2 * product_sums(inside, inside, max_lag)
 
     squares = np.array(map_parallel(one, len(stack), progress))
-    return VariogramMap(lags, squares / (2 * pairs_of_map(stack.shape[1:], max_lag)))
+    return VariogramMap(lags, squares / (2 * pairs_of_map(stack.shape, max_lag)))
 
 
 @kernel
@@ -171,7 +173,8 @@ class Transiograms:
     lags : ndarray of int, shape (n_lags,)
         In steps of the direction.
     probability : ndarray, shape (n, n_facies, n_facies, n_lags)
-        [image, tail, head, lag]: P(x + h in head | x in tail); NaN where no x is in the tail.
+        [image, tail, head, lag]: P(x + h in head | x in tail), facies in the order of the sorted
+        codes; NaN where no x is in the tail.
     """
 
     lags: NDArray[np.int64]
@@ -179,8 +182,8 @@ class Transiograms:
 
 
 def transiograms(
-    images: ArrayLike,
-    n_facies: int,
+    images: Images,
+    codes: Codes | None = None,
     direction: Direction = "E-W",
     lags: Lags = 100,
     progress: Fraction | None = None,
@@ -191,9 +194,10 @@ def transiograms(
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies indices.
-    n_facies : int
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
     direction, lags, progress
         As in `variogram`.
 
@@ -208,14 +212,16 @@ def transiograms(
 
     Examples
     --------
-    >>> transiograms([[0, 0, 1, 1]], 2, lags=[1]).probability[0, :, :, 0]
+    >>> transiograms([[0, 0, 1, 1]], lags=[1]).probability[0, :, :, 0]
     array([[0.5, 0.5],
            [0. , 1. ]])
     """
-    stack = as_indices(images, n_facies)
-    steps, offsets = lags_within(stack.shape[1:], direction, lags)
+    stack = as_stack(images, codes)
+    steps, offsets = lags_within(stack.shape, direction, lags)
     counted = map_parallel(
-        lambda k: _count_transitions(stack[k], n_facies, offsets), len(stack), progress
+        lambda k: _count_transitions(stack.indices[k], stack.n_facies, offsets),
+        len(stack),
+        progress,
     )
     counts = np.moveaxis(np.array(counted, dtype=float), 1, 3)
     tails = counts.sum(axis=2, keepdims=True)
@@ -223,16 +229,16 @@ def transiograms(
 
 
 def transition_map(
-    images: ArrayLike, tail: int, head: int, max_lag: int = 50, progress: Fraction | None = None
+    images: Images, tail: int, head: int, max_lag: int = 50, progress: Fraction | None = None
 ) -> NDArray[np.float64]:
     """Return P(x + h in head | x in tail) for all lags up to max_lag, exact, by FFT.
 
     Parameters
     ----------
-    images : array_like, shape (ny, nx) or (n, ny, nx)
-        Facies codes or indices.
+    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
+        An array has facies codes.
     tail, head : int
-        Which values of the images.
+        The codes of two.
     max_lag : int
     progress : callable, optional
         Called with the share that is done.
@@ -242,17 +248,23 @@ def transition_map(
     ndarray, shape (n, 2 max_lag + 1, 2 max_lag + 1)
         Rows to the north, columns to the east, lag 0 in the middle.
 
+    Raises
+    ------
+    CCWSIMError
+        For a lag larger than the image, and facies codes as in `variogram`.
+
     Examples
     --------
     >>> transition_map(np.eye(3, dtype=int), 1, 1, 1)[0, 2].tolist()
     [0.0, 0.0, 1.0]
     """
     stack = as_stack(images)
-    lags_of_map(max_lag, stack.shape[1:])
+    lags_of_map(max_lag, stack.shape)
+    first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
 
     def one(k: int) -> NDArray[np.float64]:
-        start = stack[k] == tail
-        pairs = product_sums(start, stack[k] == head, max_lag)
+        start = stack.indices[k] == first
+        pairs = product_sums(start, stack.indices[k] == second, max_lag)
         return _ratio(pairs, overlap_sums(start, max_lag))
 
     return np.array(map_parallel(one, len(stack), progress))

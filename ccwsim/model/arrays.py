@@ -106,6 +106,20 @@ def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
     return rounded.astype(np.int64)
 
 
+def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the different values, sorted; close together, as nearly always, they are counted.
+
+    Examples
+    --------
+    >>> codes_of(np.array([[7, 3], [3, 3]]))
+    array([3, 7])
+    """
+    low, high = int(integers.min()), int(integers.max())
+    if high - low >= 2**16:
+        return np.unique(integers)
+    return np.flatnonzero(np.bincount((integers - low).ravel())) + low
+
+
 def frozen(array: NDArray) -> NDArray:
     """Return a contiguous, read-only array that nobody else can write to."""
     own = np.array(array, order="C", copy=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Outcome, Run
@@ -346,7 +347,8 @@ def _distances(run: Run, study: DistanceStudy) -> Anodi:
         if there is not None:
             code = file.split("_")[0]
             stacks[f"published {code}" if code in TITLES.values() else code] = there
-    found = anodi(stacks, image.indices, image.n_facies)
+    coded = {name: Stack(images, image.codes) for name, images in stacks.items()}
+    found = anodi(coded, image)
     run.step()
     return found
 

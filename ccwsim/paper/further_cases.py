@@ -119,7 +119,7 @@ def three_facies(run: Run) -> Outcome:
     data = run.inputs.data("three facies", 400, (side, side))
     p = settings("ccwsim", LEVEL, template=TEMPLATE)
     e = run.simulate(image, (side, side), p, data, run.extent.n_few, workers=1)
-    entropy = etype(e.indices, image.n_facies).entropy
+    entropy = etype(e).entropy
     pictures = (
         image_picture(image, run.inputs.describe("three facies"), share=0.5),
         paper_map(e.indices[0], image, f"Realization 1, {data.n} data", data),
@@ -171,8 +171,8 @@ def limits(run: Run) -> Outcome:
         image = datasets.load(name)
         ny, nx = (run.extent.side(side) for side in image.shape)
         e = run.simulate(image, (ny, nx), settings("ccwsim", LEVEL), n=run.extent.n_few)
-        own = stationarity(image.indices, image.n_facies)
-        each = [stationarity(one, image.n_facies) for one in e.indices]
+        own = stationarity(image)
+        each = [stationarity(one, image.codes) for one in e]
         blocks.append(_quarter_maps(e, name))
         rows.append(_quarters(name, image, own, each))
         judgements.append(_trend(name, own, each))

@@ -11,6 +11,7 @@ from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
@@ -80,7 +81,7 @@ def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
 
 def mean_distances(images: NDArray, image: TrainingImage) -> NDArray[np.float64]:
     """Return the pattern distance from the training image at 1, 1/2, 1/3, mean of realizations."""
-    return pattern_distance(images, image.indices, image.n_facies).mean(axis=0)
+    return pattern_distance(Stack(images, image.codes), image).mean(axis=0)
 
 
 def format_distances(distances: NDArray[np.float64]) -> str:
@@ -101,9 +102,11 @@ def relative_tau(
     """
     smallest = min(*images.shape[-2:], *image.shape)
     fits = [lag for lag in lags if lag <= smallest // 2] or [max(smallest // 4, 1)]
-    facies, at = image.n_facies - 1, np.array(fits)
-    own = np.array([np.mean(c) for c in curves_of("connectivity", images, facies, "E-W", at).T])
-    reference = curves_of("connectivity", image.indices, facies, "E-W", at)[0]
+    code, stack = int(image.codes[-1]), Stack(images, image.codes)
+    own, reference = (
+        curves_of("connectivity", each, code, "E-W", np.array(fits)) for each in (stack, image)
+    )
+    own, reference = np.array([np.mean(curve) for curve in own.T]), reference[0]
     with np.errstate(invalid="ignore", divide="ignore"):
         return dict(zip(fits, (own / reference).tolist(), strict=True))
 
@@ -138,15 +141,16 @@ def connectivity_chart(
     stacks: Mapping[str, NDArray], image: TrainingImage, way: Direction, lags: NDArray
 ) -> Chart:
     """Return mean connectivity of several methods around the training image's, one line each."""
-    facies = image.n_facies - 1
+    code = int(image.codes[-1])
     lines = []
     for name, images in stacks.items():
-        mean = np.nanmean(curves_of("connectivity", images, facies, way, lags), axis=0)
+        stack = Stack(images, image.codes)
+        mean = np.nanmean(curves_of("connectivity", stack, code, way, lags), axis=0)
         dash = "dash" if "level 3" in name else "dot" if "exact" in name else "solid"
         lines.append(Line(name, lags, mean, colour_of(name), dash))
-    reference = curves_of("connectivity", image.indices, facies, way, lags)[0]
+    reference = curves_of("connectivity", image, code, way, lags)[0]
     lines.append(Line("training image", lags, reference, LIGHT.reference))
-    title = f"Connectivity {str(way).replace('-', '–')} of {image.facies_names[facies]}, mean"
+    title = f"Connectivity {str(way).replace('-', '–')} of {image.facies_names[-1]}, mean"
     figure = lines_chart(
         lines, LIGHT, x_title="lag (cells)", y_title="τ", y_range=(0, 1.04), height=280
     )

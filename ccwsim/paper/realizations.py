@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ccwsim.figures import Bundle
 from ccwsim.metrics import etype
 from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
@@ -147,10 +148,10 @@ def _conditional_maps(
     ]
     last = image.n_facies - 1
     caption = f"E-type of {many.n} realizations: probability of {image.facies_names[last]}"
-    shares = etype(many.indices, image.n_facies).probability[last]
+    shares = etype(many).probability[last]
     average = [share_picture(shares, f"{caption}, dark never, yellow always")]
     if other is not None:
-        shares = etype(other, image.n_facies).probability[last]
+        shares = etype(Stack(other, image.codes)).probability[last]
         average.append(paper_map(other[0], image, "The authors' code, same study", data))
         average.append(share_picture(shares, f"E-type of its {len(other)} realizations at hand"))
     return Row(tuple(shown)), Row(tuple(average))
@@ -206,7 +207,7 @@ def statistics(run: Run) -> Outcome:
     """Simulate as for Fig. 7 and compare curves along both axes with the training image's."""
     run.expect(6)
     image, side = run.inputs.image("channel"), run.extent.side(512)
-    shape, facies = (side, side), image.n_facies - 1
+    shape, code = (side, side), int(image.codes[-1])
     data = run.inputs.data("channel", 400, shape)
     many = run.simulate(image, shape, settings("ccwsim", LEVEL), data, run.extent.n_many)
     lags = lags_for(image.shape, shape, largest=run.extent.largest_lag)
@@ -215,8 +216,8 @@ def statistics(run: Run) -> Outcome:
     for statistic in STATISTICS:
         charts, bundles = [], []
         for way in ("E-W", "N-S"):
-            bundle = bundle_of(statistic, many.indices, image, facies, way, lags)
-            top, name = 1.1 * float(np.nanmax(bundle.each)), image.facies_names[facies]
+            bundle = bundle_of(statistic, many, image, code, way, lags)
+            top, name = 1.1 * float(np.nanmax(bundle.each)), image.facies_names[-1]
             charts.append(bundle_chart(bundle, statistic, way, name, top, 220))
             bundles.append(bundle)
             run.step()

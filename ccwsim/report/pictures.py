@@ -11,6 +11,7 @@ from ccwsim.figures import LIGHT, Bundle, Dots, curves_chart, data_map_png, shar
 from ccwsim.metrics import band
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.stack import Images
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Chart, Picture
@@ -52,14 +53,14 @@ def share_picture(shares: Floats, caption: str) -> Picture:
 
 def bundle_of(
     statistic: Statistic,
-    images: NDArray,
+    images: Images,
     image: TrainingImage,
     facies: int,
     way: Direction,
     lags: NDArray,
 ) -> Bundle:
-    """Return a statistic of all realizations and of the training image."""
-    reference = curves_of(statistic, image.indices, facies, way, lags)[0]
+    """Return a statistic of a facies (a code) in realizations and in the training image."""
+    reference = curves_of(statistic, image, facies, way, lags)[0]
     each = curves_of(statistic, images, facies, way, lags)
     return bundle_of_curves(lags.astype(float), reference, each)
 

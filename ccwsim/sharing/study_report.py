@@ -10,6 +10,7 @@ from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype, fit_curve
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import max_lag
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.codec import settings_of
@@ -177,7 +178,7 @@ def _first(n: int, ensemble: Ensemble) -> str:
 def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
     """Return the probability of a facies and the entropy, cell by cell."""
     image = ensemble.training_image
-    found = etype(ensemble.indices, image.n_facies)
+    found = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
     entropy = "Entropy: dark blue where all agree, yellow where none knows"
     likely = share_picture(found.probability[facies], probability)
@@ -187,13 +188,14 @@ def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
     """Return variograms, then connectivity, of a facies, each E–W and N–S."""
     image = ensemble.training_image
-    name, images, rows = image.facies_names[facies], ensemble.indices[:MAX_CURVES], []
+    name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
+    images = Stack(ensemble.indices[:MAX_CURVES], image.codes)
     for statistic in STATISTICS:
         bundles, said = {}, []
         for way in ("E-W", "N-S"):
             lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
-            bundles[way] = bundle_of(statistic, images, image, facies, way, lags)
-            fit = fit_curve(ensemble, statistic, facies, way)
+            bundles[way] = bundle_of(statistic, images, image, code, way, lags)
+            fit = fit_curve(ensemble, statistic, code, way)
             said.append(f"{way_name(way)}: {describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
         top = 1.1 * float(np.nanmax(each)) or 1.0

@@ -61,16 +61,16 @@ def test_curves_of_another_facies_can_be_added(found):
     more = add_curves(found, 0)
     assert {key[0] for key in more.curves} == {0, 2}
     assert more.anodi is found.anodi
-    with pytest.raises(CCWSIMError, match="from 0 to 2"):
+    with pytest.raises(CCWSIMError, match="facies 3 is not in the training image; it has 0, 1, 2"):
         add_curves(found, 3)
 
 
 def test_the_table_of_ratios_by_brute_force(image, found):
     factors, weights = (1, 2, 3), np.array([4, 2, 1]) / 7
-    target = pyramid_histograms(image.indices, 3)[0]
+    target = pyramid_histograms(image)[0]
     between, within = {}, {}
     for name, ensemble in zip(found.names, found.ensembles, strict=True):
-        rows = [pyramid_histograms(r, 3)[0] for r in ensemble.indices]
+        rows = [pyramid_histograms(r, image.codes)[0] for r in ensemble.indices]
         pairs = [(i, j) for i in range(N) for j in range(i)]
         between[name] = np.array(
             [np.mean([js_divergence(rows[i][g], rows[j][g]) for i, j in pairs]) for g in range(3)]

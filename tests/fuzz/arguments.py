@@ -266,15 +266,15 @@ def points(source: random.Random) -> Act:
 _OF_MAPS = {
     "variogram": ("facies", "direction", "lags"), "variogram_map": ("facies", "max_lag"),
     "connectivity": ("facies", "direction", "lags", "neighbours"),
-    "transiograms": ("n_facies", "direction", "lags"),
+    "transiograms": ("codes", "direction", "lags"),
     "transition_map": ("facies", "facies", "max_lag"),
     "geobody_statistics": ("facies", "neighbours"), "connected_geobodies": ("facies", "neighbours"),
-    "etype": ("n_facies",), "facies_counts": ("n_facies",), "proportions": ("n_facies",),
-    "pattern_histogram": ("n_facies", "size"),
-    "pyramid_histograms": ("n_facies", "size", "factors"),
+    "etype": ("codes",), "facies_counts": ("codes",), "proportions": ("codes",),
+    "pattern_histogram": ("codes", "size"),
+    "pyramid_histograms": ("codes", "size", "factors"),
     "entropy": (), "etype_of_counts": (), "classical_scaling": (),
-    "coarsened": ("n_facies", "size"),
-    "granulometry": ("facies",), "feature_spacing": ("n_facies",), "stationarity": ("n_facies",),
+    "coarsened": ("size", "codes"),
+    "granulometry": ("facies",), "feature_spacing": ("codes",), "stationarity": ("codes",),
 }  # fmt: skip
 
 
@@ -284,7 +284,8 @@ def maps(source: random.Random) -> Act:
     good = {
         "facies": source.randint(0, 3), "direction": source.choice(("E-W", "N-S", (1, 2), 45.0)),
         "lags": source.choice((5, 100, [0, 1, 2])), "max_lag": source.randint(0, 60),
-        "neighbours": source.choice((4, 8)), "n_facies": source.randint(2, 5),
+        "neighbours": source.choice((4, 8)),
+        "codes": source.choice((None, range(source.randint(2, 5)))),
         "size": source.randint(1, 6), "factors": (1, 2, 3),
     }  # fmt: skip
     given = [
@@ -306,10 +307,10 @@ def comparisons(source: random.Random) -> Act:
     many = np.random.default_rng(source.randrange(2**32)).integers(0, 3, (3, 20, 24))
     return source.choice((
         lambda: metrics.anodi(stack, many[0], n, some),
-        lambda: metrics.anodi({"a": many, "b": many}, many[0], 3, 2, (1, 2), weights),
-        lambda: metrics.pattern_distance(many, many[0], 3, some),
-        lambda: metrics.score_reference(metrics.etype(many, 3).probability, many[0], n),
-        lambda: metrics.calibration(metrics.etype(many, 3).probability, many[0], some),
+        lambda: metrics.anodi({"a": many, "b": many}, many[0], range(3), 2, (1, 2), weights),
+        lambda: metrics.pattern_distance(many, many[0], None, some),
+        lambda: metrics.score_reference(metrics.etype(many), many[0], n),
+        lambda: metrics.calibration(metrics.etype(many), many[0], some),
         lambda: metrics.copying(many[0], maybe(source, (3, 3))),
         lambda: metrics.band(many, *quantiles),
         lambda: metrics.anodi({"a": stack, "b": one}, one, n, 2, (1, 2), some),
@@ -318,7 +319,7 @@ def comparisons(source: random.Random) -> Act:
         lambda: metrics.calibration(stack, one, n, some),
         lambda: metrics.copying(stack, one),
         lambda: metrics.data_match(stack, source.choice((HardData([[0, 0]], [1]), some))),
-        lambda: metrics.diagnose(TrainingImage(stack)),
+        lambda: metrics.diagnose(stack),
         lambda: metrics.templates_that_fit(stack, some),
         lambda: metrics.band(stack, some, n),
         lambda: metrics.js_divergence(stack, one),
@@ -333,8 +334,10 @@ def judged(source: random.Random) -> Act:
 
     def act() -> object:
         ensemble = simulate(image, (24, 30), SMALL, **own)
-        metrics.fit_curve(ensemble, "variogram", maybe(source, 0), maybe(source, "E-W"))
-        metrics.fit_geobodies(ensemble, maybe(source, 0))
+        metrics.fit_curve(
+            ensemble, "variogram", maybe(source, int(image.codes[0])), maybe(source, "E-W")
+        )
+        metrics.fit_geobodies(ensemble, maybe(source, int(image.codes[-1])))
         return metrics.judge(ensemble, facies), ensemble.probability(
             maybe(source, int(image.codes[0]))
         )

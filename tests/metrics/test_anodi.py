@@ -28,22 +28,22 @@ def images():
 
 def test_between_and_within_are_means_of_pairs(images):
     ti, near, far = images
-    found = anodi({"near": near, "far": far}, ti, 2, factors=(1, 2))
+    found = anodi({"near": near, "far": far}, ti, factors=(1, 2))
     for k, stack in enumerate((near, far)):
-        rows = pyramid_histograms(stack, 2, factors=(1, 2))
+        rows = pyramid_histograms(stack, factors=(1, 2))
         for g in range(2):
             pairs = [
                 js_divergence(rows[i][g], rows[j][g]) for i in range(5) for j in range(i + 1, 5)
             ]
             assert found.between[k, g] == pytest.approx(np.mean(pairs))
-        within = pattern_distance(stack, ti, 2, factors=(1, 2)).mean(axis=0)
+        within = pattern_distance(stack, ti, factors=(1, 2)).mean(axis=0)
         np.testing.assert_allclose(found.within[k], within)
     np.testing.assert_allclose(found.ratio, found.between / found.within)
 
 
 def test_the_divergence_matrix_starts_with_the_training_image(images):
     ti, near, far = images
-    found = anodi({"near": near, "far": far}, ti, 2)
+    found = anodi({"near": near, "far": far}, ti)
     assert found.divergence.shape == (3, 11, 11)
     assert found.owner.tolist() == [-1] + [0] * 5 + [1] * 5
     np.testing.assert_array_equal(found.divergence, found.divergence.transpose(0, 2, 1))
@@ -52,7 +52,7 @@ def test_the_divergence_matrix_starts_with_the_training_image(images):
 
 def test_the_better_ensemble_has_the_larger_ratio(images):
     ti, near, far = images
-    found = anodi({"near": near, "far": far}, ti, 2, weights=[1, 1, 2])
+    found = anodi({"near": near, "far": far}, ti, weights=[1, 1, 2])
     between, within, ratio = found.relative("near", "far")
     assert found.weights.tolist() == [0.25, 0.25, 0.5]
     assert within == pytest.approx(found.weights @ (found.within[0] / found.within[1]))
@@ -64,37 +64,37 @@ def test_the_better_ensemble_has_the_larger_ratio(images):
 
 def test_errors_of_ratios_are_those_of_leaving_each_realization_out(images):
     ti, near, far = images
-    found = anodi({"near": near, "far": far}, ti, 2)
+    found = anodi({"near": near, "far": far}, ti)
     variance = np.zeros(3)
     for left in (0, 1):
         logs = []
         for k in range(5):
             stacks = [np.delete(s, k, 0) if j == left else s for j, s in enumerate((near, far))]
-            without = anodi(dict(zip(("near", "far"), stacks, strict=True)), ti, 2)
+            without = anodi(dict(zip(("near", "far"), stacks, strict=True)), ti)
             logs.append(np.log(without.relative("near", "far")))
         variance += 4 / 5 * ((logs - np.mean(logs, axis=0)) ** 2).sum(axis=0)
     errors = found.relative_errors("near", "far")
     np.testing.assert_allclose(errors, np.sqrt(variance))
     assert found.relative_errors("near", "near") == (0, 0, 0)
-    assert np.isnan(anodi({"a": near[:2], "b": far}, ti, 2).relative_errors("a", "b")).all()
+    assert np.isnan(anodi({"a": near[:2], "b": far}, ti).relative_errors("a", "b")).all()
 
 
 def test_one_ratio_of_an_ensemble_is_weighted_as_that_of_two(images):
     ti, near, far = images
-    found = anodi({"near": near, "far": far}, ti, 2)
+    found = anodi({"near": near, "far": far}, ti)
     by_hand = [found.weights @ (found.between[k] / found.within[k]) for k in range(2)]
     np.testing.assert_allclose(found.mean_ratio, by_hand)
 
 
 def test_weights_halve_from_level_to_level(images):
     ti, near, _ = images
-    np.testing.assert_allclose(anodi(near, ti, 2).weights, np.array([4, 2, 1]) / 7)
+    np.testing.assert_allclose(anodi(near, ti).weights, np.array([4, 2, 1]) / 7)
 
 
 def test_progress_grows_to_one(images):
     ti, near, far = images
     shares = []
-    anodi({"near": near, "far": far}, ti, 2, progress=shares.append)
+    anodi({"near": near, "far": far}, ti, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1)
 
@@ -103,16 +103,16 @@ def test_facies_may_be_renumbered():
     rng = np.random.default_rng(4)
     ti, stack = rng.integers(0, 3, (20, 20)), rng.integers(0, 3, (3, 20, 20))
     order = np.array([2, 0, 1])
-    one = anodi(stack, ti, 3, factors=[1])
-    other = anodi(order[stack], order[ti], 3, factors=[1])
+    one = anodi(stack, ti, factors=[1])
+    other = anodi(order[stack], order[ti], factors=[1])
     np.testing.assert_allclose(one.divergence, other.divergence)
 
 
 def test_one_realization_has_no_pairs(images):
     ti, near, _ = images
-    found = anodi(near[0], ti, 2)
+    found = anodi(near[0], ti)
     assert np.isnan(found.between).all()
-    np.testing.assert_allclose(found.within, pattern_distance(near[0], ti, 2))
+    np.testing.assert_allclose(found.within, pattern_distance(near[0], ti))
 
 
 def test_positions_keep_distances_of_the_plane():
@@ -127,7 +127,7 @@ def test_positions_keep_distances_of_the_plane():
 def test_all_dimensions_give_back_the_root_of_the_divergence(images):
     """The root of a Jensen–Shannon divergence is a distance that a space of points can have."""
     ti, near, far = images
-    found = anodi({"near": near, "far": far}, ti, 2)
+    found = anodi({"near": near, "far": far}, ti)
     mixed = np.tensordot(found.weights, found.divergence, axes=1)
     np.testing.assert_allclose(pdist(found.scaling(11).positions) ** 2, squareform(mixed))
     spread = found.scaling().positions
@@ -143,10 +143,10 @@ def test_few_points_leave_dimensions_at_zero():
 def test_what_does_not_fit_is_said(images):
     ti, near, _ = images
     with pytest.raises(CCWSIMError, match="weights"):
-        anodi(near, ti, 2, weights=[1, 1])
+        anodi(near, ti, weights=[1, 1])
     with pytest.raises(CCWSIMError, match="no ensemble"):
-        anodi({}, ti, 2)
+        anodi({}, ti)
     with pytest.raises(CCWSIMError, match="not one of realizations"):
-        anodi(near, ti, 2).relative("other", "realizations")
+        anodi(near, ti).relative("other", "realizations")
     with pytest.raises(CCWSIMError, match="symmetric"):
         classical_scaling(np.arange(4.0).reshape(2, 2))

@@ -25,18 +25,18 @@ def stack():
 
 
 def test_proportions_and_their_quantiles(stack):
-    found = proportions(stack, 4)
+    found = proportions(stack, range(4))
     for k in range(4):
         np.testing.assert_allclose(found[:, k], (stack == k).mean(axis=(1, 2)))
     np.testing.assert_allclose(
-        proportion_quantiles(stack, 4, [0.3]), np.quantile(found, [0.3], axis=0)
+        proportion_quantiles(stack, range(4), [0.3]), np.quantile(found, [0.3], axis=0)
     )
     with pytest.raises(CCWSIMError, match=r"quantile 1\.5"):
-        proportion_quantiles(stack, 3, [1.5])
+        proportion_quantiles(stack, range(3), [1.5])
 
 
 def test_etype_is_the_share_of_realizations(stack):
-    found = etype(stack, 3)
+    found = etype(stack, range(3))
     for k in range(3):
         np.testing.assert_allclose(found.probability[k], (stack == k).mean(axis=0))
     np.testing.assert_allclose(found.probability.sum(axis=0), 1)
@@ -48,7 +48,7 @@ def test_etype_is_the_share_of_realizations(stack):
 
 def test_facies_may_be_renumbered(stack):
     order = np.array([2, 0, 1])
-    one, other = etype(stack, 3), etype(order[stack], 3)
+    one, other = etype(stack, range(3)), etype(order[stack], range(3))
     np.testing.assert_allclose(one.entropy, other.entropy)
     np.testing.assert_array_equal(one.probability, other.probability[order])
 
@@ -62,7 +62,7 @@ def test_entropy_goes_from_certain_to_even():
 
 
 def test_counts_are_whole(stack):
-    counts = facies_counts(stack, 3)
+    counts = facies_counts(stack, range(3))
     np.testing.assert_array_equal(counts, [(stack == k).sum(axis=0) for k in range(3)])
 
 

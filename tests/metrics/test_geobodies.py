@@ -20,7 +20,7 @@ from ccwsim.metrics import geobody_statistics
     neighbours=st.sampled_from([4, 8]),
 )
 def test_bodies_are_those_of_scikit_image(seed, ny, nx, share, neighbours):
-    image = (np.random.default_rng(seed).random((ny, nx)) < share).astype(int)
+    image = np.random.default_rng(seed).random((ny, nx)) < share
     connectivity = 2 if neighbours == 8 else 1
     labels = label(image, connectivity=connectivity)
     sizes = sorted(np.bincount(labels.ravel())[1:].tolist(), reverse=True)
@@ -43,7 +43,7 @@ def test_gamma_is_the_share_of_connected_pairs():
 
 
 def test_a_facies_that_is_absent_has_no_bodies():
-    found = geobody_statistics(np.zeros((2, 5, 5), int), 1)
+    found = geobody_statistics(np.zeros((2, 5, 5), bool), 1)
     assert found.n_geobodies.tolist() == [0, 0]
     assert np.isnan(found.gamma).all()
     assert not found.percolates_ew.any()

@@ -13,7 +13,7 @@ from ccwsim.model.errors import CCWSIMError
 
 def forecast(seed, n=7, n_facies=3):
     rng = np.random.default_rng(seed)
-    p = etype(rng.integers(0, n_facies, (n, 6, 5)), n_facies).probability
+    p = etype(rng.integers(0, n_facies, (n, 6, 5)), range(n_facies)).probability
     return p, rng.integers(0, n_facies, (6, 5)), rng.random((6, 5)) < 0.7
 
 
@@ -73,13 +73,13 @@ def test_what_cannot_be_scored_is_said():
     p, truth, _ = forecast(0)
     with pytest.raises(CCWSIMError, match="shape"):
         score_reference(p[0], truth, 7)
-    with pytest.raises(CCWSIMError, match="facies index 3"):
+    with pytest.raises(CCWSIMError, match="facies code 3 is not one of 0, 1, 2"):
         score_reference(p, np.full((6, 5), 3), 7)
     with pytest.raises(CCWSIMError, match="at least one cell"):
         score_reference(p, truth, 7, np.zeros((6, 5), bool))
     with pytest.raises(CCWSIMError, match="n_realizations"):
         score_reference(p, truth, 0)
-    with pytest.raises(CCWSIMError, match="facies index = 5"):
+    with pytest.raises(CCWSIMError, match="facies = 5 must be one of the codes 0, 1, 2"):
         calibration(p, truth, 5)
     with pytest.raises(CCWSIMError, match="n_bins"):
         calibration(p, truth, n_bins=0)

@@ -281,7 +281,7 @@ def test_what_crops_do_not_have_is_not_judged():
     assert fit.fits
     constant = TrainingImage(np.full((40, 40), 5))
     same = ensemble_of(constant, np.zeros((2, 30, 30), np.uint8))
-    assert fit_curve(same, "variogram", 0, "N-S").fits
+    assert fit_curve(same, "variogram", 5, "N-S").fits
     assert fit_proportions(same).fits
     small = ensemble_of(TrainingImage(noise((12, 12), 2)), np.zeros((1, 40, 40), np.uint8))
     assert fit_curve(small, "variogram", 0) is None
@@ -292,7 +292,7 @@ def test_what_crops_do_not_have_is_not_judged():
 def test_an_unknown_facies_or_statistic_is_an_error():
     image = TrainingImage(blobs((40, 40), 2))
     found = ensemble_of(image, np.zeros((1, 40, 40), np.uint8))
-    with pytest.raises(CCWSIMError, match="facies = 2 must be"):
+    with pytest.raises(CCWSIMError, match="facies 2 is not in the training image; it has 0, 1"):
         fit_curve(found, "variogram", 2)
     with pytest.raises(CCWSIMError, match="must be one of connectivity, variogram"):
         fit_curve(found, "madogram", 1)

@@ -26,7 +26,7 @@ def stack():
 
 @pytest.fixture(scope="module")
 def running(stack):
-    statistics = RunningStatistics((14, 17), 3, max_lag=6)
+    statistics = RunningStatistics((14, 17), range(3), max_lag=6)
     for image in stack:
         statistics.add(image)
     return statistics
@@ -41,7 +41,7 @@ def close(found, expected, width):
 
 
 def test_what_is_counted_cell_by_cell_is_exact(stack, running):
-    found, expected = running.summary(), etype(stack, 3)
+    found, expected = running.summary(), etype(stack, range(3))
     assert found.n == 25
     np.testing.assert_array_equal(found.etype.probability, expected.probability)
     np.testing.assert_array_equal(found.etype.most_likely, expected.most_likely)
@@ -50,7 +50,7 @@ def test_what_is_counted_cell_by_cell_is_exact(stack, running):
 
 def test_bands_of_curves_are_those_of_all_realizations(stack, running):
     found = running.summary(0.2, 0.8)
-    close(found.proportions, band(proportions(stack, 3), 0.2, 0.8), 1 / 1024)
+    close(found.proportions, band(proportions(stack, range(3)), 0.2, 0.8), 1 / 1024)
     assert sorted(found.variograms) == [(k, d) for k in range(3) for d in ("E-W", "N-S")]
     for (facies, direction), own in found.variograms.items():
         gamma = variogram(stack, facies, direction, 6).gamma
@@ -60,7 +60,9 @@ def test_bands_of_curves_are_those_of_all_realizations(stack, running):
 
 
 def test_memory_does_not_grow_and_a_summary_does_not_change(stack):
-    statistics = RunningStatistics((14, 17), 3, facies=[2], directions=["NE-SW"], max_lag=500)
+    statistics = RunningStatistics(
+        (14, 17), range(3), facies=[2], directions=["NE-SW"], max_lag=500
+    )
     before = statistics.nbytes
     statistics.add(stack[0])
     first = statistics.summary()
@@ -74,7 +76,7 @@ def test_memory_does_not_grow_and_a_summary_does_not_change(stack):
 
 
 def test_of_two_facies_one_is_followed(stack):
-    statistics = RunningStatistics((14, 17), 2)
+    statistics = RunningStatistics((14, 17), range(2))
     statistics.add(stack[0] > 0)
     assert {facies for facies, _ in statistics.summary().variograms} == {1}
 
@@ -103,16 +105,16 @@ def test_missing_values_are_passed_over():
 
 
 def test_what_does_not_fit_is_said(stack):
-    statistics = RunningStatistics((14, 17), 3, max_lag=2)
+    statistics = RunningStatistics((14, 17), range(3), max_lag=2)
     with pytest.raises(CCWSIMError, match="at least one"):
         statistics.summary()
     with pytest.raises(CCWSIMError, match=r"shape \(14, 17\)"):
         statistics.add(stack[0].T)
-    with pytest.raises(CCWSIMError, match="facies index 3"):
+    with pytest.raises(CCWSIMError, match="facies code 3 is not one of 0, 1, 2"):
         statistics.add(stack[0] + 1)
     assert statistics.n == 0
-    with pytest.raises(CCWSIMError, match="facies index 5"):
-        RunningStatistics((14, 17), 3, facies=[5])
+    with pytest.raises(CCWSIMError, match="facies = 5 must be one of the codes 0, 1, 2"):
+        RunningStatistics((14, 17), range(3), facies=[5])
     curves = RunningCurves(2, 0.0, 1.0)
     with pytest.raises(CCWSIMError, match="leaves the bins"):
         curves.add([0.5, 1.5])

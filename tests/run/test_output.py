@@ -55,7 +55,7 @@ def test_memory_does_not_grow_with_the_number_of_realizations(tmp_path):
     study(CODED)  # compiled
     tracemalloc.start()
     found = simulate(CODED, shape, P, n_realizations=n, out=tmp_path / "out.npy", n_workers=1)
-    running = RunningStatistics(shape, 3, facies=(), max_lag=5)
+    running = RunningStatistics(shape, range(3), facies=(), max_lag=5)
     for realization in found.indices:
         running.add(realization)
     assert running.summary().n == n

@@ -72,7 +72,7 @@ STEPS: dict[str, Callable] = {
     "training image": lambda field, e: TrainingImage(field),
     "digest": lambda field, e: e.digest,
     "mismatched": lambda field, e: e.n_mismatched,
-    "proportions": lambda field, e: (e.proportions, proportions(e.indices, 2)),
+    "proportions": lambda field, e: (e.proportions, proportions(e)),
     "probability": lambda field, e: e.probability(1),
     "map": lambda field, e: index_png(field),
     "map in colours": lambda field, e: map_png(field, COLOURS),

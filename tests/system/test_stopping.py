@@ -63,9 +63,9 @@ def test_local_resimulation_looks_up_again_and_again(monkeypatch):
 STATISTICS = {
     "variogram": lambda: variogram(IMAGE, 1, "N-S", 20).gamma,
     "connection": lambda: connectivity(IMAGE, 1, "E-W", 20).tau,
-    "patterns": lambda: pattern_histogram(IMAGE, 3, 3).frequencies,
-    "hashed patterns": lambda: pattern_histogram(IMAGE, 3, 8).frequencies,
-    "codes": lambda: pattern_histogram(IMAGE, 3, 8).codes,
+    "patterns": lambda: pattern_histogram(IMAGE, range(3), 3).frequencies,
+    "hashed patterns": lambda: pattern_histogram(IMAGE, range(3), 8).frequencies,
+    "codes": lambda: pattern_histogram(IMAGE, range(3), 8).codes,
 }
 
 
@@ -99,12 +99,12 @@ def test_tasks_on_other_threads_stop_with_the_work_that_runs_them():
 
 
 def test_running_statistics_that_were_stopped_have_added_nothing(small_pieces):
-    running = RunningStatistics(IMAGE.shape, 3, max_lag=10)
+    running = RunningStatistics(IMAGE.shape, range(3), max_lag=10)
     with pytest.raises(Cancelled), stoppable(After(5)):
         running.add(IMAGE)
     assert running.n == 0
     running.add(IMAGE)
-    alone = RunningStatistics(IMAGE.shape, 3, max_lag=10)
+    alone = RunningStatistics(IMAGE.shape, range(3), max_lag=10)
     alone.add(IMAGE)
     ours, theirs = running.summary(), alone.summary()
     assert np.array_equal(ours.etype.probability, theirs.etype.probability)

@@ -46,9 +46,9 @@ def test_nothing_is_left_to_compile(warm, parameters, n_facies):
     with event.install_recorder("numba:compile") as compiled:
         for given in (None, data):
             ensemble = simulate(ti, (90, 80), parameters, given)
-        etype(ensemble.indices, ti.n_facies)
-        for image in (ensemble.indices, ti.indices):
-            variogram(image, 1, "E-W", 20)
-            connectivity(image, 1, "N-S", 20)
+        etype(ensemble)
+        for images in (ensemble, ti):
+            variogram(images, ti.codes[1], "E-W", 20)
+            connectivity(images, ti.codes[1], "N-S", 20)
     names = [e.data["dispatcher"].py_func.__name__ for _, e in compiled.buffer]
     assert not names

@@ -39,6 +39,7 @@ from ccwsim.ui.compare.settings import (
     add_setting,
     asked_of,
     change_setting,
+    code_of,
     collect_comparison,
     copy_setting,
     describe_parameters,
@@ -376,7 +377,8 @@ def draw_curves(state: State, found: Comparison) -> None:
         for letter, dash in zip(found.names, DASHES, strict=False)
     ]
     draw_curve_key(lines)
-    both = [found.curves[facies, "variogram", way] for way in DIRECTIONS]
+    code = code_of(found, facies)
+    both = [found.curves[code, "variogram", way] for way in DIRECTIONS]
     values = [c.reference.max() for c in both] + [b.high.max() for c in both for b in c.bands]
     top = 1.08 * float(np.nanmax(values)) or 0.5  # the same for both directions
     with st.container(key="charts"):
@@ -385,7 +387,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     for column, (statistic, way) in zip(columns, wanted, strict=True):
         is_variogram = statistic == "variogram"
         y_range = (0, top) if is_variogram else (0, 1.04)
-        curves = found.curves[facies, statistic, way]
+        curves = found.curves[code, statistic, way]
         title, sign = TITLES[statistic]
         title = f"{title} {way.replace('-', '–')}"
         y_title, lags = f"{sign} of {name}", curves.lags.astype(float)

@@ -209,12 +209,12 @@ def start_comparison(state: State) -> None:
         return
     if page_state.job is not None:
         page_state.job.cancel()
-    asked, facies = run.asked, min(state.facies, image.n_facies - 1)
+    asked, code = run.asked, int(image.codes[min(state.facies, image.n_facies - 1)])
 
     def work(job: Job[Comparison]) -> Comparison:
         study = (image, asked.grid, dict(zip(LETTERS, asked.settings, strict=False)), data)
         options = (asked.n, asked.seed, job.report, job.is_cancelled)
-        return compare(*study, *options, facies=facies, on_partial=run.take)
+        return compare(*study, *options, facies=code, on_partial=run.take)
 
     page_state.message = ""
     try:
@@ -241,9 +241,9 @@ def want_curves(state: State) -> None:
     if page_state.job is not None or found is None or has_curves(found, state.facies):
         return
     assert page_state.asked is not None
-    facies, asked = state.facies, page_state.asked
+    code, asked = code_of(found, state.facies), page_state.asked
     page_state.job = Job(
-        lambda job: add_curves(found, facies, job.report, job.is_cancelled),
+        lambda job: add_curves(found, code, job.report, job.is_cancelled),
         about=Run(asked, found),
         n=asked.n * len(asked.settings),
     )
@@ -251,7 +251,13 @@ def want_curves(state: State) -> None:
 
 def has_curves(found: Comparison, facies: int) -> bool:
     """Return whether the curves of a facies are known."""
-    return any(key[0] == facies for key in found.curves)
+    code = code_of(found, facies)
+    return any(key[0] == code for key in found.curves)
+
+
+def code_of(found: Comparison, facies: int) -> int:
+    """Return the code of a facies by its place among the codes."""
+    return int(found.ensembles[0].training_image.codes[facies])
 
 
 def collect_comparison(state: State) -> None:

@@ -265,8 +265,9 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         alt = f"Probability of {e.training_image.facies_names[facies]}"
         return _img(share_png(probability, longest=MAX_PIXELS), alt)
     if name == "variogram":
-        own = variogram(e.indices, facies, lags=N_LAGS).gamma
-        reference = variogram(e.training_image.indices[None], facies, lags=N_LAGS).gamma[0]
+        code = int(e.training_image.codes[facies])
+        own = variogram(e, code, lags=N_LAGS).gamma
+        reference = variogram(e.training_image, code, lags=N_LAGS).gamma[0]
         return _img(sparkline(own, reference, theme), "Variograms along E–W", "svg+xml")
     if name == "data":
         known = np.full(e.grid.shape, len(colours), np.uint8)

@@ -14,6 +14,7 @@ from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times
 from ccwsim.metrics import EType, Fit, connectivity, etype, fit_curve, variogram
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import max_lag
+from ccwsim.metrics.stack import Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.pictures import bundle_of_curves
@@ -33,8 +34,10 @@ _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
     """Return indicator variograms of a facies (a place in the codes) along "E-W" or "N-S"."""
 
-    def curve(images: NDArray[np.integer], lags: int) -> Floats:
-        return variogram(images, facies, direction, lags).gamma
+    code = int(ensemble.training_image.codes[facies])
+
+    def curve(images: Images, lags: int) -> Floats:
+        return variogram(images, code, direction, lags).gamma
 
     key = ("variogram", ensemble.digest, ensemble.training_image.digest, facies, direction)
     return _bundle(key, ensemble, direction, curve)
@@ -43,8 +46,10 @@ def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
 def connectivity_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
     """Return the connectivity function of a facies along "E-W" or "N-S", 8 neighbours."""
 
-    def curve(images: NDArray[np.integer], lags: int) -> Floats:
-        return connectivity(images, facies, direction, lags).tau
+    code = int(ensemble.training_image.codes[facies])
+
+    def curve(images: Images, lags: int) -> Floats:
+        return connectivity(images, code, direction, lags).tau
 
     key = ("connection", ensemble.digest, ensemble.training_image.digest, facies, direction)
     return _bundle(key, ensemble, direction, curve)
@@ -55,13 +60,13 @@ def _bundle(
     key: tuple,
     _ensemble: Ensemble,
     _direction: str,
-    _curve: Callable[[NDArray[np.integer], int], Floats],
+    _curve: Callable[[Images, int], Floats],
 ) -> Bundle:
     image = _ensemble.training_image
     lags = max_lag(_direction, image.shape, _ensemble.grid.shape)
     of_image = (key[0], image.digest, *key[3:], lags)
-    reference = _of_image(of_image, lambda: _curve(image.indices, lags).reshape(-1))
-    each = _curve(_ensemble.indices[:MAX_CURVES], lags)
+    reference = _of_image(of_image, lambda: _curve(image, lags).reshape(-1))
+    each = _curve(Stack(_ensemble.indices[:MAX_CURVES], image.codes), lags)
     return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
 
 
@@ -73,8 +78,10 @@ def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
 
 def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
     """Return how a curve compares with crops of the training image, computed once."""
-    key = (ensemble.digest, ensemble.training_image.digest, statistic, facies, direction)
-    return _fit(key, lambda: fit_curve(ensemble, statistic, facies, direction))
+    image = ensemble.training_image
+    code = int(image.codes[facies])
+    key = (ensemble.digest, image.digest, statistic, facies, direction)
+    return _fit(key, lambda: fit_curve(ensemble, statistic, code, direction))
 
 
 @st.cache_resource(max_entries=256, show_spinner=False)
@@ -90,13 +97,13 @@ def e_type_of(ensemble: Ensemble) -> EType:
     if ensemble.grid.ny * ensemble.grid.nx * ensemble.training_image.n_facies <= SMALL_SHARES:
         return _e_type(ensemble.digest, ensemble)
     if ensemble not in _large:
-        _large[ensemble] = etype(ensemble.indices, ensemble.training_image.n_facies)
+        _large[ensemble] = etype(ensemble)
     return _large[ensemble]
 
 
 @st.cache_resource(max_entries=8, show_spinner=False)
 def _e_type(digest: str, _ensemble: Ensemble) -> EType:
-    return etype(_ensemble.indices, _ensemble.training_image.n_facies)
+    return etype(_ensemble)
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:

@@ -133,7 +133,7 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     """Return the map that is chosen."""
     image, found = ensemble.training_image, e_type_of(ensemble)
     if state.e_type == "most likely":
-        return facies_map(found.most_likely, image, colours, "Most likely facies")
+        return facies_map(found.most_likely_indices, image, colours, "Most likely facies")
     if state.e_type == "entropy":
         options = {"colours": ENTROPY, "point_colours": colours}
         return share_map(found.entropy, "entropy", "Entropy", **options)

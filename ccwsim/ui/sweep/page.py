@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import streamlit as st
+from numpy.typing import NDArray
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.experiments.settings import RANGED, label, varied
@@ -29,6 +30,7 @@ from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
@@ -315,9 +317,15 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
         step_buttons("swept", step, disabled=n == 1, note=f"; the first {n} are kept")
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
-    shown = facies_map(row.realizations[r], image, run.colours, alt)
-    shown.points.extend(points_of(run.hard_data, image, image.codes[row.realizations[r]]))
+    own = row.realizations[r]
+    shown = facies_map(indices_of(own, image), image, run.colours, alt)
+    shown.points.extend(points_of(run.hard_data, image, own))
     draw_map(shown, "map_swept", name="setting", max_height=392)
+
+
+def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
+    """Return facies indices, as maps are drawn from, of facies codes."""
+    return image.codes.searchsorted(realizations).astype(np.uint8)
 
 
 def draw_numbers(state: State, run: SweepRun, k: int) -> None:
@@ -335,7 +343,7 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
     """Return name, value ± spread between realizations, and the best value of all settings."""
     image, qualities = run.training_image, [r.quality for r in rows]
     k = next(k for k, other in enumerate(rows) if other is row)
-    worst = image.facies_names[row.quality.proportion_facies]
+    worst = image.facies_names[image.index_of(row.quality.proportion_facies)]
     facies = image.facies_names[run.facies]
 
     def line(
@@ -404,7 +412,7 @@ def draw_tiles(
     """
     rows = run.found.rows
     while len(run.tiles) < len(rows):
-        first = rows[len(run.tiles)].realizations[:1]
+        first = indices_of(rows[len(run.tiles)].realizations[:1], run.training_image)
         run.tiles.append(contact_sheet(first, run.colours, longest=2 * TILE_PIXELS)[0])
     tiles: list[dict[str, Any]] = []
     for k, (row, png) in enumerate(zip(rows, run.tiles, strict=False)):

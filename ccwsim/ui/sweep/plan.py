@@ -107,7 +107,7 @@ class SweepRun:
             *(self.n_realizations, self.seed, job.report, job.is_cancelled),
             found=self.rows.append,
             n_kept=min(max(n_kept, 1), MAX_KEPT),
-            facies=self.facies,
+            facies=int(self.training_image.codes[self.facies]),
         )
 
     @property

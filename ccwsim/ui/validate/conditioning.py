@@ -48,7 +48,7 @@ def draw_e_type_maps(
     probability = share_map(
         found.probability[state.facies], f"P({name}) =", title, point_colours=colours
     )
-    most_likely = facies_map(found.most_likely, image, colours, "Most likely facies")
+    most_likely = facies_map(found.most_likely_indices, image, colours, "Most likely facies")
     alt = "Entropy, from 0, certain, to 1, all equally likely"
     entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
     maps = (

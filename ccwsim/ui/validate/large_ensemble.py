@@ -78,7 +78,8 @@ class LargeEnsembleRun:
     def _work(self, job: Job) -> None:
         grid, image = self.study.grid, self.study.training_image
         lags = min(max_lag(way, grid.shape, image.shape) for way in ("E-W", "N-S"))
-        running = RunningStatistics(grid.shape, image.n_facies, [self.facies], max_lag=lags)
+        code = int(image.codes[self.facies])
+        running = RunningStatistics(grid.shape, image.codes, [code], max_lag=lags)
         self.nbytes = running.nbytes
         n_batch, summed_at = self._n_batch, 0.0
         while running.n < self.n and not job.is_cancelled():
@@ -95,7 +96,7 @@ class LargeEnsembleRun:
         try:
             ensemble = simulate(*study, n, s.seed, cancel=cancel, first_realization=running.n)
             wrong = ensemble.n_mismatched
-            for k, realization in enumerate(ensemble.indices):
+            for k, realization in enumerate(ensemble):
                 running.add(realization)
                 self.n_wrong += int(wrong[k])
         except Cancelled:
@@ -201,13 +202,14 @@ def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: str, way: str
 ) -> Bundle:
     """Return a band as a bundle without single curves."""
-    image, lags = run.study.training_image.indices, summary.lags
+    image, lags = run.study.training_image, summary.lags
+    code = int(image.codes[run.facies])
     reference: NDArray[np.float64]
     if statistic == "variogram":
-        reference = variogram(image, run.facies, way, lags).gamma[0]
-        band = summary.variograms[run.facies, way]
+        reference = variogram(image, code, way, lags).gamma[0]
+        band = summary.variograms[code, way]
     else:
-        reference = connectivity(image, run.facies, way, lags).tau[0]
-        band = summary.connectivity[run.facies, way]
+        reference = connectivity(image, code, way, lags).tau[0]
+        band = summary.connectivity[code, way]
     each = np.empty((0, len(lags)))
     return Bundle(lags.astype(float), reference, each, band.low, band.median, band.high)

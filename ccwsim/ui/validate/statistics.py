@@ -36,6 +36,7 @@ from ccwsim.metrics import (
 )
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.metrics.stack import Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
@@ -104,6 +105,11 @@ def study_key(ensemble: Ensemble) -> tuple:
     return ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
 
 
+def drawn(ensemble: Ensemble) -> Stack:
+    """Return the realizations whose curves are drawn, the first of very many."""
+    return Stack(ensemble.indices[:MAX_CURVES], ensemble.training_image.codes)
+
+
 def curves(
     ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Task[CurveCompared]:
@@ -112,13 +118,15 @@ def curves(
         direction, max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
     )
 
-    def curve(images: NDArray[np.integer], progress: Fraction | None = None) -> NDArray:
-        return curves_of(statistic, images, facies, direction, lags, progress)
+    code = int(ensemble.training_image.codes[facies])
+
+    def curve(images: Images, progress: Fraction | None = None) -> NDArray:
+        return curves_of(statistic, images, code, direction, lags, progress)
 
     def work(progress: Fraction) -> CurveCompared:
-        each = curve(ensemble.indices[:MAX_CURVES], progress)
-        reference = curve(ensemble.training_image.indices)[0]
-        fit = fit_curve(ensemble, statistic, facies, direction)
+        each = curve(drawn(ensemble), progress)
+        reference = curve(ensemble.training_image)[0]
+        fit = fit_curve(ensemble, statistic, code, direction)
         return CurveCompared(bundle_of_curves(distances, reference, each), fit)
 
     return Task((statistic, *study_key(ensemble), facies, direction), work)
@@ -128,10 +136,11 @@ def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
     """Return variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
+    code = int(ensemble.training_image.codes[facies])
 
     def work(progress: Fraction) -> LagMaps:
-        each = variogram_map(ensemble.indices[:MAX_CURVES], facies, reach, progress)
-        reference = variogram_map(ensemble.training_image.indices, facies, reach)
+        each = variogram_map(drawn(ensemble), code, reach, progress)
+        reference = variogram_map(ensemble.training_image, code, reach)
         return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
 
     return Task(("lag maps", *study_key(ensemble), facies), work)
@@ -145,8 +154,8 @@ def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
 
     def work(progress: Fraction) -> dict[tuple[int, int], Bundle]:
-        each = transiograms(ensemble.indices[:MAX_CURVES], n, direction, lags, progress)
-        image = transiograms(ensemble.training_image.indices, n, direction, lags).probability[0]
+        each = transiograms(drawn(ensemble), None, direction, lags, progress)
+        image = transiograms(ensemble.training_image, None, direction, lags).probability[0]
         return {
             (tail, head): bundle_of_curves(
                 lags.astype(float), image[tail, head], each.probability[:, tail, head]
@@ -161,14 +170,15 @@ def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int
 def geobodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
     """Return the geobodies of a facies."""
     image = ensemble.training_image
+    code = int(image.codes[facies])
 
     def work(progress: Fraction) -> GeobodiesCompared:
         return GeobodiesCompared(
-            geobody_statistics(ensemble.indices, facies, progress=progress),
-            geobody_statistics(image.indices, facies),
+            geobody_statistics(ensemble, code, progress=progress),
+            geobody_statistics(image, code),
             ensemble.grid.ny * ensemble.grid.nx,
             image.indices.size,
-            fit_geobodies(ensemble, facies),
+            fit_geobodies(ensemble, code),
         )
 
     return Task(("geobodies", *study_key(ensemble), facies), work)
@@ -187,7 +197,7 @@ def variety(ensemble: Ensemble) -> Task[float]:
     """Return the share of cells in which two realizations differ."""
 
     def work(progress: Fraction) -> float:
-        return differing_share(ensemble.indices, ensemble.training_image.n_facies)
+        return differing_share(ensemble)
 
     return Task(("variety", *study_key(ensemble)), work)
 
@@ -197,9 +207,8 @@ def patterns(ensemble: Ensemble) -> Task[Anodi]:
     image = ensemble.training_image
 
     def work(progress: Fraction) -> Anodi:
-        return anodi(
-            ensemble.indices[:MAX_COMPARED], image.indices, image.n_facies, progress=progress
-        )
+        some = Stack(ensemble.indices[:MAX_COMPARED], image.codes)
+        return anodi(some, image, progress=progress)
 
     return Task(("patterns", *study_key(ensemble)), work)
 
@@ -216,12 +225,11 @@ def reference_scores(
 
     def work(progress: Fraction) -> tuple[ReferenceScores, Calibration]:
         found = e_type_of(ensemble)
-        true = np.searchsorted(ensemble.training_image.codes, reference.array)
         scored = np.ones(ensemble.grid.shape, bool)
         rows, columns = ensemble.hard_data.cells.T
         scored[rows, columns] = False
-        scores = score_reference(found.probability, true, ensemble.n, scored)
-        return scores, calibration(found.probability, true, scored=scored)
+        scores = score_reference(found, reference, scored=scored)
+        return scores, calibration(found, reference, scored=scored)
 
     key = ("reference", *study_key(ensemble), ensemble.hard_data.digest, reference.digest)
     return Task(key, work)

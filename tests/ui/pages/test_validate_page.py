@@ -208,7 +208,7 @@ def test_a_reference_field_is_scored_without_the_data(ensemble):
     )
     reference = TrainingImage(other.realizations[0])
     scores, table = reference_scores(ensemble, reference).work(nothing)
-    most = etype(ensemble.indices, 2).most_likely
+    most = etype(ensemble).most_likely
     scored = np.ones(ensemble.grid.shape, bool)
     scored[tuple(ensemble.hard_data.cells.T)] = False
     own = (most == other.indices[0])[scored].mean()
@@ -450,11 +450,11 @@ def test_a_large_ensemble_says_what_all_its_realizations_say():
     all_of_them = simulate(
         run.study.training_image, (48, 64), OWN, run.study.hard_data, n_realizations=21, seed=3
     )
-    own = RunningStatistics((48, 64), 2, [1], max_lag=24)
+    own = RunningStatistics((48, 64), [0, 1], [1], max_lag=24)
     for realization in all_of_them.indices:
         own.add(realization)
     assert run.summary.n == 21
-    assert np.array_equal(run.summary.etype.probability, etype(all_of_them.indices, 2).probability)
+    assert np.array_equal(run.summary.etype.probability, etype(all_of_them).probability)
     assert run.nbytes == own.nbytes
     assert run.n_wrong == 0
     assert run.numbers[-1] == 21
