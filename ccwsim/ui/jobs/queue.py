@@ -15,8 +15,8 @@ from streamlit import config
 from streamlit.runtime import Runtime
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
-from ccwsim.system.memory import give_back_memory
-from ccwsim.system.workers import share_cores
+from ccwsim.system.memory import give_back_memory, share_arenas
+from ccwsim.system.workers import n_cores, share_cores
 from ccwsim.ui.jobs.limits import limits_of_environment
 
 MAX_COUNTED_SECONDS = 10.0
@@ -223,11 +223,13 @@ def forget(session: str) -> None:
 
 @cache
 def settle_memory() -> None:
-    """Leave what a server has imported out of later searches for garbage; call before a session.
+    """Make a server's memory easy to search and to give back; call before a session.
 
-    These are nearly all of its objects, and a search for garbage stops every session meanwhile.
+    What it has imported is left out of later searches for garbage: these are nearly all of its
+    objects, and a search stops every session meanwhile.
     """
     if Runtime.exists():
+        share_arenas(max(2, n_cores()))
         gc.collect()
         gc.freeze()
 
