@@ -2,6 +2,7 @@
 
 from ccwsim.io.formats.classes import class_edges, classify
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
+from ccwsim.io.guesses import guess_answers
 from ccwsim.io.hard_data.files import (
     hard_data_as_bytes,
     import_hard_data,
@@ -22,6 +23,7 @@ from ccwsim.io.project import (
 )
 from ccwsim.io.realizations import FORMATS, realizations_as_bytes, write_realizations
 from ccwsim.io.training_images import (
+    read_colours,
     read_grid,
     read_training_image,
     training_image_as_bytes,
@@ -39,6 +41,7 @@ __all__ = [
     "VariableSummary",
     "class_edges",
     "classify",
+    "guess_answers",
     "hard_data_as_bytes",
     "import_hard_data",
     "inspect",
@@ -47,6 +50,7 @@ __all__ = [
     "parameters_to_json",
     "place_points",
     "project_as_bytes",
+    "read_colours",
     "read_grid",
     "read_hard_data",
     "read_points",

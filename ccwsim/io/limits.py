@@ -38,6 +38,7 @@ class Limits:
     # bytes that may come out of one packed byte, where a part has more than `PACKED_FREELY`
     ratio: float
     cells: int  # values over all variables, and pixels of a picture
+    whole: int  # pixels, or values of one array, of a file of which only a part is taken
     points: int  # hard data: each is looked at while realizations are simulated, and drawn
     lines: int  # lines of a table in text: each is an object of its own while it is read
     line_bytes: int  # bytes of one of them, for the same reason
@@ -50,6 +51,7 @@ OF_SCRIPTS = Limits(
     unpacked=64 * 1024 * MIB,
     ratio=inf,
     cells=4_000_000_000,
+    whole=4_000_000_000,
     points=10_000_000,
     lines=200_000_000,
     line_bytes=1024 * MIB,
@@ -63,6 +65,7 @@ OF_UPLOADS = Limits(
     unpacked=128 * MIB,
     ratio=1000,
     cells=4_000_000,
+    whole=70_000_000,
     points=100_000,
     lines=500_000,
     line_bytes=MIB,
@@ -106,14 +109,18 @@ def check_time(name: str) -> None:
         )
 
 
-def check_cells(name: str, shape: tuple[int, ...]) -> int:
-    """Return how many values `shape` has, or say that they are none or too many."""
+def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
+    """Return how many values `shape` has, or say that they are none or too many.
+
+    They may be more where they are the `whole` of which a part is taken.
+    """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
         raise CCWSIMError(f"{name}: a grid of {said} cells is empty; every size must be 1 or more")
     n = prod(shape) if len(shape) <= 32 else inf
-    if n > limits().cells:
-        raise CCWSIMError(f"{name}: {said} values are more than {limits().cells}; {_SMALLER}")
+    most = limits().whole if whole else limits().cells
+    if n > most:
+        raise CCWSIMError(f"{name}: {said} values are more than {most}; {_SMALLER}")
     return int(n)
 
 
@@ -160,6 +167,7 @@ VARIABLES = {
     "bytes": "CCWSIM_MAX_UPLOAD_BYTES",
     "unpacked": "CCWSIM_MAX_UPLOAD_UNPACKED_BYTES",
     "cells": "CCWSIM_MAX_UPLOAD_CELLS",
+    "whole": "CCWSIM_MAX_UPLOAD_WHOLE_CELLS",
     "points": "CCWSIM_MAX_UPLOAD_POINTS",
     "lines": "CCWSIM_MAX_UPLOAD_LINES",
     "seconds": "CCWSIM_MAX_UPLOAD_SECONDS",

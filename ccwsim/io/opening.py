@@ -14,11 +14,19 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.matlab import read_matlab
-from ccwsim.io.formats.numpy_files import read_npy, read_npz
-from ccwsim.io.formats.pictures import MAX_COLOURS, Picture, distinct_colours, grey_of, read_picture
+from ccwsim.io.formats.numpy_files import npy_shape, read_npy, read_npz
+from ccwsim.io.formats.pictures import (
+    MAX_COLOURS,
+    Picture,
+    distinct_colours,
+    grey_of,
+    picture_shape,
+    read_picture,
+)
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.limits import check_bytes, limits
+from ccwsim.io.part import Part
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -131,11 +139,16 @@ def _shown(name: object) -> str:
     return printable(base) or "file"
 
 
-_READERS = {"npy": read_npy, "npz": read_npz, "picture": read_picture, "matlab": read_matlab}
+_READERS = {"npz": read_npz, "matlab": read_matlab}
 
 
-def open_file(path_or_file: PathOrFile) -> DataFile | Picture:
+def open_file(
+    path_or_file: PathOrFile, part: Part | None = None, *, up: bool | None = None
+) -> DataFile | Picture:
     """Return the variables or the colours of a file.
+
+    Where only a `part` is taken, a picture has its pixels alone (`up` says which they are), and an
+    array of NumPy may be larger than otherwise.
 
     Examples
     --------
@@ -145,6 +158,10 @@ def open_file(path_or_file: PathOrFile) -> DataFile | Picture:
     """
     content, name = read_bytes(path_or_file)
     kind = kind_of(content)
+    if kind == "picture":
+        return read_picture(content, name, part, up=up)
+    if kind == "npy":
+        return read_npy(content, name, whole=part is not None)
     if kind in _READERS:
         return _READERS[kind](content, name)
     if kind == "matlab 7.3":
@@ -155,6 +172,24 @@ def open_file(path_or_file: PathOrFile) -> DataFile | Picture:
             "or a NumPy or MATLAB file"
         )
     return _read_text(_plain_text(content, name), name)
+
+
+def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
+    """Return rows and columns of a picture or a NumPy array before it is read; None for others.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> content = BytesIO()
+    >>> np.save(content, np.zeros((3, 4)))
+    >>> whole_shape(content)
+    (3, 4)
+    """
+    content, name = read_bytes(path_or_file)
+    kind = kind_of(content)
+    if kind == "picture":
+        return picture_shape(content, name)
+    return npy_shape(content, name) if kind == "npy" else None
 
 
 def _read_text(text: bytes, name: str) -> DataFile:
@@ -252,8 +287,8 @@ class FileSummary:
         return max((size[0] for size in sizes), default=1)
 
 
-def inspect(path_or_file: PathOrFile) -> FileSummary:
-    """Return what a file holds: its kind, variables, sizes, and whether they look continuous.
+def inspect(path_or_file: PathOrFile, part: Part | None = None) -> FileSummary:
+    """Return what a file, or a part of it, holds: kind, variables, sizes, whether continuous.
 
     Raises
     ------
@@ -267,7 +302,7 @@ def inspect(path_or_file: PathOrFile) -> FileSummary:
     >>> summary.kind, summary.variables[0].n_known, summary.variables[0].continuous
     ('SGeMS/GSLIB grid', 1, True)
     """
-    file = open_file(path_or_file)
+    file = open_file(path_or_file, part)
     if isinstance(file, Picture):
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +13,26 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, layer
 from ccwsim.io.formats.classes import Classes, classify
 from ccwsim.io.formats.pictures import (
+    PICTURE_OF_NUMBERS,
     Picture,
     colours_for,
+    facies_colours_of,
     grey_of,
     picture_as_bytes,
     picture_facies,
 )
 from ccwsim.io.formats.text_grids import grid_as_bytes
+from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file, stem
+from ccwsim.io.part import Crop, Part
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, by their endings."""
+
+GREY = 24
+"""Difference of red, green and blue up to which a picture is one of greys."""
 
 PREFERRED = ("ti", "training_image")
 """Variables that are taken unasked where a file has several."""
@@ -38,6 +46,8 @@ def read_training_image(
     transpose: bool = False,
     shape: tuple[int, ...] | None = None,
     slice_index: int | None = None,
+    crop: Crop = None,
+    every: int = 1,
     threshold: float | None = None,
     classes: Classes = None,
     name: str = "",
@@ -62,6 +72,10 @@ def read_training_image(
         Needed where the file does not say it (classic GSLIB).
     slice_index : int, optional
         Which slice of a 3-D grid, from 0.
+    crop : (row, column, n_rows, n_columns), optional
+        The piece to take, by its south-west cell (row 0 in the south) and its size in cells.
+    every : int
+        Of each square of so many cells a side only the one in its middle is taken.
     threshold, classes : optional
         For continuous variables, as in `classify`; for pictures as in `picture_facies`.
     name : str
@@ -78,20 +92,54 @@ def read_training_image(
     array([[0, 0],
            [0, 7]], dtype=uint8)
     """
-    file = open_file(path_or_file)
+    part = _part(crop, every)
+    file = open_file(path_or_file, part, up=up)
     if isinstance(file, Picture):
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:
-        key, values = _values(file, variable, up, shape, slice_index)
+        key, values = _values(file, variable, up, shape, slice_index, part)
         unknown = int(np.count_nonzero(~file.known(values)))
         if unknown:
             raise CCWSIMError(
                 f"{file.name}: {unknown} of {values.size} cells of {key} have no value; every cell "
-                "of a training image must be known, so cut out a part without gaps"
+                "of a training image must be known, so cut out a piece without gaps (crop=)"
             )
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
     return TrainingImage(codes.T if transpose else codes, name=name or stem(file.name))
+
+
+def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
+    """Return the colours that the facies of a picture have in it; none for a file without colours.
+
+    Parameters
+    ----------
+    path_or_file, **answers
+        Those of `read_training_image`.
+
+    Returns
+    -------
+    dict of int to str
+        `#rrggbb` by facies code, the mean over its pixels; empty for other files and greys.
+
+    Raises
+    ------
+    CCWSIMError
+        As `read_training_image`.
+
+    Examples
+    --------
+    >>> read_colours(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n"))
+    {}
+    """
+    up, part = answers.get("up"), _part(answers.get("crop"), answers.get("every", 1))
+    file = open_file(path_or_file, part, up=up)
+    if not isinstance(file, Picture) or np.ptp(file.rgb.astype(np.int16), axis=-1).max() <= GREY:
+        return {}
+    how = {name: answers.get(name) for name in ("threshold", "classes")}
+    codes = picture_facies(file, **how)
+    found = facies_colours_of(file, codes)
+    return dict(zip(np.unique(codes).tolist(), found, strict=True))
 
 
 def read_grid(
@@ -101,6 +149,8 @@ def read_grid(
     up: bool | None = None,
     shape: tuple[int, ...] | None = None,
     slice_index: int | None = None,
+    crop: Crop = None,
+    every: int = 1,
 ) -> NDArray[np.float64]:
     """Return the values of a grid before they become facies; the grey values of a picture.
 
@@ -121,11 +171,12 @@ def read_grid(
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    file = open_file(path_or_file)
+    part = _part(crop, every)
+    file = open_file(path_or_file, part, up=up)
     if isinstance(file, Picture):
         grey = grey_of(file.rgb)
         return grey if up else grey[::-1]
-    _, values = _values(file, variable, up, shape, slice_index)
+    _, values = _values(file, variable, up, shape, slice_index, part)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
 
@@ -192,17 +243,26 @@ def training_image_as_bytes(
     return content.getvalue()
 
 
+def _part(crop: Crop, every: int) -> Part | None:
+    return None if crop is None and every == 1 else Part(crop, every)
+
+
 def _values(
     file: DataFile,
     variable: str | None,
     up: bool | None,
     shape: tuple[int, ...] | None,
     slice_index: int | None,
+    part: Part | None,
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
     values = layer(file.name, file.grid_of(key, shape), slice_index)
     south_first = file.south_first if up is None else up
-    return key, values if south_first else values[::-1]
+    values = values if south_first else values[::-1]
+    if part is not None and file.kind != PICTURE_OF_NUMBERS:  # its part came with the pixels
+        values = part.of(file.name, values)
+        check_cells(file.name, values.shape)
+    return key, values
 
 
 def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:

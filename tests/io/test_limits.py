@@ -47,10 +47,12 @@ def test_scripts_may_read_realizations_of_a_hundred_million_cells():
 
 
 def test_the_owner_of_a_server_sets_limits():
-    given = dict(zip(VARIABLES.values(), ("1000", "2000", "30", "40", "50", "0.5"), strict=True))
+    given = dict(
+        zip(VARIABLES.values(), ("1000", "2000", "30", "60", "40", "50", "0.5"), strict=True)
+    )
     own = upload_limits(given)
     assert (own.bytes, own.unpacked, own.cells, own.points) == (1000, 2000, 30, 40)
-    assert (own.lines, own.seconds) == (50, 0.5)
+    assert (own.whole, own.lines, own.seconds) == (60, 50, 0.5)
     assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": "2e6"}).cells == 2_000_000
     assert upload_limits({}) == OF_UPLOADS
     assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": " "}) == OF_UPLOADS

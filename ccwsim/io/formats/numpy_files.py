@@ -18,8 +18,10 @@ MAX_NPY_HEADER = 10_000
 """Bytes of the header of an array, a Python literal; NumPy's own limit."""
 
 
-def read_npy(content: bytes, name: str) -> DataFile:
+def read_npy(content: bytes, name: str, *, whole: bool = False) -> DataFile:
     """Return the array of an `.npy` file: (ny, nx), or (n, ny, nx) with n slices.
+
+    It may be larger where it is the `whole` of which a part is taken: it is not copied.
 
     Examples
     --------
@@ -28,7 +30,22 @@ def read_npy(content: bytes, name: str) -> DataFile:
     >>> read_npy(content.getvalue(), "a.npy").variables["array"].shape
     (1, 2, 2)
     """
-    return DataFile("NumPy array", name, {"array": _as_grid(_array(content, name))}, asks_up=True)
+    grid = _as_grid(_array(content, name, whole))
+    return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
+
+
+def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
+    """Return rows and columns of the array of an `.npy` file, None where it has no columns.
+
+    Examples
+    --------
+    >>> content = BytesIO()
+    >>> np.save(content, np.zeros((9, 3, 4)))
+    >>> npy_shape(content.getvalue(), "a.npy")
+    (3, 4)
+    """
+    shape, _, _ = _header(BytesIO(content), name, whole=True)
+    return (shape[-2], shape[-1]) if len(shape) in (2, 3) else None
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
@@ -80,7 +97,9 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     return {key: archive.read(key) for key in shapes}, reasons
 
 
-def _header(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
+def _header(
+    file: BytesIO, name: str, whole: bool = False
+) -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether by columns, and type; the file is then where the values begin."""
     try:
         version = npy.read_magic(file)
@@ -91,13 +110,13 @@ def _header(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
     if dtype.kind not in "buif" or dtype.itemsize > 16:
         raise CCWSIMError(f"{name}: values of type {dtype} are no numbers; save real numbers")
     shape = tuple(map(int, shape))
-    check_cells(name, shape or (1,))
+    check_cells(name, shape or (1,), whole=whole)
     return shape, by_columns, dtype
 
 
-def _array(content: bytes, name: str) -> NDArray:
+def _array(content: bytes, name: str, whole: bool = False) -> NDArray:
     file = BytesIO(content)
-    shape, by_columns, dtype = _header(file, name)
+    shape, by_columns, dtype = _header(file, name, whole)
     if len(shape) not in (2, 3):
         raise CCWSIMError(
             f"{name}: an array of shape {shown(shape)} is no grid of rows and columns"

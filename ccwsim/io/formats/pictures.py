@@ -23,9 +23,11 @@ from PIL.PngImagePlugin import PngInfo
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.limits import check_cells, check_time, limits
+from ccwsim.io.part import Part
 from ccwsim.model.errors import CCWSIMError, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
+PICTURE_OF_NUMBERS = "picture of numbers"
 _TAG, _CODES = "Palette", "facies codes"
 _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
@@ -52,8 +54,12 @@ class Picture:
     says_codes: bool = False
 
 
-def read_picture(content: bytes, name: str) -> Picture | DataFile:
+def read_picture(
+    content: bytes, name: str, part: Part | None = None, *, up: bool | None = None
+) -> Picture | DataFile:
     """Return a picture, or a grid where its pixels are numbers (16 bits and more).
+
+    Of a `part` only its pixels are taken; `up` says that the first row is the south.
 
     Examples
     --------
@@ -62,25 +68,33 @@ def read_picture(content: bytes, name: str) -> Picture | DataFile:
     >>> read_picture(content.getvalue(), "a.png").rgb.shape
     (2, 3, 3)
     """
-    content = bare_picture(content, name, f"{_TAG}\0{_CODES}".encode())
+    image = _opened(content, name)
+    check_cells(name, (image.height, image.width), whole=part is not None)
     try:
-        image = Image.open(BytesIO(content), formats=_FORMATS)
-    except Image.DecompressionBombError as error:
-        raise CCWSIMError(
-            f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
-        ) from error
-    except Exception as error:  # Pillow's readers raise a dozen types for broken files
-        raise CCWSIMError(f"{name}: the picture cannot be read; save it again as PNG") from error
-    check_cells(name, (image.height, image.width))
-    try:
+        if part is not None:
+            image = _part_of(image, part, name, up)
         if image.mode in _NUMBERS:
             numbers = np.array(image)[None]
-            return DataFile("picture of numbers", name, {"grey": numbers}, south_first=False)
+            return DataFile(PICTURE_OF_NUMBERS, name, {"grey": numbers}, south_first=False)
         numbers = np.array(image).astype(np.uint8) if image.mode in ("P", "L", "1") else None
         says_codes = image.mode == "P" and image.info.get(_TAG) == _CODES
         return Picture(name, _on_white(image), numbers, says_codes)
     except Exception as error:
         raise CCWSIMError(f"{name}: the picture is broken; save it again as PNG") from error
+
+
+def picture_shape(content: bytes, name: str) -> tuple[int, int]:
+    """Return rows and columns of a picture before its pixels are read.
+
+    Examples
+    --------
+    >>> content = BytesIO()
+    >>> Image.new("1", (3, 2)).save(content, "PNG")
+    >>> picture_shape(content.getvalue(), "a.png")
+    (2, 3)
+    """
+    image = _opened(content, name)
+    return image.height, image.width
 
 
 def picture_facies(
@@ -146,6 +160,27 @@ def picture_as_bytes(
     return content.getvalue()
 
 
+def _opened(content: bytes, name: str) -> Image.Image:
+    content = bare_picture(content, name, f"{_TAG}\0{_CODES}".encode())
+    try:
+        return Image.open(BytesIO(content), formats=_FORMATS)
+    except Image.DecompressionBombError as error:
+        raise CCWSIMError(
+            f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
+        ) from error
+    except Exception as error:  # Pillow's readers raise a dozen types for broken files
+        raise CCWSIMError(f"{name}: the picture cannot be read; save it again as PNG") from error
+
+
+def _part_of(image: Image.Image, part: Part, name: str, up: bool | None) -> Image.Image:
+    """The pixels of a part, with the palette, and what is transparent, as they were."""
+    row, column, ny, nx = part.box(name, (image.height, image.width))
+    top = row if up else image.height - row - ny
+    size = nx // part.every, ny // part.every
+    check_cells(name, size)
+    return image.resize(size, Image.Resampling.NEAREST, (column, top, column + nx, top + ny))
+
+
 def _on_white(image: Image.Image) -> NDArray[np.uint8]:
     if image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info:
         ground = Image.new("RGBA", image.size, "white")
@@ -208,6 +243,46 @@ def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray
     rank = np.empty(1 << 24, np.int32)
     rank[found[order]] = np.arange(len(order))
     return colours[order], rank[packed]
+
+
+SHARE_OF_MAIN, APART = 0.02, 72.0
+"""Of the pixels that are a main colour, and how far (of 255) it is from the others at least."""
+
+
+def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the colours of many pixels that are far from each other, shape (n, 3).
+
+    Examples
+    --------
+    >>> main_colours(np.array([[[0] * 3, [9] * 3, [250] * 3]], np.uint8)).shape
+    (2, 3)
+    """
+    counts = np.bincount(_packed(rgb >> 4, 4).ravel(), minlength=1 << 12)
+    order = np.argsort(-counts, kind="stable")
+    points = np.stack([order >> 8, order >> 4, order], axis=1) % 16 * 16.0 + 8.0
+    found = np.empty((0, 3))
+    for colour, count in zip(points, counts[order], strict=True):
+        if count < SHARE_OF_MAIN * counts.sum() or len(found) == MAX_COLOURS:
+            break
+        if not len(found) or np.linalg.norm(found - colour, axis=1).min() > APART:
+            found = np.vstack([found, colour])
+    return found
+
+
+def facies_colours_of(picture: Picture, codes: NDArray[np.int64]) -> list[str]:
+    """Return the mean colour of each facies of a picture, in the order of the codes.
+
+    Examples
+    --------
+    >>> rgb = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
+    >>> facies_colours_of(Picture("a.png", rgb, None), np.array([[1, 0]]))
+    ['#0000ff', '#ff0000']
+    """
+    _, places = np.unique(codes, return_inverse=True)
+    n = np.bincount(places.ravel())
+    parts = [np.bincount(places.ravel(), picture.rgb[..., k].ravel()) / n for k in range(3)]
+    means = np.rint(np.stack(parts, axis=1)).astype(np.uint8)
+    return ["#" + mean.tobytes().hex() for mean in means]
 
 
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:

@@ -1,0 +1,174 @@
+"""What the file of a training image leaves open, and the answer that is likely for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isqrt, prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile, layer
+from ccwsim.io.formats.classes import are_codes
+from ccwsim.io.formats.pictures import (
+    MAX_COLOURS,
+    Picture,
+    distinct_colours,
+    grey_of,
+    main_colours,
+)
+from ccwsim.io.limits import limits
+from ccwsim.io.opening import PathOrFile, open_file, whole_shape
+from ccwsim.io.part import Part, largest_without_gaps, thinning
+from ccwsim.io.training_images import GREY, PREFERRED
+from ccwsim.model.errors import CCWSIMError
+
+QUESTIONS = {
+    "part": ("every", "crop"),
+    "variable": ("variable",),
+    "shape": ("shape",),
+    "slice": ("slice_index",),
+    "up": ("up",),
+    "gaps": ("crop",),
+    "values": ("threshold", "classes"),
+}
+"""Each question with the arguments of `read_training_image` that answer it, in the order in which
+they arise: what is answered decides what is asked and guessed further down."""
+
+
+def guess_answers(
+    path_or_file: PathOrFile, answers: Mapping[str, Any] | None = None
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return answers with which a file is read as a training image, and what it asks at all.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+    answers : mapping, optional
+        Arguments of `read_training_image` that are known already; they are kept.
+
+    Returns
+    -------
+    answers : dict
+        With a guess for each question that was not answered: of several variables the first that
+        holds codes, the middle slice, the squarest shape, the largest rectangle without gaps, so
+        thin a picture that it is no larger than it may be, Otsu's threshold of grey values, and as
+        many classes as a picture has main colours.
+    asked : tuple of str
+        The keys of `QUESTIONS` that this file raises, answered or not.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be opened, or answers that do not fit it.
+
+    References
+    ----------
+    N. Otsu (1979), A threshold selection method from gray-level histograms. IEEE Transactions on
+    Systems, Man, and Cybernetics 9(1), 62-66.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> guess_answers(BytesIO(b"2 2 1\\n1\\nporosity\\n0.1\\n0.12\\n0.3\\n0.31\\n"))
+    ({'threshold': 0.21}, ('values',))
+    """
+    known, asked = dict(answers or {}), []
+    whole = whole_shape(path_or_file)
+    if whole is not None and prod(whole) > limits().cells:
+        asked.append("part")
+        if not {"crop", "every"} & set(known):
+            known["every"] = thinning(whole)
+    part = Part(known.get("crop"), known.get("every", 1)) if asked else None
+    file = open_file(path_or_file, part, up=known.get("up"))
+    if isinstance(file, Picture):
+        if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
+            asked.append("values")
+            if not {"threshold", "classes"} & set(known):
+                known |= _of_colours(file)
+        return known, tuple(asked)
+    values = _layer(file, known, asked)
+    asked += ["up"] if file.asks_up else []
+    _ask_gaps(file, values, known, asked)
+    row, column, ny, nx = known.get("crop") or (0, 0, *values.shape)
+    taken = values[row : row + ny, column : column + nx]
+    taken = taken[file.known(taken)]
+    if taken.size and not are_codes(taken):
+        asked.append("values")
+        if not {"threshold", "classes"} & set(known):
+            known["threshold"] = otsu(taken)
+    return known, tuple(asked)
+
+
+def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
+    """The values of the variable and slice, row 0 in the south; asks for both where it must."""
+    names = list(file.variables)
+    liked = [name for name in names if name.lower() in PREFERRED]
+    if len(names) > 1 and len(liked) != 1:
+        asked.append("variable")
+        known.setdefault("variable", _likely_facies(file))
+    key = file.chosen(known.get("variable"), PREFERRED)
+    if file.is_table:
+        asked.append("shape")
+        known.setdefault("shape", _squarest(len(file.variables[key])))
+    grid = file.grid_of(key, known.get("shape"))
+    if len(grid) > 1 and 1 not in grid.shape[1:]:
+        asked.append("slice")
+        known.setdefault("slice_index", len(grid) // 2)
+    values = layer(file.name, grid, known.get("slice_index"))
+    return values if known.get("up", file.south_first) else values[::-1]
+
+
+def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:
+    there = file.known(values)
+    if there.all() or "part" in asked:
+        return
+    asked.append("gaps")
+    if "crop" not in known:
+        piece = largest_without_gaps(there)
+        if not piece[2]:
+            raise CCWSIMError(f"{file.name}: no cell has a value; choose another variable or slice")
+        known["crop"] = piece
+
+
+def _likely_facies(file: DataFile) -> str:
+    """The first variable of a few codes, else the first: a place or a property has many values."""
+    for name, values in file.variables.items():
+        there = values[file.known(values)]
+        if there.size and are_codes(there) and there.min() != there.max():
+            return name
+    return next(iter(file.variables))
+
+
+def _squarest(n: int) -> tuple[int, int]:
+    ny = next(k for k in range(isqrt(n), 0, -1) if n % k == 0)
+    return ny, n // ny
+
+
+def _of_colours(picture: Picture) -> dict[str, Any]:
+    """A threshold for a picture in grey, else how many main colours there are."""
+    spread = np.ptp(picture.rgb.astype(np.int16), axis=-1)
+    if np.percentile(spread, 99) <= GREY:
+        return {"threshold": otsu(grey_of(picture.rgb))}
+    return {"classes": max(2, len(main_colours(picture.rgb)))}
+
+
+def otsu(values: NDArray) -> float:
+    """Return the threshold between two classes of which each varies as little as can be.
+
+    Examples
+    --------
+    >>> otsu(np.array([0.1, 0.12, 0.3, 0.31]))
+    0.21
+    """
+    low, high = float(values.min()), float(values.max())
+    counts, edges = np.histogram(values, bins=256, range=(low, high))
+    middles = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(counts)[:-1]
+    above = values.size - below
+    sums = np.cumsum(counts * middles)
+    apart = sums[:-1] / np.maximum(below, 1) - (sums[-1] - sums[:-1]) / np.maximum(above, 1)
+    between = below.astype(float) * above * apart**2
+    best = np.flatnonzero(between >= between.max() * (1 - 1e-12))  # an empty valley has many
+    return float(f"{edges[1:-1][best].mean():.3g}")

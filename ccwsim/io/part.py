@@ -1,0 +1,104 @@
+"""A part of a grid: a rectangle of its cells, and of these every second, third, …"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.limits import limits
+from ccwsim.model.arrays import check_int, is_whole
+from ccwsim.model.errors import CCWSIMError, shown
+
+Crop = tuple[int, int, int, int] | None
+"""First row from the south, first column, rows, columns."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Which cells of a grid are taken.
+
+    Attributes
+    ----------
+    crop : (row, column, n_rows, n_columns), optional
+        A rectangle by its south-west cell, row 0 in the south, and its size; all by default.
+    every : int
+        Of each square of so many cells a side the one in its middle is taken.
+    """
+
+    crop: Crop = None
+    every: int = 1
+
+    def __post_init__(self) -> None:
+        crop = self.crop
+        if crop is not None and not (
+            isinstance(crop, (tuple, list)) and len(crop) == 4 and all(map(is_whole, crop))
+        ):
+            raise CCWSIMError(
+                f"crop = {shown(crop)} must be (row, column, rows, columns), whole numbers"
+            )
+        check_int("every", self.every, 1, 10**6)
+
+    def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
+        """Return row, column, rows and columns of whole squares; an error where there is none."""
+        row, column, ny, nx = self.crop or (0, 0, *shape)
+        outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
+        if outside or min(ny, nx) < self.every:
+            said = f"crop = {shown(self.crop)}, every = {self.every}"
+            raise CCWSIMError(
+                f"{name}: {said} leaves no cells of {shape[0]} rows and {shape[1]} columns, or "
+                "reaches beyond them; give a smaller piece"
+            )
+        return row, column, ny - ny % self.every, nx - nx % self.every
+
+    def of(self, name: str, grid: NDArray) -> NDArray:
+        """Return the part of a grid, shape (ny, nx), row 0 in the south."""
+        row, column, ny, nx = self.box(name, grid.shape)
+        piece = grid[row : row + ny, column : column + nx]
+        return piece[(self.every - 1) // 2 :: self.every, self.every // 2 :: self.every]
+
+
+def thinning(shape: tuple[int, int]) -> int:
+    """Return the `every` with which a grid of this shape is no larger than it may be.
+
+    Examples
+    --------
+    >>> thinning((300, 200))
+    1
+    """
+    cells, most = shape[0] * shape[1], limits().cells
+    return min(max(1, ceil(sqrt(cells / most))), *shape)
+
+
+def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """Return the largest rectangle of known cells: row, column, rows, columns; all 0 for none.
+
+    A stack of the heights of known columns below each row, as for the largest rectangle under a
+    histogram: time grows with the number of cells.
+
+    Examples
+    --------
+    >>> largest_without_gaps(np.array([[1, 1, 0], [1, 1, 1]], bool))
+    (0, 0, 2, 2)
+    """
+    ny, nx = known.shape
+    heights = np.zeros(nx + 1, np.int64)  # a column of height 0 ends the last rectangle
+    best, found = 0, (0, 0, 0, 0)
+    for row in range(ny):
+        heights[:nx] = np.where(known[row], heights[:nx] + 1, 0)
+        if best >= nx * heights.max():
+            continue
+        ends = heights.tolist()
+        open_columns: list[tuple[int, int]] = []  # first column and height, heights ascending
+        for column, height in enumerate(ends):
+            first = column
+            while open_columns and open_columns[-1][1] >= height:
+                first, high = open_columns.pop()
+                if high * (column - first) > best:
+                    best = high * (column - first)
+                    found = (row - high + 1, first, high, column - first)
+            if height:
+                open_columns.append((first, height))
+    return found
