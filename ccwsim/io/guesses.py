@@ -18,6 +18,7 @@ from ccwsim.io.formats.pictures import (
     grey_of,
     main_colours,
 )
+from ccwsim.io.hard_data.points import is_points
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
 from ccwsim.io.part import Part, largest_without_gaps, thinning
@@ -110,6 +111,8 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
         known.setdefault("variable", _likely_facies(file))
     key = file.chosen(known.get("variable"), PREFERRED)
     if file.is_table:
+        if is_points(names):
+            raise CCWSIMError(f"{file.name} holds points, not an image; bring it as hard data")
         asked.append("shape")
         known.setdefault("shape", _squarest(len(file.variables[key])))
     grid = file.grid_of(key, known.get("shape"))

@@ -120,7 +120,7 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     Returns
     -------
     dict of int to str
-        `#rrggbb` by facies code, the mean over its pixels; empty for other files and greys.
+        `#rrggbb` by facies code, the median of its pixels; empty for other files and greys.
 
     Raises
     ------

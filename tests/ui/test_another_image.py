@@ -68,17 +68,17 @@ def test_the_uncertainty_map_calls_facies_as_the_results_do():
     assert menu.id != before.id
 
 
-def test_a_refused_upload_is_alone_in_its_menu():
+def test_a_refused_upload_is_alone_on_its_page():
     app = settled(opened("simulate", State(choices=STUDY)).run())
-    assert {box.label for box in app.checkbox} >= {"Flip E–W", "Transpose"}
     file = app.file_uploader(key="image_file")
     file.upload("broken.csv", b"sand, and mud\n", "text/csv").run()
     assert "keeps the image" in " ".join(error.value for error in app.error)
-    assert not any(box.label.startswith("Flip") for box in app.checkbox)
-    assert not any((box.key or "").startswith("image_name") for box in app.text_input)
-    assert all(toggle.key != "image_advice" for toggle in app.toggle)
-    next(b for b in app.button if b.label == "Keep the image as it was").click().run()
-    assert {box.label for box in app.checkbox} >= {"Flip E–W", "Transpose"}
+    imported = opened("import", app.session_state[KEY]).run()
+    assert not any(box.label.startswith("Flip") for box in imported.checkbox)
+    assert not any((box.key or "").startswith("image_name") for box in imported.text_input)
+    assert "holds no" in texts(imported)
+    next(b for b in imported.button if b.label == "Keep the image as it was").click().run()
+    assert {box.label for box in imported.checkbox} >= {"Flip E–W", "Transpose"}
 
 
 def test_bundled_data_leave_with_their_image():

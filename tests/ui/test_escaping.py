@@ -92,9 +92,10 @@ def session(address):
     with Session(address, "simulate", SMALL) as one:
         one.open().upload("image_file", f"{EVIL}.sgems", image_file())
         assert "96 × 96, 2 facies" in "".join(one.words())
+        one.open("import")
         one.change(image_name_0=EVIL[:40], image_name_5=EVIL[31:71])
-        one.change(image_advice=True)
         assert all_bad(one) == []
+        one.open("simulate")
         one.click("run")
         yield one
 

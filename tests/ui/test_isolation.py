@@ -82,8 +82,9 @@ def a_curious_user(address: str, own: str, array: np.ndarray, start: Barrier) ->
         session.open()
         start.wait(60)
         session.upload("image_file", f"{own}.npy", with_name(array))
+        session.open("import")
         session.change(image_name_0=f"{own} zero", image_name_5=f"{own} five", image_flip_ew=True)
-        session.change(image_advice=True)
+        session.open("simulate")
         session.click("run")
         for page in PAGES:
             session.open(page)

@@ -29,6 +29,7 @@ from ccwsim.ui.session.resolve import (
     template_sizes,
 )
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of
 from tests.some import some
@@ -88,9 +89,9 @@ def test_titles_call_broken_channels_too_little_connected():
     assert "“Match proportions” is off and would bring sand nearer to the TI" in said
 
 
-def test_every_page_file_is_in_the_menu():
+def test_every_page_file_is_in_the_menu_but_the_one_that_a_step_leads_to():
     files = {f"pages/{file.name}" for file in (ROOT / "pages").glob("*.py")}
-    assert files == {path for _, path in PAGES}
+    assert files == {path for _, path in PAGES} | {IMPORT_PAGE}
 
 
 def test_the_first_screen_has_results_without_a_choice():
@@ -185,6 +186,7 @@ def test_an_upload_can_be_taken_turned_and_named():
     app = launched()
     app.file_uploader(key="image_file").upload("own.dat", a_file(), "text/plain").run()
     assert texts(app) == "" or "larger than" in texts(app)
+    app.switch_page(IMPORT_PAGE).run()
     app.checkbox(key="image_flip_ew").check().run()
     named(app.text_input, "image_name_1").set_value("sand").run()
     choice = app.session_state[KEY].choices.image
@@ -205,7 +207,7 @@ def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
 
 def test_an_image_says_on_demand_which_parameters_suit_it_and_they_can_be_taken():
     app = launched(SMALL)
-    app.toggle(key="image_advice").set_value(True).run()
+    app.switch_page(IMPORT_PAGE).run()
     assert "What suits it" in html(app)
     settled(app.button(key="use_advice").click().run())
     advised = diagnose(datasets.load("channels"))
@@ -223,15 +225,17 @@ def test_a_broken_upload_is_said_and_loses_nothing():
     assert (app.session_state[KEY].choices, app.session_state[KEY].ensemble) == before
 
 
-def test_a_question_of_the_reader_is_asked_in_place():
+def test_a_question_of_the_reader_is_asked_on_a_page_that_opens_by_itself():
     rng = np.random.default_rng(0)
     app = launched()
     content = a_file(rng.normal(size=(40, 40)))
     app.file_uploader(key="image_file").upload("grey.dat", content, "text/plain").run()
     assert app.session_state[KEY].image_draft is not None
-    app.selectbox(key="ask_values").set_value("in classes of equal size").run()
-    app.number_input(key="ask_classes").set_value(3).run()
+    app.button_group(key="ask_values").set_value("classes").run()
+    named(app.number_input, "ask_classes").set_value(3).run()
     state = app.session_state[KEY]
+    assert state.choices.image.upload is None
+    app.button(key="image_take").click().run()
     assert state.image_draft is None
     assert image_of(state.choices.image).n_facies == 3
 

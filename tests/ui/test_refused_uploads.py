@@ -10,11 +10,13 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
 from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.fuzz.builders import npy_header, packed_mat, pickled, png_of_remarks
 from tests.fuzz.evil import EVIL
 from tests.fuzz.mutations import zipped
 from tests.io import sample_files as sample
+from tests.ui.widgets import named
 
 ROOT = Path(__file__).parents[2]
 STUDY = Choices(
@@ -83,12 +85,12 @@ def test_hard_data_that_are_refused_in_the_editor(kind):
 def test_the_owners_limit_is_held(monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_UPLOAD_CELLS", "1000")
     app = launched()
-    content = sample.npy(np.eye(41, dtype=np.uint8))
-    app.file_uploader(key="image_file").upload("eye.npy", content, "text/plain").run()
-    assert "41 × 41 values are more than 1000" in told(app).replace("\\", "")
+    content = sample.sgems(np.eye(41, dtype=np.uint8))
+    app.file_uploader(key="image_file").upload("eye.dat", content, "text/plain").run()
+    assert "1 × 41 × 41 values are more than 1000" in told(app).replace("\\", "")
     assert kept(app)
     monkeypatch.setenv("CCWSIM_MAX_UPLOAD_CELLS", "many")
-    app.file_uploader(key="image_file").upload("other.npy", content, "text/plain").run()
+    app.file_uploader(key="image_file").upload("other.dat", content, "text/plain").run()
     assert "must be a number above 0" in told(app)
     assert kept(app)
 
@@ -107,7 +109,8 @@ def test_an_image_of_a_strange_shape_breaks_no_page(shape):
     app.file_uploader(key="image_file").upload("a.npy", content, "text/plain").run()
     assert not app.exception
     if len(shape) == 3:
-        app.number_input(key="ask_slice").set_value(7).run()
+        named(app.number_input, "ask_slice").set_value(7).run()
+        app.button(key="image_take").click().run()
         assert not app.exception
         assert dict(app.session_state[KEY].choices.image.answers) == {"slice_index": 6}
 
@@ -116,7 +119,9 @@ def test_a_column_of_many_values_is_asked_for_its_width():
     app = launched()
     content = b"t\n1\nfacies\n" + b"0\n1\n" * 72_000
     app.file_uploader(key="image_file").upload("a.dat", content, "text/plain").run()
-    assert "does not say how large its grid is" in told(app)
-    app.selectbox(key="ask_columns").set_value(400).run()
+    assert app.session_state[KEY].image_draft is not None
+    named(app.selectbox, "ask_columns").set_value(400).run()
+    app.button(key="image_take").click().run()
+    assert image_of(app.session_state[KEY].choices.image).shape == (360, 400)
     assert app.session_state[KEY].image_draft is None
     assert not app.exception

@@ -269,8 +269,21 @@ def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
     return found
 
 
+def few_colours(picture: Picture, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
+    """Return a picture in a few of its colours, to be shown: their places, and `#rrggbb` of each.
+
+    Examples
+    --------
+    >>> few_colours(Picture("a.png", np.array([[[255, 0, 0]]], np.uint8), None))[1][:1]
+    ['#ff0000']
+    """
+    small = Image.fromarray(picture.rgb).quantize(most, dither=Image.Dither.NONE)
+    palette = bytes(small.getpalette() or b"")
+    return np.array(small), [f"#{palette[k : k + 3].hex()}" for k in range(0, len(palette), 3)]
+
+
 def facies_colours_of(picture: Picture, codes: NDArray[np.int64]) -> list[str]:
-    """Return the mean colour of each facies of a picture, in the order of the codes.
+    """Return the median colour of each facies of a picture, in the order of the codes.
 
     Examples
     --------
@@ -278,11 +291,10 @@ def facies_colours_of(picture: Picture, codes: NDArray[np.int64]) -> list[str]:
     >>> facies_colours_of(Picture("a.png", rgb, None), np.array([[1, 0]]))
     ['#0000ff', '#ff0000']
     """
-    _, places = np.unique(codes, return_inverse=True)
-    n = np.bincount(places.ravel())
-    parts = [np.bincount(places.ravel(), picture.rgb[..., k].ravel()) / n for k in range(3)]
-    means = np.rint(np.stack(parts, axis=1)).astype(np.uint8)
-    return ["#" + mean.tobytes().hex() for mean in means]
+    order = np.argsort(codes, axis=None, kind="stable")
+    _, starts = np.unique(codes.ravel()[order], return_index=True)
+    of_facies = np.split(picture.rgb.reshape(-1, 3)[order], starts[1:])
+    return ["#" + np.median(rgb, axis=0).astype(np.uint8).tobytes().hex() for rgb in of_facies]
 
 
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:

@@ -235,6 +235,18 @@ _CODE = ("facies", "faciescode", "code", "codes", "class", "category", "litholog
 _VALUE = (*_CODE, "value", "var", "variable", "v")
 
 
+def is_points(names: list[str]) -> bool:
+    """Return whether columns of these names say where something is.
+
+    Examples
+    --------
+    >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
+    (True, False)
+    """
+    pairs = (_X, _Y), (_ROW, _COLUMN)
+    return any(_first(names, first) and _first(names, second) for first, second in pairs)
+
+
 def place_columns(
     file: DataFile, names: list[str], coordinates: str | None
 ) -> tuple[str, str, bool, list[str]]:

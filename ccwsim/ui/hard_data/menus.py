@@ -19,8 +19,9 @@ from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_uploader, use_data
+from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
-from ccwsim.ui.study.questions import ask_data, ask_image
+from ccwsim.ui.study.questions import ask_data
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -164,10 +165,12 @@ def reference_of(state: State) -> TrainingImage:
 
 def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
     def use_upload(upload: Upload | None) -> None:
-        page_state.reference_choice = ImageChoice(upload=upload)
+        page_state.reference_choice = ImageChoice()
+        if upload is not None:
+            page_state.reference_choice = image_of_file(upload)
 
-    def answer(answers: Answers) -> None:
-        page_state.reference_choice = replace(choice, answers=answers)
+    def change(choice: ImageChoice) -> None:
+        page_state.reference_choice = choice
 
     tip = "A field of the size of the grid, in any format of a training image."
     file_uploader("Reference image", key="reference_file", take=use_upload, type=TYPES, help=tip)
@@ -175,7 +178,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
         problem = problem_of_image(choice)
         if problem:
             st.error(plain(problem))
-        ask_image(choice.upload, choice.answers, answer)
+        ask_about_image(choice, change)
 
 
 def _ask_way(page_state: Editor) -> None:

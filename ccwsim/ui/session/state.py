@@ -93,6 +93,7 @@ class State:
 
     choices: Choices = field(default_factory=Choices)  # as set up; always one that can be read
     image_draft: ImageChoice | None = None  # not usable yet: broken, or a question is open
+    visit_import: bool = False  # a file has questions, which are asked on the page of its own
     data_draft: DataChoice | None = None
     # parameters that the image has no room for: asked for, and given (see `refitted`)
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from contextlib import suppress
 
 import streamlit as st
+from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import map_png
-from ccwsim.metrics import Diagnosis, diagnose
 from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -16,17 +16,15 @@ from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import fitted, image_of, refitted
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.diagnosis_panel import draw_advice
-from ccwsim.ui.study.questions import ask_image
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.study.image_questions import asked_of, image_of_file
+from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 THUMB = 76
-MAX_FACIES = 12
 PICTURES = ["png", "jpg", "jpeg", "gif", "tif", "tiff", "bmp"]
 TYPES = ["dat", "sgems", "gslib", "out", "txt", "csv", "asc", "npy", "npz", "mat", *PICTURES]
 FORMATS = "SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture"
-TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
+IMPORT_PAGE = "pages/import.py"
 
 
 def image_step(state: State) -> None:
@@ -40,9 +38,20 @@ def image_step(state: State) -> None:
             step_note(f"{pretty(image.name)}\n{nx} × {ny}, {image.n_facies} facies")
             with st.popover("Change", key="image_menu"):
                 _menu(state)
-    if state.image_draft is not None:
-        problem = problem_of_image(state.image_draft)
-        st.error(plain(f"{problem or 'Not taken yet'}. The study keeps the image that it has."))
+    draft = state.image_draft
+    if draft is not None:
+        problem = problem_of_image(draft)
+        if problem:
+            st.error(plain(f"{problem}. The study keeps the image that it has."))
+        elif draft.upload is not None:
+            step_note(f"{draft.upload.name} asks how it is to be read.")
+        _import_link("Look at it on Import")
+        drop = (state, "image_draft", None)
+        button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
+    if state.visit_import:
+        state.visit_import = False
+        with suppress(StreamlitAPIException, KeyError):
+            st.switch_page(IMPORT_PAGE)
 
 
 def problem_of_image(choice: ImageChoice) -> str:
@@ -58,6 +67,18 @@ def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB)
     """Return a training image as a small picture with whole pixels a cell where it can."""
     scale = max(1, pixels // max(image.shape))
     return map_png(image.indices, colours, scale=scale)
+
+
+def import_image(state: State, upload: Upload) -> None:
+    """Take the image of a file at once where it leaves nothing open, else go where it is asked."""
+    try:
+        choice = image_of_file(upload)
+    except CCWSIMError:  # said where the draft is shown
+        choice = ImageChoice(upload=upload)
+    if set(asked_of(choice)) <= {"up"}:
+        use_image(state, choice)
+    else:
+        state.image_draft, state.visit_import = choice, True
 
 
 def use_image(state: State, choice: ImageChoice) -> None:
@@ -95,8 +116,7 @@ def _menu(state: State) -> None:
 
     def use_upload(upload: Upload | None) -> None:
         if upload is not None:
-            use_image(state, ImageChoice(upload=upload))
-            st.session_state["image_advice"] = True
+            import_image(state, upload)
 
     chosen = {"value": None if current.upload else current.bundled, "write": use_bundled}
     bundled = options_of({name: pretty(name) for name in datasets.names()})
@@ -108,81 +128,18 @@ def _menu(state: State) -> None:
     file_uploader(label, key="image_file", take=use_upload, type=TYPES, help=FORMATS)
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
-        _questions(state, current, current.upload)
-    if state.image_draft is None:  # the rest is of the image that the study has
-        _turns(state)
-        _facies(state)
-        _advice(state)
+    preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
+    name = image_of(state.choices.image).name
+    st.image(preview, width="stretch", alt=f"Preview of {name}, north at the top")
+    _import_link("Facies, colours, turns, advice")
 
 
-def _questions(state: State, current: ImageChoice, upload: Upload) -> None:
-    problem = problem_of_image(current)
-    if problem:
-        st.error(plain(problem))
-    ask_image(upload, current.answers, lambda a: use_image(state, replace(current, answers=a)))
-    if problem:
-        drop = (state, "image_draft", None)
-        button("Keep the image as it was", on_click=setattr, args=drop)
-
-
-def _advice(state: State) -> None:
-    """Say, where it is asked for and after an import, which parameters suit the image."""
-    if not st.toggle("Which parameters suit it?", key="image_advice"):
-        return
-    image = image_of(state.choices.image)
-    try:
-        found = _diagnosed((image.digest, image.facies_names), image)
-    except CCWSIMError as error:  # too small to judge, which is no fault of the study
-        st.caption(plain(f"No advice: {error}."))
-        return
-    draw_advice(found, image, state.choices.parameters, lambda chosen: use_advice(state, chosen))
-
-
-@st.cache_data(max_entries=16, show_spinner="Looking at the training image …")
-def _diagnosed(key: tuple, _image: TrainingImage) -> Diagnosis:
-    """Return the diagnosis; it calls facies by names, which another user's may not share."""
-    return diagnose(_image)
+def _import_link(label: str) -> None:
+    with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
+        st.page_link(IMPORT_PAGE, label=label)
 
 
 def use_advice(state: State, advised: dict[str, int]) -> None:
     """Take advised parameters into the study."""
     shape = image_of(state.choices.image).shape
     state.change(parameters=fitted(state.choices.parameters, shape, **advised))
-
-
-def _turns(state: State) -> None:
-    choice = state.choices.image
-    image = image_of(choice)
-    preview = thumbnail(image, colours_of(state), 320)
-    st.image(preview, width="stretch", alt=f"Preview of {image.name}, north at the top")
-
-    def turn(**turned: bool) -> None:
-        use_image(state, replace(state.choices.image, **turned))
-
-    with st.container(horizontal=True, gap="small"):
-        for name, label in TURNS.items():
-            field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
-
-
-def _facies(state: State) -> None:
-    image, colours = image_of(state.choices.image), colours_of(state)
-    hidden = {"label_visibility": "collapsed"}
-    for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
-
-        def recolour(colour: str, code: int = code) -> None:
-            choice = state.choices.image
-            changed = {**dict(choice.colours), code: colour}
-            state.change(image=replace(choice, colours=tuple(sorted(changed.items()))))
-
-        def rename(name: str, k: int = k) -> None:
-            choice = state.choices.image
-            names = list(image_of(choice).facies_names)
-            names[k] = name.strip() or names[k]
-            state.change(image=replace(choice, names=tuple(names)))
-
-        with st.container(horizontal=True, vertical_alignment="center", gap="small"):
-            colour = {"value": colours[k], "write": recolour, **hidden}
-            name = {"value": image.facies_names[k], "write": rename, "max_chars": 40, **hidden}
-            field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
-            field(st.text_input, f"Name of code {code}", key=f"image_name_{code}", **name)
-            st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')

@@ -1,9 +1,8 @@
-"""What files of training images and hard data leave open, asked in place."""
+"""What files of hard data leave open, asked in place."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isqrt
 from typing import Any
 
 import streamlit as st
@@ -56,19 +55,6 @@ def answered(answers: Answers, **new: Any) -> Answers:
     return tuple(sorted((name, value) for name, value in merged.items() if value is not None))
 
 
-def ask_image(upload: Upload, answers: Answers, write: Write) -> None:
-    """Ask what the file of a training image leaves open; `write` is called with the answers."""
-    summary = summary_of(upload)
-    if summary is None:
-        return
-    _ask_variable(summary, answers, write)
-    if summary.asks_shape:
-        _ask_shape(summary, answers, write)
-    _ask_slice(summary, answers, write)
-    _ask_way("up", "The first row of the file is", UPS, answers, write)
-    _ask_values(summary, answers, write)
-
-
 def ask_data(choice: DataChoice, write: Write) -> None:
     """Ask what hard data leave open; `write` is called with the answers."""
     answers = choice.answers
@@ -108,21 +94,6 @@ def _ask_variable(summary: FileSummary, answers: Answers, write: Write) -> None:
 
         chosen = {"value": dict(answers).get("variable"), "write": choose, "options": names}
         field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
-
-
-def _ask_shape(summary: FileSummary, answers: Answers, write: Write) -> None:
-    n = summary.variables[0].shape[0]
-    shape = dict(answers).get("shape")
-    small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
-    sizes = sorted({*small, *(n // k for k in small)})
-
-    def choose(nx: int) -> None:
-        write(answered(answers, shape=(n // nx, nx)))
-
-    chosen: dict[str, Any] = {"value": shape[1] if shape else None, "write": choose}
-    offered = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
-    label = f"The file has {n:,} values: how many cells E–W?"
-    field(st.selectbox, label, key="ask_columns", **chosen, **offered, **OPEN)
 
 
 def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:

@@ -1,0 +1,1 @@
+"""Files of the user: a training image and hard data, and what they leave open."""

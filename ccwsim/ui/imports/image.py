@@ -1,0 +1,212 @@
+"""The import of a training image: the file, what it asks, the facies, and what suits them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import streamlit as st
+from streamlit.errors import StreamlitAPIException
+
+from ccwsim import datasets
+from ccwsim.figures import facies_colours
+from ccwsim.metrics import Diagnosis, diagnose
+from ccwsim.model.choices import ImageChoice, Upload
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.jobs.uploads import file_uploader
+from ccwsim.ui.results.maps import pretty
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.diagnosis_panel import draw_advice
+from ccwsim.ui.study.image_questions import (
+    ask_about_image,
+    asked_of,
+    grid_of_file,
+    image_of_file,
+    picture_of_file,
+)
+from ccwsim.ui.study.image_step import FORMATS, TYPES, import_image, use_advice, use_image
+from ccwsim.ui.study.run import start_run
+from ccwsim.ui.widgets.fields import bound_to, button, field
+from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, share_map
+from ccwsim.ui.widgets.text import panel_title, plain, step_note
+
+MAX_FACIES = 12
+"""Facies that can be named and coloured one by one."""
+SIMULATE_PAGE = "pages/simulate.py"
+TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
+Write = Callable[[ImageChoice], None]
+
+
+def draw_image_import(state: State) -> None:
+    """Draw the file as it is, what it becomes, and all that can be said about it.
+
+    A file whose questions are not answered is looked at here and taken when the user says so; what
+    is changed afterwards is changed in the study.
+    """
+    choice = state.image_draft or state.choices.image
+    waits = state.image_draft is not None
+
+    def write(new: ImageChoice) -> None:
+        if waits:
+            state.image_draft = new
+        else:
+            use_image(state, new)
+
+    image, problem = _image_or_problem(choice)
+    asked = asked_of(choice)
+    with st.container(key="imports"):
+        left, right = st.columns([1.5, 1.0], gap="large")
+    with left:
+        _pictures(choice, image, asked)
+        if problem:
+            st.warning(plain(f"{problem}."))
+        if image is not None:
+            with st.container(key="import_advice"):
+                draw_image_advice(state, choice, image)
+    with right:
+        _take_file(state, choice)
+        if image is not None or asked:
+            ask_about_image(choice, write)
+        if image is not None:
+            if waits:
+                _decide(state, choice)
+            draw_facies(choice, image, write)
+            draw_turns(choice, write)
+        elif waits:
+            _keep(state)
+
+
+def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
+    try:
+        if choice.upload is not None and not choice.answers:
+            image_of_file(choice.upload)  # which knows better what is wrong with a file
+        return image_of(choice), ""
+    except CCWSIMError as error:
+        return None, str(error)
+
+
+def _take_file(state: State, choice: ImageChoice) -> None:
+    def use_upload(upload: Upload | None) -> None:
+        if upload is not None:
+            import_image(state, upload)
+
+    panel_title("Training image", choice.upload.name if choice.upload else pretty(choice.bundled))
+    options = {"key": "import_image_file", "take": use_upload, "type": TYPES, "help": FORMATS}
+    file_uploader("A file of yours", **options)
+    if state.image_draft is None and button("Simulate", type="primary", **_start(state)):
+        with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
+            st.switch_page(SIMULATE_PAGE)
+    if choice.upload is None:
+        st.caption(datasets.describe(choice.bundled))
+
+
+def _start(state: State) -> dict[str, Any]:
+    return {"key": "import_simulate", "on_click": start_run, "args": (state,)}
+
+
+def _decide(state: State, choice: ImageChoice) -> None:
+    with st.container(horizontal=True, gap="small"):
+        take = {"on_click": use_image, "args": (state, choice), "type": "primary"}
+        button("Use this image", key="image_take", **take)
+        _keep(state)
+
+
+def _keep(state: State) -> None:
+    drop = (state, "image_draft", None)
+    button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
+
+
+def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
+    """The file as it is, where its values or colours were classed, and the facies beside it."""
+    classed = "values" in asked and choice.upload is not None
+    places = st.columns(2, gap="medium") if classed and image is not None else [st.container()]
+    if classed:
+        with places[0]:
+            panel_title("The file")
+            _file_map(choice)
+    if image is not None:
+        with places[-1]:
+            ny, nx = image.shape
+            panel_title("As facies", f"{nx} × {ny} cells, {image.n_facies} facies")
+            colours = facies_colours(image, dict(choice.colours))
+            shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
+            draw_map(shown, "map_import", link="import", name="training_image")
+
+
+def _file_map(choice: ImageChoice) -> None:
+    """The picture in its own colours, or the values from lowest to highest."""
+    assert choice.upload is not None
+    key = choice.upload.digest, choice.answers, choice.upload
+    picture = picture_of_file(*key)
+    if picture is not None:
+        shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
+    else:
+        values = grid_of_file(*key)
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
+        shown = share_map(shares, "", "Values of the file")
+        ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
+        shown = replace(shown, strip={**(shown.strip or {}), **ends})
+    draw_map(shown, "map_file", link="import", name="file")
+
+
+def draw_turns(choice: ImageChoice, write: Write) -> None:
+    """Draw the ways to turn an image."""
+
+    def turn(**turned: bool) -> None:
+        write(replace(choice, **turned))
+
+    with st.container(horizontal=True, gap="small"):
+        for name, label in TURNS.items():
+            field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
+
+
+def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None:
+    """Draw name, colour and share of each facies."""
+    colours = facies_colours(image, dict(choice.colours))
+    hidden = {"label_visibility": "collapsed"}
+    for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
+
+        def recolour(colour: str, code: int = code) -> None:
+            changed = {**dict(choice.colours), code: colour}
+            write(replace(choice, colours=tuple(sorted(changed.items()))))
+
+        def rename(name: str, k: int = k) -> None:
+            names = list(image.facies_names)
+            names[k] = name.strip() or names[k]
+            write(replace(choice, names=tuple(names)))
+
+        with st.container(horizontal=True, vertical_alignment="center", gap="small"):
+            colour = {"value": colours[k], "write": recolour, **hidden}
+            name = {"value": image.facies_names[k], "write": rename, "max_chars": 40, **hidden}
+            field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
+            field(st.text_input, f"Name of code {code}", key=f"image_name_{code}", **name)
+            st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')
+    if image.n_facies > MAX_FACIES:
+        step_note(f"and {image.n_facies - MAX_FACIES} more facies")
+
+
+def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
+    """Say which parameters suit the image; they are taken into the study, with the image."""
+    try:
+        found = _diagnosed((image.digest, image.facies_names), image)
+    except CCWSIMError as error:  # too small to judge, which is no fault of the study
+        st.caption(plain(f"No advice: {error}."))
+        return
+
+    def take(advised: dict[str, int]) -> None:
+        use_image(state, choice)
+        use_advice(state, advised)
+
+    draw_advice(found, image, state.choices.parameters, take)
+
+
+@st.cache_data(max_entries=16, show_spinner="Looking at the training image …")
+def _diagnosed(key: tuple, _image: TrainingImage) -> Diagnosis:
+    """Return the diagnosis; it calls facies by names, which another user's may not share."""
+    return diagnose(_image)

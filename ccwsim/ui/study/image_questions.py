@@ -1,0 +1,298 @@
+"""What the file of a training image leaves open, each with the answer that was guessed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from math import isqrt
+from typing import Any
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
+from ccwsim.io.formats.pictures import MAX_COLOURS, Picture, few_colours
+from ccwsim.io.guesses import QUESTIONS
+from ccwsim.io.opening import FileSummary, inspect, open_file, whole_shape
+from ccwsim.io.part import Part, thinning
+from ccwsim.model.choices import Answers, ImageChoice, Upload
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.ui.session.resolve import opened
+from ccwsim.ui.widgets.fields import field, options_of
+from ccwsim.ui.widgets.maps import canvas_component, reported
+from ccwsim.ui.widgets.text import step_note
+
+MAX_LISTED = 300
+"""Slices that are listed to choose from; of more a number is asked."""
+BINS = 96
+UPS = {None: "as the format has it", True: "the south", False: "the north"}
+ALL, PIECE = "all of it, thinned", "a piece"
+THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
+Write = Callable[[ImageChoice], None]
+
+
+def image_of_file(upload: Upload, answers: Mapping[str, Any] | None = None) -> ImageChoice:
+    """Return the choice of an image with what is not answered guessed, in the file's own colours.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be opened.
+    """
+    guessed, _ = _guessed(upload.digest, _sorted(answers or {}), upload)
+    choice = ImageChoice(upload=upload, answers=_sorted(guessed))
+    try:
+        return replace(choice, colours=_colours(upload.digest, choice.answers, upload))
+    except CCWSIMError:  # the page says why it cannot be read
+        return choice
+
+
+def asked_of(choice: ImageChoice) -> tuple[str, ...]:
+    """Return the questions that the file of an image raises, answered or not; none where broken."""
+    if choice.upload is None:
+        return ()
+    try:
+        return _guessed(choice.upload.digest, choice.answers, choice.upload)[1]
+    except CCWSIMError:
+        return ()
+
+
+def _sorted(answers: Mapping[str, Any]) -> Answers:
+    return tuple(sorted((name, value) for name, value in answers.items() if value is not None))
+
+
+@st.cache_resource(max_entries=32, show_spinner="Reading the file …")
+def _guessed(
+    digest: str, answers: Answers, _upload: Upload
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    with opened(_upload) as file:
+        return guess_answers(file, dict(answers))
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _colours(digest: str, answers: Answers, _upload: Upload) -> tuple[tuple[int, str], ...]:
+    with opened(_upload) as file:
+        return tuple(sorted(read_colours(file, **dict(answers)).items()))
+
+
+@st.cache_resource(max_entries=16, show_spinner=False)
+def _summary(digest: str, part: Part | None, _upload: Upload) -> FileSummary:
+    with opened(_upload) as file:
+        return inspect(file, part)
+
+
+@st.cache_resource(max_entries=16, show_spinner=False)
+def _whole(digest: str, _upload: Upload) -> tuple[tuple[int, int] | None, int]:
+    """The shape of a picture or an array, and how much it must be thinned."""
+    with opened(_upload) as file:
+        shape = whole_shape(file)
+        return shape, thinning(shape) if shape else 1
+
+
+@st.cache_resource(max_entries=8, show_spinner=False)
+def grid_of_file(digest: str, answers: Answers, _upload: Upload) -> NDArray[np.float64]:
+    """Return the values of the file before they become facies, shape (ny, nx), row 0 in the south.
+
+    `answers` may have those on classes, which are not needed for it.
+    """
+    with opened(_upload) as file:
+        kept = {name: value for name, value in answers if name not in QUESTIONS["values"]}
+        return read_grid(file, **kept)
+
+
+@st.cache_resource(max_entries=8, show_spinner=False)
+def picture_of_file(
+    digest: str, answers: Answers, _upload: Upload
+) -> tuple[NDArray[np.uint8], list[str]] | None:
+    """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
+    known = dict(answers)
+    part = Part(known.get("crop"), known.get("every", 1))
+    with opened(_upload) as file:
+        picture = open_file(file, part, up=known.get("up"))
+    if not isinstance(picture, Picture):
+        return None
+    indices, colours = few_colours(picture)
+    return indices if known.get("up") else indices[::-1], colours
+
+
+def ask_about_image(choice: ImageChoice, write: Write) -> None:
+    """Ask what the file leaves open; `write` is called with the choice as it then is."""
+    upload, known = choice.upload, dict(choice.answers)
+    if upload is None:
+        return
+
+    def answer(question: str, **new: Any) -> None:
+        """Keep what was answered before this question; what depends on it is guessed anew."""
+        order = list(QUESTIONS)
+        later = {name for key in order[order.index(question) :] for name in QUESTIONS[key]}
+        write(image_of_file(upload, {k: v for k, v in known.items() if k not in later} | new))
+
+    asked = asked_of(choice)
+    part = Part(known.get("crop"), known.get("every", 1)) if "part" in asked else None
+    summary = _summary(upload.digest, part, upload)
+    if "part" in asked:
+        _ask_part(choice, answer)
+    if "variable" in asked:
+        names = [variable.name for variable in summary.variables]
+        chosen = {"value": known.get("variable"), "options": names}
+        chosen["write"] = lambda name: answer("variable", variable=name)
+        field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen)
+    if "shape" in asked:
+        _ask_shape(summary, known["shape"], answer)
+    if "slice" in asked:
+        _ask_slice(summary.n_slices, known["slice_index"], answer)
+    if "up" in asked or summary.is_picture or "up" in known:
+        ups = list(UPS)
+        chosen = {"value": ups.index(known.get("up")), **options_of(dict(enumerate(UPS.values())))}
+        chosen["write"] = lambda k: answer("up", up=ups[k])
+        field(st.selectbox, "The first row of the file is", key="ask_up", **chosen)
+    if "gaps" in asked:
+        _ask_gaps(choice, answer)
+    if "values" in asked:
+        _ask_values(choice, summary, answer)
+
+
+def _ask_part(choice: ImageChoice, answer: Callable[..., None]) -> None:
+    assert choice.upload is not None
+    shape, every = _whole(choice.upload.digest, choice.upload)
+    assert shape is not None
+    known = dict(choice.answers)
+    ny, nx = shape
+    step_note(f"{nx} × {ny} cells are more than a page takes.")
+
+    def choose(way: str) -> None:
+        side = min(ny // every, nx // every)
+        middle = ((ny - side) // 2, (nx - side) // 2, side, side)
+        answer("part", **({"crop": middle} if way == PIECE else {"every": every}))
+
+    way = PIECE if "crop" in known else ALL
+    chosen = {"value": way, "write": choose, "options": [ALL, PIECE]}
+    chosen["help"] = f"Thinned: of each {every} × {every} cells the one in the middle."
+    field(st.segmented_control, "Take", key="ask_part", **chosen)
+    if way == PIECE:
+        _crop(known["crop"], shape, lambda crop: answer("part", crop=crop))
+
+
+def _crop(
+    crop: tuple[int, int, int, int], shape: tuple[int, int], write: Callable[[tuple], None]
+) -> None:
+    """Ask for a piece by its south-west cell and its size."""
+    row, column, ny, nx = crop
+    places = st.columns(4, gap="small")
+    fields = (
+        ("West cell", column, 1, lambda v: (row, v, ny, min(nx, shape[1] - v)), shape[1]),
+        ("South cell", row, 0, lambda v: (v, column, min(ny, shape[0] - v), nx), shape[0]),
+        ("Cells E–W", nx, 3, lambda v: (row, column, ny, v), shape[1] - column + 1),
+        ("Cells N–S", ny, 2, lambda v: (row, column, v, nx), shape[0] - row + 1),
+    )
+    for place, (label, value, k, made, end) in zip(places, fields, strict=True):
+        with place:
+            low = 0 if k < 2 else 1
+            number: dict[str, Any] = {"min_value": low, "max_value": end - 1, "value": value}
+            number["write"] = lambda v, made=made: write(made(v))
+            field(st.number_input, label, key=f"ask_crop_{k}", **number)
+
+
+def _ask_gaps(choice: ImageChoice, answer: Callable[..., None]) -> None:
+    assert choice.upload is not None
+    uncut = tuple((name, value) for name, value in choice.answers if name != "crop")
+    values = grid_of_file(choice.upload.digest, uncut, choice.upload)
+    n, crop = int(np.isnan(values).sum()), dict(choice.answers)["crop"]
+    step_note(
+        f"{n:,} of {values.size:,} cells have no value, and a training image has no gaps: the "
+        "largest piece without any is taken."
+    )
+    _crop(crop, values.shape, lambda crop: answer("gaps", crop=crop))
+
+
+def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..., None]) -> None:
+    n = summary.variables[0].shape[0]
+    small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
+    sizes = sorted({*small, *(n // k for k in small)})
+    chosen: dict[str, Any] = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
+    chosen |= {"value": shape[1], "write": lambda nx: answer("shape", shape=(n // nx, nx))}
+    label = f"The file has {n:,} values: how many cells E–W?"
+    field(st.selectbox, label, key="ask_columns", **chosen)
+
+
+def _ask_slice(n: int, index: int, answer: Callable[..., None]) -> None:
+    chosen: dict[str, Any] = {"key": "ask_slice", "value": index + 1}
+    chosen["write"] = lambda number: answer("slice", slice_index=number - 1)
+    label = f"Which of {n} slices, from the bottom?"
+    if n > MAX_LISTED:
+        field(st.number_input, label, **chosen, min_value=1, max_value=n)
+    else:
+        field(st.slider, label, **chosen, min_value=1, max_value=n)
+
+
+def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[..., None]) -> None:
+    """Ask where values or greys are cut, on their histogram, or for the number of colours."""
+    assert choice.upload is not None
+    known = dict(choice.answers)
+    values = grid_of_file(choice.upload.digest, choice.answers, choice.upload)
+    values = values[~np.isnan(values)]
+    classes = COLOURS if summary.is_picture else CLASSES
+    ways = [THRESHOLD, classes] + ([] if summary.is_picture else [CODES])
+    by_edges = isinstance(known.get("classes"), tuple)
+    way = CODES if known.get("classes") == "codes" else classes
+    way = THRESHOLD if "threshold" in known else CLASSES if by_edges else way
+    ways = [CLASSES if by_edges and name == COLOURS else name for name in ways]
+
+    def choose(way: str) -> None:
+        start: dict[str, Any] = {classes: {"classes": 2}, CODES: {"classes": "codes"}}
+        answer("values", **start.get(way, {"threshold": round_of(float(np.median(values)))}))
+
+    label = "Colours become facies by" if summary.is_picture else "Values become facies by"
+    chosen = {"value": way, "write": choose, "options": ways}
+    chosen["help"] = "Drag the line, or give the number. At or above a limit is the next facies."
+    field(st.segmented_control, label, key="ask_values", **chosen)
+    n = known.get("classes")
+    if way == classes and isinstance(n, int):
+        most = MAX_COLOURS if summary.is_picture else 32
+        number: dict[str, Any] = {"value": n, "min_value": 2, "max_value": most}
+        number["write"] = lambda n: answer("values", classes=n)
+        field(st.number_input, "How many", key="ask_classes", **number)
+    if way in (CODES, COLOURS):
+        return
+    if way == THRESHOLD:
+        edges = [float(known["threshold"])]
+    else:
+        edges = list(known["classes"]) if by_edges else class_edges(values, int(n or 2)).tolist()
+    _histogram(values, edges, lambda edges: answer("values", **_cut_at(edges)))
+    if way == THRESHOLD:
+        number = {"value": edges[0], "write": lambda v: answer("values", threshold=v)}
+        label = "Threshold: at or above is 1, below is 0"
+        field(st.number_input, label, key="ask_threshold", format="%g", **number)
+
+
+def _cut_at(edges: list[float]) -> dict[str, Any]:
+    return {"threshold": edges[0]} if len(edges) == 1 else {"classes": tuple(edges)}
+
+
+def round_of(value: float) -> float:
+    """Return a value with four digits, as a reader would give it.
+
+    Examples
+    --------
+    >>> round_of(0.123456)
+    0.1235
+    """
+    return float(f"{value:.4g}")
+
+
+def _histogram(
+    values: NDArray[np.float64], edges: list[float], write: Callable[[list[float]], None]
+) -> None:
+    low, high = float(values.min()), float(values.max())
+    counts, _ = np.histogram(values, BINS, (low, high))
+    key = "image_histogram"
+
+    def moved() -> None:
+        found = reported(key, "edges")
+        if found:
+            write([float(edge) for edge in found])
+
+    data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
+    data["edges"] = [round_of(edge) for edge in edges]
+    canvas_component("histogram")(key=key, data=data, on_edges_change=moved)

@@ -1,0 +1,84 @@
+// How often each value occurs, with a line to drag at each limit between classes; arrow keys move it.
+const BELOW = 20; // pixels under the bars, for the numbers
+const STEPS = 200; // steps of an arrow key over the whole range
+
+export default function ({ data, parentElement, setTriggerValue }) {
+  const root = parentElement.querySelector('.histogram');
+  const canvas = root.querySelector('canvas');
+  const { counts, low, high, label } = data;
+  const edges = [...data.edges];
+  const span = high - low || 1;
+  const place = (value) => (value - low) / span;
+  const rounded = (value) => Number(value.toPrecision(4));
+
+  const draw = () => {
+    const { width, height } = root.getBoundingClientRect();
+    const dots = window.devicePixelRatio || 1;
+    canvas.width = width * dots;
+    canvas.height = height * dots;
+    const pen = canvas.getContext('2d');
+    const style = getComputedStyle(root);
+    pen.scale(dots, dots);
+    pen.fillStyle = style.getPropertyValue('--st-text-color');
+    pen.globalAlpha = 0.45;
+    const most = Math.max(...counts), wide = width / counts.length, room = height - BELOW;
+    counts.forEach((count, k) => {
+      const high = count ? Math.max(1, room * count / most) : 0;
+      pen.fillRect(k * wide, room - high, Math.max(wide - 1, 1), high);
+    });
+    pen.globalAlpha = 1;
+    pen.font = '12px ' + style.getPropertyValue('--st-font');
+    const write = (text, x, align) => { pen.textAlign = align; pen.fillText(text, x, height - 5); };
+    write(String(rounded(low)), 0, 'left');
+    write(String(rounded(high)), width, 'right');
+    pen.font = '600 ' + pen.font;
+    edges.forEach((edge) => write(String(edge), Math.min(Math.max(place(edge), 0.12), 0.88) * width, 'center'));
+  };
+
+  const handles = edges.map((edge, k) => root.querySelectorAll('button')[k] || root.appendChild(handle()));
+  [...root.querySelectorAll('button')].slice(edges.length).forEach((spare) => spare.remove());
+  const least = span / STEPS;
+  const move = (k, value) => {
+    const from = k ? edges[k - 1] + least : low + least / 10, to = k + 1 < edges.length ? edges[k + 1] - least : high;
+    edges[k] = rounded(Math.min(Math.max(value, from), to));
+    show(k);
+    draw();
+  };
+  const show = (k) => {
+    handles[k].style.left = 100 * place(edges[k]) + '%';
+    handles[k].setAttribute('aria-valuenow', edges[k]);
+    handles[k].setAttribute('aria-valuemin', low);
+    handles[k].setAttribute('aria-valuemax', high);
+    handles[k].setAttribute('aria-label', edges.length > 1 ? `${label} ${k + 1}` : label);
+  };
+  const tell = () => { if (edges.join() !== data.edges.join()) setTriggerValue('edges', edges); };
+  handles.forEach((button, k) => {
+    show(k);
+    button.onpointerdown = (event) => button.setPointerCapture(event.pointerId);
+    button.onpointermove = (event) => {
+      if (!button.hasPointerCapture(event.pointerId)) return;
+      const box = root.getBoundingClientRect();
+      move(k, low + span * (event.clientX - box.left) / box.width);
+    };
+    button.onpointerup = tell;
+    button.onkeydown = (event) => {
+      const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      move(k, edges[k] + step * least);
+      tell();
+    };
+  });
+  parentElement.stop?.(); // Streamlit calls again without an end of the call before
+  const sizes = new ResizeObserver(draw);
+  sizes.observe(root);
+  const stop = parentElement.stop = () => sizes.disconnect();
+  return stop;
+}
+
+function handle() {
+  const button = document.createElement('button');
+  button.type = 'button';
+  button.setAttribute('role', 'slider');
+  return button;
+}
