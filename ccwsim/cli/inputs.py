@@ -31,8 +31,9 @@ IMAGE_HELP = {
     "these edges; 'codes' takes many whole numbers as facies codes",
     "--shape": "columns x rows of the image, where its file does not say them (classic GSLIB)",
     "--slice": "which slice of a 3-D image, from 0",
-    "--first-row": "where the first row of the file lies (default: as its format has it: north "
-    "in pictures and matrices, south in GSLIB and NumPy files)",
+    "--up/--no-up": "whether the first row of the file is the south, or the north (default: as its "
+    "format has it: north in pictures and matrices, south in GSLIB and NumPy files)",
+    "--first-row": "the old name: south for --up, north for --no-up",
     "--transpose": "exchange rows and columns",
 }
 DATA_HELP = {
@@ -55,7 +56,8 @@ VALUES: dict[str, dict[str, Any]] = {
     "--classes": {"metavar": "N|E1,E2…|codes", "type": classes},
     "--shape": {"metavar": "NXxNY[xNZ]", "type": sizes},
     "--slice": {"metavar": "N", "type": int},
-    "--first-row": {"type": click.Choice([NORTH, SOUTH])},
+    "--up/--no-up": {"default": None},
+    "--first-row": {"type": click.Choice([NORTH, SOUTH]), "hidden": True},
     "--transpose": {"is_flag": True},
     "--hard-data": {"metavar": "F"},
     "--hard-variable": {"metavar": "NAME"},
@@ -67,7 +69,7 @@ VALUES: dict[str, dict[str, Any]] = {
     "--on-unknown": {"type": click.Choice(["error", "drop"])},
 }
 """What may stand behind each option that reads the training image or hard data."""
-READING_CELLS = ("shape", "slice_index", "first_row", "transpose")
+READING_CELLS = ("shape", "slice_index", "up", "transpose")
 READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
 READING_DATA = {
     "hard_variable": "variable",
@@ -139,6 +141,9 @@ def _option(row: Setting, group: str) -> Any:
 def inputs_of(options: Any) -> Inputs:
     """Return what a command line says, by a project file or by its options."""
     options.transpose = options.transpose or None
+    if options.first_row is not None:
+        click.echo("ccwsim: --first-row is now --up (south) or --no-up (north)", err=True)
+        options.up = options.first_row == SOUTH
     if options.project is not None:
         return _of_project(options)
     if options.training_image is None:
@@ -187,8 +192,6 @@ def image_of(options: Any) -> TrainingImage:
 
     name = options.training_image
     reading = {key: getattr(options, key) for key in READING_IMAGE}
-    reading["up"] = None if options.first_row is None else options.first_row == SOUTH
-    del reading["first_row"]
     reading = {key: value for key, value in reading.items() if value is not None}
     if name in datasets.names():
         if reading:
