@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch, n_cores, run_all
 
 
-def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None) -> Ensemble:
+def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:
     """Return an ensemble that honours edited data, simulated anew only around what they miss.
 
     With `Parameters.exact_data` off nothing is re-simulated: wrong data are marked and stay wrong.
@@ -30,8 +31,8 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     Parameters
     ----------
     ensemble : Ensemble
-    hard_data : HardData
-        All data, old and new.
+    hard_data : HardData, pair, table or array_like
+        All data, old and new, as `HardData.of` takes them.
     n_workers : int, optional
         Threads; as many as there are cores where not given.
 
@@ -51,10 +52,11 @@ def revise(ensemble: Ensemble, hard_data: HardData, n_workers: int | None = None
     >>> image = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
     >>> before = simulate(image, (40, 50), p, n_realizations=3)
-    >>> after = revise(before, HardData([[20, 20], [30, 10]], [1, 0]))
+    >>> after = revise(before, ([[20, 20], [30, 10]], [1, 0]))
     >>> after.n_mismatched.tolist()
     [0, 0, 0]
     """
+    hard_data = HardData.of(hard_data, ensemble.grid)
     study = Study(
         ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
     )

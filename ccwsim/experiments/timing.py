@@ -33,6 +33,9 @@ class TimingCase:
     grid_shape: tuple[int, int]  # rows and columns
     n_data: int = 0  # hard data; 0 for an unconditional run
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "grid_shape", Grid.of(self.grid_shape).shape)
+
     @property
     def n_cells(self) -> int:
         """Cells of the grid."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from ccwsim.figures.palette import CIVIDIS, bytes_of, ramp
+from ccwsim.model.arrays import check_int
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
@@ -71,6 +72,7 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
 
 def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:
     """Return a map as a palette PNG with square cells of `scale` pixels, north at the top."""
+    scale = check_int("scale", scale, 1)
     size = indices.shape[1] * scale, indices.shape[0] * scale
     return _png(_coloured(indices, colours).resize(size, Image.Resampling.NEAREST))
 
@@ -121,7 +123,7 @@ def contact_sheet(
 
 def data_png(
     cells: NDArray[np.integer],
-    facies: NDArray[np.integer],
+    indices: NDArray[np.integer],
     shape: tuple[int, int],
     colours: Sequence[str],
     *,
@@ -133,8 +135,8 @@ def data_png(
     ----------
     cells : ndarray, shape (n, 2)
         Row and column of each datum.
-    facies : ndarray, shape (n,)
-        Index of its colour.
+    indices : ndarray, shape (n,)
+        Of their facies among the colours.
     shape : pair of int
         Rows and columns of the grid.
     colours : sequence of str
@@ -144,8 +146,8 @@ def data_png(
 
     Examples
     --------
-    >>> cells, facies = np.array([[0, 1]]), np.array([0])
-    >>> png = data_png(cells, facies, (10, 20), ["#173F6B"], longest=40)
+    >>> cells, indices = np.array([[0, 1]]), np.array([0])
+    >>> png = data_png(cells, indices, (10, 20), ["#173F6B"], longest=40)
     >>> Image.open(BytesIO(png)).size
     (40, 20)
     """
@@ -153,7 +155,7 @@ def data_png(
     picture = Image.new("RGBA", (width, height))
     pen = ImageDraw.Draw(picture)
     radius = max(1.0, min(0.02 * longest, 0.2 * (width * height / max(len(cells), 1)) ** 0.5))
-    for (row, column), index in zip(cells.tolist(), facies.tolist(), strict=True):
+    for (row, column), index in zip(cells.tolist(), indices.tolist(), strict=True):
         x = (column + 0.5) / shape[1] * width
         y = height - (row + 0.5) / shape[0] * height
         pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[index]))

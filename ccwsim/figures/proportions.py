@@ -26,11 +26,11 @@ LINE = 18
 
 def proportions_height(n_facies: int) -> int:
     """Return how high the chart of one ensemble is, in pixels."""
-    return 76 + 30 * n_facies
+    return 76 + 30 * int(n_facies)
 
 
 def proportions_chart(
-    facies: Sequence[str],
+    names: Sequence[str],
     reference: Floats,
     each: Floats,
     colours: Sequence[str],
@@ -40,8 +40,8 @@ def proportions_chart(
 
     Parameters
     ----------
-    facies : sequence of str
-        Names.
+    names : sequence of str
+        Of the facies.
     reference : ndarray, shape (n_facies,)
         Shares of cells in the training image, 0 to 1.
     each : ndarray, shape (n, n_facies)
@@ -58,7 +58,7 @@ def proportions_chart(
     >>> list(chart.layout.yaxis.ticktext)
     ['mud', 'sand']
     """
-    names, height = as_written(facies), proportions_height(len(facies))
+    names, height = as_written(names), proportions_height(len(names))
     chart = blank_chart(theme, height=height, x_title="share of cells (%)", y_title="")
     for k, name in enumerate(names):
         trace = dots(name, 100 * each[:, k], [k] * len(each), colours[k], 11, cliponaxis=False)
@@ -76,7 +76,7 @@ def proportions_chart(
 
 
 def compared_proportions_chart(
-    facies: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
+    names: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
 ) -> go.Figure:
     """Return a block of lines a facies, in it one line of dots a setting.
 
@@ -85,8 +85,8 @@ def compared_proportions_chart(
 
     Parameters
     ----------
-    facies : sequence of str
-        Names.
+    names : sequence of str
+        Of the facies.
     reference : ndarray, shape (n_facies,)
         Shares of cells in the training image, 0 to 1.
     settings : mapping of str to ndarray, shape (n, n_facies)
@@ -101,7 +101,7 @@ def compared_proportions_chart(
     >>> [round(float(x)) for x in chart.data[0].x]
     [-10, 10]
     """
-    names = as_written(facies)
+    names = as_written(names)
     n, block = len(names), len(settings) + 1
     height = 64 + LINE * n * block
     chart = blank_chart(theme, height=height, x_title="difference (% of cells)", y_title="")

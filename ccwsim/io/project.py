@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, fields
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +30,10 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
+from ccwsim.system.workers import Progress
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 FORMAT, VERSION = "CCWSIM project", 1
 SETTINGS, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
@@ -67,11 +73,49 @@ class Project:
     versions: Mapping[str, str] = field(default_factory=dict)
     digest: str = ""
 
-    def simulate(self, **options: Any) -> Ensemble:
-        """Return the realizations of the study; options are those of `ccwsim.simulate`."""
+    def __post_init__(self) -> None:
+        n = check_int("n_realizations", self.n_realizations, 1)
+        object.__setattr__(self, "n_realizations", n)
+
+    def simulate(
+        self,
+        n_realizations: int | None = None,
+        seed: int | None = None,
+        n_workers: int | None = None,
+        progress: Progress | None = None,
+        cancel: Callable[[], bool] | None = None,
+        first_realization: int = 0,
+        keep_sources: bool = False,
+        executor: Executor | Client | None = None,
+        out: str | os.PathLike[str] | None = None,
+    ) -> Ensemble:
+        """Return the realizations of the study, as `ccwsim.simulate` does.
+
+        Parameters
+        ----------
+        n_realizations, seed : int, optional
+            Those of the project where left out.
+        n_workers, progress, cancel, first_realization, keep_sources, executor, out
+            As in `ccwsim.simulate`.
+
+        Raises
+        ------
+        CCWSIMError, Cancelled
+            As `ccwsim.simulate`.
+        """
         s = self.study
-        given: dict[str, Any] = {"n_realizations": self.n_realizations, "seed": s.seed, **options}
-        return simulate(s.training_image, s.grid, s.parameters, s.hard_data, **given)
+        return simulate(
+            *(s.training_image, s.grid, s.parameters, s.hard_data),
+            n_realizations=self.n_realizations if n_realizations is None else n_realizations,
+            seed=s.seed if seed is None else seed,
+            n_workers=n_workers,
+            progress=progress,
+            cancel=cancel,
+            first_realization=first_realization,
+            keep_sources=keep_sources,
+            executor=executor,
+            out=out,
+        )
 
 
 def save_project(path_or_file: Any, project: Project) -> None:

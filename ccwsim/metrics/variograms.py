@@ -137,14 +137,15 @@ def variogram_map(
     """
     stack = as_stack(images)
     lags, index = lags_of_map(max_lag, stack.shape), stack.index_of(facies)
+    reach = int(lags[-1])
 
     def one(k: int) -> NDArray[np.float64]:
         inside = stack.indices[k] == index
-        near = overlap_sums(inside, max_lag)
-        return near + near[::-1, ::-1] - 2 * product_sums(inside, inside, max_lag)
+        near = overlap_sums(inside, reach)
+        return near + near[::-1, ::-1] - 2 * product_sums(inside, inside, reach)
 
     squares = np.array(map_parallel(one, len(stack), progress))
-    return VariogramMap(lags, squares / (2 * pairs_of_map(stack.shape, max_lag)))
+    return VariogramMap(lags, squares / (2 * pairs_of_map(stack.shape, reach)))
 
 
 @kernel
@@ -259,13 +260,13 @@ def transition_map(
     [0.0, 0.0, 1.0]
     """
     stack = as_stack(images)
-    lags_of_map(max_lag, stack.shape)
+    reach = int(lags_of_map(max_lag, stack.shape)[-1])
     first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
 
     def one(k: int) -> NDArray[np.float64]:
         start = stack.indices[k] == first
-        pairs = product_sums(start, stack.indices[k] == second, max_lag)
-        return _ratio(pairs, overlap_sums(start, max_lag))
+        pairs = product_sums(start, stack.indices[k] == second, reach)
+        return _ratio(pairs, overlap_sums(start, reach))
 
     return np.array(map_parallel(one, len(stack), progress))
 
