@@ -9,8 +9,14 @@ from ccwsim.io.hard_data.files import (
     read_hard_data,
     write_hard_data,
 )
-from ccwsim.io.hard_data.placing import HardDataImport, PlacedPoints, place_points, resolve_points
-from ccwsim.io.hard_data.points import ImportedPoints, read_points
+from ccwsim.io.hard_data.placing import (
+    HardDataImport,
+    PlacedPoints,
+    fit_grid,
+    place_points,
+    resolve_points,
+)
+from ccwsim.io.hard_data.points import ImportedPoints, PointsPreview, preview_points, read_points
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
 from ccwsim.io.project import (
@@ -37,10 +43,12 @@ __all__ = [
     "HardDataImport",
     "ImportedPoints",
     "PlacedPoints",
+    "PointsPreview",
     "Project",
     "VariableSummary",
     "class_edges",
     "classify",
+    "fit_grid",
     "guess_answers",
     "hard_data_as_bytes",
     "import_hard_data",
@@ -49,6 +57,7 @@ __all__ = [
     "parameters_from_json",
     "parameters_to_json",
     "place_points",
+    "preview_points",
     "project_as_bytes",
     "read_colours",
     "read_grid",

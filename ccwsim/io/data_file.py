@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,22 +33,39 @@ class DataFile:
     # where the file says them: along x and y, the origin at the corner of the first cell
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
+    # columns of a table that hold words, such as names of wells and facies, as they stand in it
+    words: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    columns: tuple[str, ...] = ()  # of a table: all of them in their order, those of words too
+    counted: str = "line"  # what `lines` counts
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all columns or variables, in the order of the file."""
+        return self.columns or tuple(self.variables)
 
     def chosen(self, variable: str | None, preferred: tuple[str, ...] = ()) -> str:
         """Return the name of the variable to read; the only one where none is asked for."""
         names = list(self.variables)
         there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
         if variable is not None:
-            said = variable if isinstance(variable, str) else shown(variable)
-            found = [n for n in names if n == said]
-            found = found or [n for n in names if n.lower() == said.lower()]
-            if len(found) != 1:
-                raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
-            return found[0]
+            return self._named(variable, names)
         liked = [n for n in names if n.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
         raise CCWSIMError(f"{self.name} has {len(names)} variables: {there}; pick one (variable=)")
+
+    def column(self, name: str) -> str:
+        """Return the name of a column, of numbers or of words."""
+        return self._named(name, list(self.names))
+
+    def _named(self, variable: str, names: list[str]) -> str:
+        said = variable if isinstance(variable, str) else shown(variable)
+        found = [n for n in names if n == said]
+        found = found or [n for n in names if n.lower() == said.lower()]
+        if len(found) != 1:
+            there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
+            raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
+        return found[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
         """Return a variable as (nz, ny, nx); a table needs the shape, x fastest."""

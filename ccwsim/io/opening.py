@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.classes import are_codes
+from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
 from ccwsim.io.formats.matlab import read_matlab
 from ccwsim.io.formats.numpy_files import npy_shape, read_npy, read_npz
 from ccwsim.io.formats.pictures import (
@@ -51,6 +52,8 @@ _MAGIC = (
     (b"MATLAB 5.0 MAT-file", "matlab"),
     (b"MATLAB 7.3 MAT-file", "matlab 7.3"),
     (b"\x89HDF\r\n\x1a\n", "matlab 7.3"),
+    (b"SQLite format 3\x00", "geopackage"),
+    (b"\x00\x00\x27\x0a", "shp"),
 )
 
 
@@ -83,7 +86,7 @@ def kind_of(content: bytes) -> str:
     """
     for magic, kind in _MAGIC:
         if content.startswith(magic):
-            return kind
+            return "shapefile" if kind == "npz" and is_shapefile_zip(content) else kind
     if content.startswith(b"BM") and content[6:10] == bytes(4):
         return "picture"
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -164,12 +167,14 @@ def open_file(
         return read_npy(content, name, whole=part is not None)
     if kind in _READERS:
         return _READERS[kind](content, name)
+    if kind in GIS_FILES:
+        return read_gis(content, name, kind)
     if kind == "matlab 7.3":
         raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) files are not read; save it with -v7")
     if kind == "unknown":
         raise CCWSIMError(
             f"{name} is of no known kind; bring a picture, an SGeMS or GSLIB file, a CSV table, "
-            "or a NumPy or MATLAB file"
+            "GeoJSON points, or a NumPy or MATLAB file"
         )
     return _read_text(_plain_text(content, name), name)
 
@@ -197,6 +202,8 @@ def _read_text(text: bytes, name: str) -> DataFile:
         return read_esri(text, name)
     if is_gslib(text):
         return read_gslib(text, name)
+    if is_geojson(text):
+        return read_geojson(text, name)
     return read_delimited(text, name)
 
 
@@ -208,7 +215,17 @@ def _plain_text(content: bytes, name: str) -> bytes:
         except UnicodeError as error:
             raise CCWSIMError(f"{name}: the UTF-16 text is broken; save it as UTF-8") from error
     content = content.removeprefix(b"\xef\xbb\xbf")
+    if not content.isascii() and not _is_utf8(content):
+        content = content.decode("cp1252", "replace").encode()  # as Excel saves CSV in the West
     return content.replace(b"\r", b"\n") if b"\n" not in content else content
+
+
+def _is_utf8(content: bytes) -> bool:
+    try:
+        content.decode()
+    except UnicodeError:
+        return False
+    return True
 
 
 MOST = 1000

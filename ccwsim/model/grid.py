@@ -75,6 +75,61 @@ class Grid:
             raise CCWSIMError(f"grid_shape = {shown(shape)} must be two numbers, rows and columns")
         return cls(shape[0], shape[1])
 
+    @classmethod
+    def fit(
+        cls,
+        places: ArrayLike,
+        *,
+        shape: Sequence[int] | None = None,
+        cell_size: float | Sequence[float] | None = None,
+    ) -> Grid:
+        """Return a grid whose cells hold all points, with a margin around them.
+
+        Parameters
+        ----------
+        places : array_like, shape (n, 2)
+            x and y in world coordinates, at least one point.
+        shape : pair of int, optional
+            Rows and columns to keep. Without it the longer side has 100 to 300 cells, or as many
+            as `cell_size` asks for.
+        cell_size : float or pair of float, optional
+            World units. Without it cells are squares of 1, 2 or 5 times a power of ten.
+
+        Returns
+        -------
+        Grid
+            Its origin is rounded to whole cells, to tens of them where the margin allows.
+
+        Raises
+        ------
+        CCWSIMError
+            For no points, points that are not known numbers or too far apart to tell cells, and
+            where `shape` and `cell_size` together do not hold the points.
+
+        Examples
+        --------
+        >>> Grid.fit([[436120.0, 4505250.0], [439880.0, 4509100.0]], shape=(512, 512))
+        Grid(ny=512, nx=512, cell_size=(10.0, 10.0), origin=(435400.0, 4504600.0))
+        """
+        points = as_floats(places, "points")
+        if points.ndim != 2 or points.shape[1:] != (2,) or not len(points):
+            raise CCWSIMError(f"points of shape {points.shape} must be (n, 2), x and y, n above 0")
+        if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
+            raise CCWSIMError(f"x and y of every point must be known numbers up to {_MAX_PLACE:g}")
+        low, high = points.min(axis=0), points.max(axis=0)
+        asked = None if shape is None else (cls.of(shape).nx, cls.of(shape).ny)
+        pair = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * 2
+        given = None if cell_size is None else _two_numbers("cell_size", pair)
+        if given is not None and min(given) <= 0:
+            raise CCWSIMError(f"grid cell size {given} must be positive")
+        grid = _fitting(low, high, asked, given)
+        if not grid.holds(grid.cells_of(*points.T)).all():
+            raise CCWSIMError(
+                f"{grid.nx} × {grid.ny} cells of {grid.cell_size[0]:g} × {grid.cell_size[1]:g} do "
+                f"not hold points from {low.tolist()} to {high.tolist()}; give more or larger cells"
+            )
+        return grid
+
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns, as the arrays have them."""
@@ -122,6 +177,51 @@ class Grid:
         """Return which cells (row, col) lie in the grid, shape (n,)."""
         rows, columns = np.asarray(cells).T
         return (rows >= 0) & (rows < self.ny) & (columns >= 0) & (columns < self.nx)
+
+
+_MAX_PLACE = 1e12
+_MARGIN = 0.05
+"""Free space on each side of fitted points, of their extent."""
+_FITTED_CELLS = 250
+"""About as many along the longer side of a fitted grid."""
+
+
+def _fitting(
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    shape: tuple[int, int] | None,
+    cell_size: tuple[float, float] | None,
+) -> Grid:
+    """A grid around the points from `low` to `high`; `shape` is along x and y here."""
+    extent = (high - low) * (1 + 2 * _MARGIN)
+    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # what numbers of this size can tell
+    if cell_size is None:
+        n = np.array(shape or (_FITTED_CELLS, _FITTED_CELLS), float)
+        needed = float((extent / n).max())
+        cell = np.full(2, _nice(needed) if needed > least else 1.0)
+    else:
+        cell = np.array(cell_size)
+    counts = np.array(shape or np.maximum(np.ceil(extent / cell) + 1, 1))
+    start = (low + high) / 2 - counts * cell / 2
+    rounded = (_rounded(start, step * cell) for step in (10, 1, 0.1))
+    held = (o for o in rounded if ((o <= low) & (high < o + counts * cell)).all())
+    origin = next(held, start)
+    nx, ny = (min(int(n), MAX_GRID_SIDE + 1) for n in counts)
+    return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()))
+
+
+def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Multiples of a step, without the noise of multiplying."""
+    digits = np.clip(2 - np.floor(np.log10(step)), 0, 300).astype(int)
+    multiples = np.round(values / step) * step
+    return np.array([round(float(v), int(d)) for v, d in zip(multiples, digits, strict=True)])
+
+
+def _nice(least: float) -> float:
+    """The smallest of 1, 2 and 5 times a power of ten that is not less."""
+    power = float(np.floor(np.log10(least)))
+    steps = (float(f"{k}e{power:.0f}") for k in (1, 2, 5, 10))
+    return next((step for step in steps if step >= least * (1 - 1e-9)), least)
 
 
 def _two_numbers(name: str, pair: object) -> tuple[float, float]:

@@ -110,6 +110,14 @@ def grid(source: random.Random) -> Act:
     return act
 
 
+def fitted_grid(source: random.Random) -> Act:
+    size = source.choice((1.0, 1e-9, 1e6, 1e14))
+    places = [[source.uniform(-9, 99) * size, maybe(source, 4.0, 0.03)] for _ in range(4)]
+    given = maybe(source, places, 0.12)
+    options = {name: maybe(source, None, 0.3) for name in ("shape", "cell_size")}
+    return lambda: Grid.fit(given, **options)
+
+
 def grid_of_shape(source: random.Random) -> Act:
     given = maybe(source, [maybe(source, 5), maybe(source, 7)], 0.15)
     return lambda: Grid.of(given).shape
@@ -251,9 +259,9 @@ def points(source: random.Random) -> Act:
     text = f"{source.choice(('x,y,facies', 'row,col,facies', 'a,b,c'))}\n{rows}\n"
     sizes = source.choice(((1.0, 1.0), (1e-300, 1e300), (1e-9, 5.0)))
     options = {name: maybe(source, None, 0.12) for name in ("threshold", "classes")}
-    choices = {
-        name: maybe(source, None, 0.2) for name in ("variable", "coordinates", "up", "slice_index")
-    }
+    named = ("x", "y", "facies", "variable", "coordinates", "up", "slice_index")
+    choices = {name: maybe(source, None, 0.12) for name in named}
+    options["facies_names"] = maybe(source, {"1": 0, "sand": maybe(source, 1, 0.3)}, 0.2)
     image = image_of(source)
 
     def act() -> object:
@@ -350,8 +358,8 @@ def link(source: random.Random) -> Act:
 
 
 TARGETS = (
-    parameters, json_of_parameters, grid, grid_of_shape, hard_data, training_image, simulation,
-    simulation, simulation_of_anything, samples, address, address, packed_word, classes, points,
-    maps, maps, maps, comparisons, comparisons, judged,
+    parameters, json_of_parameters, grid, fitted_grid, grid_of_shape, hard_data, training_image,
+    simulation, simulation, simulation_of_anything, samples, address, address, packed_word, classes,
+    points, maps, maps, maps, comparisons, comparisons, judged,
 )  # fmt: skip
 """What takes arguments; each returns an act for a source of randomness."""

@@ -32,6 +32,11 @@ WAYS: dict[str, Callable] = {
     "points sorted out": lambda file: cio.import_hard_data(
         file, Grid(1000, 1000), threshold=0.5, **{**_DROP, "on_collision": "nearest"}
     ),
+    "points by name": lambda file: cio.import_hard_data(
+        file, Grid(3, 4), _TI, facies_names={"sand": 1, "a": 0}, on_unknown="drop"
+    ),
+    "preview": lambda file: cio.preview_points(file),
+    "fitted grid": lambda file: cio.fit_grid(cio.read_points(file)),
     "project": lambda file: cio.read_project(file),
     "parameters": lambda file: cio.parameters_from_json(file.getvalue()),
 }  # fmt: skip

@@ -49,6 +49,7 @@ def _made() -> dict[str, bytes]:
         "deflated tiff": sample.picture("TIFF", compression="tiff_adobe_deflate"),
         "plain tiff": sample.picture("TIFF"),
         "utf-16": sample.csv().decode().encode("utf-16"),
+        "names of facies": sample.in_utm(), "geojson of names": sample.geojson(["a", "b", "1", ""]),
         "project": project(), "parameters": parameters_to_json(Parameters()).encode(),
     }  # fmt: skip
 

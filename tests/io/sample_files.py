@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from io import BytesIO
 
 import numpy as np
@@ -92,6 +94,52 @@ def geo_eas_points(title: bytes = b"data", origin: tuple[float, float] = (0.5, 0
     return title + b"\n4\nX\nY\nZ\nvar\n" + lines + b"\n"
 
 
+def geojson(codes: Sequence[object] = tuple(POINTS[:, 2].tolist())) -> bytes:
+    features = [
+        {
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": [c + 0.5, r + 0.5, 12.5]},
+            "properties": {"name": f"W{r}", "facies": code},
+        }
+        for (r, c, _), code in zip(POINTS.tolist(), codes, strict=True)
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features}).encode()
+
+
+def petrel() -> bytes:
+    rows = "\n".join(f"{c + 0.5} {r + 0.5} -1500.0 {code}" for r, c, code in POINTS)
+    head = "# Petrel Points with attributes\nVERSION 1\nBEGIN HEADER\nX\nY\nZ\nfacies\nEND HEADER\n"
+    return f"{head}{rows}\n".encode()
+
+
+def las() -> bytes:
+    rows = "\n".join(f"  {c + 0.5}  {r + 0.5}  100.0  {code}" for r, c, code in POINTS)
+    head = """~VERSION INFORMATION
+ VERS.   2.0 : CWLS LOG ASCII STANDARD
+~WELL INFORMATION
+ NULL.  -999.25 : NULL VALUE
+~CURVE INFORMATION
+ X   .M  : EASTING
+ Y   .M  : NORTHING
+ DEPT.M  : DEPTH
+ FACIES. : CODE
+~A
+"""
+    return f"{head}{rows}\n  0.5 0.5 101.0 -999.25\n".encode()
+
+
+def in_utm() -> bytes:
+    """Wells as a German spreadsheet saves them: names, thousands, units, decimal commas."""
+    rows = (
+        ("B 1", "436.120,5", "4.505.250,0", "1.012,5", "Sand"),
+        ("B 2", "439.880,0", "4.509.100,5", "998,0", "Ton"),
+        ("B 3", "437.500,0", "4.507.000,0", "1.001,25", "sand"),
+        ("B 4", "438.000,0", "4.506.000,0", "", ""),
+    )
+    lines = ["Bohrung;Rechtswert;Hochwert;Höhe;Fazies", ";[m];[m];[m];", *map(";".join, rows)]
+    return "\r\n".join([*lines, ""]).encode("cp1252")
+
+
 def with_gaps(missing: float = np.nan) -> NDArray:
     grid = np.full(FACIES.shape, missing)
     grid[POINTS[:, 0], POINTS[:, 1]] = POINTS[:, 2]
@@ -136,7 +184,11 @@ def hard_data() -> dict[str, bytes]:
         "x y": csv("X,Y,Code", world),
         "semicolons, decimal commas": csv("x,y,facies", world, ";").replace(b".", b","),
         "tabs": csv("Easting [m],Northing [m],value", world, "\t"),
-        "spaces": csv("x,y,z", world, " "),
+        "spaces": csv("x,y,code", world, " "),
+        "units below": csv("x,y,code", world, "\t").replace(b"\n", b"\nm\tm\t-\n", 1),
+        "geojson": geojson(),
+        "petrel": petrel(),
+        "las": las(),
         "no header": csv("", world).lstrip(b"\n"),
         "names": csv("well,x,y,facies", world)
         .replace(b"\n", b"\nW,")

@@ -39,7 +39,7 @@ def test_texts_with_crlf_read_alike(name):
 
 
 @pytest.mark.parametrize(
-    "header", ["ROW,Col,Facies", "row,column,code", "i,j,value", "Row,COLUMNS,Class", "iy,ix,z"]
+    "header", ["ROW,Col,Facies", "row,column,code", "i,j,value", "Row,COLUMNS,Class", "iy,ix,v"]
 )
 def test_synonyms_of_row_and_column(header):
     assert load(sample.csv(header)).hard_data.digest == EXPECTED.digest
@@ -218,8 +218,12 @@ def test_continuous_data_need_the_edges_of_the_training_image():
     ("content", "message"),
     [
         (b"x,y,facies\n1,2,0\n1,sand,0\n3,4,1\n", r"line 3: 'sand' is not a number"),
+        (
+            b"x,y,facies\n1,2,0\n1,3,sand\n3,2,1\n",
+            r"line 3: .* no facies 'sand'; say which they are",
+        ),
         (b"x,y,facies\n1,2,0\n1,2\n", "line 3: 2 fields where 3 are needed"),
-        (b"x,y,facies\n1,2,sand\n1,2,clay\n", "no column of facies codes"),
+        (b"x,y,facies\n1,2,sand\n1,2,clay\n", "no facies 'clay', 'sand'; say which they are"),
         (b"x,y,facies\n", "holds no numbers"),
         (b"x,y,facies\n1,,0\n1,2,0\n", "line 2: a coordinate is missing"),
         (b"row,col,facies\n1.5,2,0\n", "line 2: rows and columns must be whole numbers"),

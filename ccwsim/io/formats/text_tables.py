@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
+from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,31 +96,50 @@ UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Fields, in lower case, that stand for "not known"."""
 
 
+_QUOTED = re.compile(r'"[^"]*"|\S+')
+
+
 def split_fields(line: str, separator: str | None) -> list[str]:
     """Return the fields of a line without white space and quotes around them.
 
     Examples
     --------
-    >>> split_fields('"W 1"; 2,5;', ";")
-    ['W 1', '2,5', '']
+    >>> split_fields('"W 1"; 2,5;', ";"), split_fields('"W 1"  2.5', None)
+    (['W 1', '2,5', ''], ['W 1', '2.5'])
     """
     if separator is None:
-        return [field.strip("\"'") for field in line.split()]
-    return [field.strip().strip("\"'") for field in line.split(separator)]
+        fields = _QUOTED.findall(line) if '"' in line else line.split()
+        return [field.strip("\"'") for field in fields]
+    fields = line.split(separator)
+    if '"' in line:
+        with suppress(csv.Error, StopIteration):  # a quoted field may hold the separator
+            fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    return [field.strip().strip("\"'") for field in fields]
 
 
-def field_number(field: str, decimal_comma: bool) -> float | None:
+_GROUPS = {
+    ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?"),
+    ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?"),
+}
+"""Numbers with marks between thousands, by the decimal mark: 1.234,5 and 1,234.5."""
+
+
+def field_number(field: str, decimal: str) -> float | None:
     """Return the number in a field, NaN where it is not known, None where it is a text.
 
     Examples
     --------
-    >>> field_number("2,5", True), field_number("NA", False), field_number("sand", False)
-    (2.5, nan, None)
+    >>> field_number("2,5", ","), field_number("1.234,5", ","), field_number("1,234.5", ".")
+    (2.5, 1234.5, 1234.5)
+    >>> field_number("NA", "."), field_number("sand", ".")
+    (nan, None)
     """
     if field.lower() in UNKNOWN:
         return float("nan")
-    number = field.replace(",", ".") if decimal_comma else field
-    return float(number) if is_number(number) else None
+    if _GROUPS[decimal].fullmatch(field):
+        field = field.replace("." if decimal == "," else ",", "")
+    number = field.replace(",", ".") if decimal == "," else field
+    return float(number) if len(number) <= MAX_WORD and is_number(number) else None
 
 
 def separator_of(sample: Sequence[str]) -> str | None:
@@ -132,23 +154,31 @@ def separator_of(sample: Sequence[str]) -> str | None:
     return SEPARATORS[scores.index(max(scores))]
 
 
-def has_decimal_comma(sample: Sequence[str], separator: str | None) -> bool:
-    """Return whether numbers are written as 2,5.
+def decimal_of(sample: Sequence[str], separator: str | None) -> str:
+    """Return the decimal mark of a few lines: a comma where numbers are written as 2,5.
 
     Examples
     --------
-    >>> has_decimal_comma(["10,5;20;1"], ";")
-    True
+    >>> decimal_of(["10,5;20;1"], ";"), decimal_of(["1,234.5;2;1"], ";")
+    (',', '.')
     """
     if separator == ",":
-        return False
+        return "."
     fields = [field for line in sample for field in split_fields(line, separator)]
-    return any("," in f and field_number(f, True) is not None for f in fields)
+    if any(f.rfind(".") > f.rfind(",") >= 0 and field_number(f, ".") is not None for f in fields):
+        return "."
+    return "," if any("," in f and field_number(f, ",") is not None for f in fields) else "."
 
 
 def _n_numbers(line: str, separator: str | None) -> int:
+    marks = "." if separator == "," else ".,"
     fields = split_fields(line, separator)
-    return sum(is_number(f if separator == "," else f.replace(",", ".")) for f in fields)
+    return sum(any(_counts(f, mark) for mark in marks) for f in fields)
+
+
+def _counts(field: str, decimal: str) -> bool:
+    number = field_number(field, decimal)
+    return number is not None and field.lower() not in UNKNOWN - {"nan"}
 
 
 _COMMENT = (b"#", b"%", b"//")
@@ -157,44 +187,115 @@ _COMMENT = (b"#", b"%", b"//")
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix of a text without one.
 
+    A row below the header without any number, such as one of units, is left out. Texts as Petrel
+    and well logs (LAS) have them say their columns in a header of their own.
+
     Examples
     --------
-    >>> file = read_delimited(b"x;y;facies\\r\\n10,5;2;1\\r\\n", "data.csv")
+    >>> file = read_delimited(b"x;y;facies\\r\\nm;m;-\\r\\n10,5;2;1\\r\\n", "data.csv")
     >>> {k: v.tolist() for k, v in file.variables.items()}
     {'x': [10.5], 'y': [2.0], 'facies': [1.0]}
+    >>> read_delimited(b"x,y,facies\\n1,2,sand\\n", "data.csv").words
+    {'facies': ('sand',)}
     """
     check_lines(name, content.count(b"\n"))
     lines, numbers, remark = _filled_lines(content, name)
     if not lines:
         raise CCWSIMError(f"{name}: the file holds no values")
+    said = _own_header(lines)
+    lines, numbers = lines[said.n_lines :], numbers[said.n_lines :]
+    if not lines:
+        raise CCWSIMError(f"{name}: no values follow the header")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines[1:21] or lines]
-    separator = separator_of(sample)
-    comma = has_decimal_comma(sample, separator)
+    separator = None if said.names else separator_of(sample)
+    decimal = decimal_of(sample, separator)
     first = split_fields(lines[0].decode("utf-8", "replace"), separator)
-    headed = any(field_number(field, comma) is None for field in first)
+    headed = not said.names and any(field_number(field, decimal) is None for field in first)
     names = first if headed else split_fields(remark, separator)
     body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
+    if headed and len(body) > 1 and _units(body, separator, decimal):
+        second = split_fields(body[0].decode("utf-8", "replace"), separator)
+        names = names if len(second) <= len(names) else second  # below a title
+        body, numbers = body[1:], numbers[1:]
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
+    names, headed = (list(said.names), True) if said.names else (names, headed)
     n = len(names) if headed else len(split_fields(body[0].decode("latin-1"), separator))
     if headed and n > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {n} columns are more than {MAX_VARIABLES}")
     check_cells(name, (len(body), n))
-    values = _fast(body, name, n, separator, comma)
-    if values is None:
-        values = _by_field(body, numbers, name, n, separator, comma)
     at = np.array(numbers, dtype=np.int64)
+    values, words = _fast(body, name, n, separator, decimal), {}
+    if values is None:
+        values, words = _by_field(body, numbers, name, n, separator, decimal, headed)
     if not headed and len(names) != n:
         matrix = values.reshape(1, len(body), n)
         return DataFile(
             "text matrix", name, {"matrix": matrix}, lines=at, south_first=False, asks_up=True
         )
-    columns = dict(zip(distinct_names(names), np.ascontiguousarray(values.T), strict=True))
-    texts = [key for key, column in columns.items() if headed and np.isnan(column).all()]
-    kept = {key: column for key, column in columns.items() if key not in texts}
+    keys = distinct_names(names)
+    columns = dict(zip(keys, np.ascontiguousarray(values.T), strict=True))
+    empty = [k for k, key in enumerate(keys) if headed and np.isnan(columns[key]).all()]
+    kept = {key: columns[key] for k, key in enumerate(keys) if k not in {*empty, *words}}
     if not kept:
         raise CCWSIMError(f"{name}: no column holds numbers")
-    return DataFile("table in text", name, kept, is_table=True, lines=at)
+    texts = {keys[k]: fields for k, fields in words.items()}
+    names = tuple(key for key in keys if key in kept or key in texts)
+    return DataFile(
+        "table in text",
+        name,
+        kept,
+        is_table=True,
+        lines=at,
+        words=texts,
+        columns=names,
+        missing=said.missing,
+    )
+
+
+def _units(body: list[bytes], separator: str | None, decimal: str) -> bool:
+    """Whether the first row holds words and no number, and the second one numbers."""
+    rows = [split_fields(line.decode("utf-8", "replace"), separator) for line in body[:2]]
+    known = [[_counts(field, decimal) for field in row] for row in rows]
+    return not any(known[0]) and any(known[1])
+
+
+class _Header(NamedTuple):
+    """What a text says of its columns in lines of their own, and how many lines that takes."""
+
+    names: tuple[str, ...] = ()
+    n_lines: int = 0
+    missing: tuple[float, ...] = ()
+
+
+MAX_OWN_HEADER = 4 * MAX_VARIABLES
+"""Lines of it that are looked at."""
+
+
+def _own_header(lines: list[bytes]) -> _Header:
+    """The header of a Petrel points file (BEGIN HEADER …) or a well log (~Curve, ~A)."""
+    start = [line[:200].decode("utf-8", "replace").strip() for line in lines[:MAX_OWN_HEADER]]
+    upper = [line.upper() for line in start]
+    if "BEGIN HEADER" in upper[:5] and "END HEADER" in upper:
+        first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
+        return _Header(tuple(start[first:last]), last + 1, _PETREL_MISSING)
+    data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
+    if not upper[0].startswith("~") or data is None:
+        return _Header()
+    section, curves, missing = "", [], (-999.25,)
+    for line in start[:data]:
+        mnemonic = re.split(r"[.\s]", line, maxsplit=1)[0]
+        if line.startswith("~"):
+            section = line[1:2].upper()
+        elif section == "C":
+            curves.append(mnemonic)
+        elif section == "W" and mnemonic.upper() == "NULL":
+            value = line.partition(".")[2].partition(":")[0].strip()
+            missing = (float(value),) if is_number(value) else missing
+    return _Header(tuple(curves or start[data].split()[1:]), data + 1, missing)
+
+
+_PETREL_MISSING = (-999.0, -99999.0, 1e30)
 
 
 def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
@@ -218,14 +319,17 @@ def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], st
 
 
 def _fast(
-    body: list[bytes], name: str, n: int, separator: str | None, comma: bool
+    body: list[bytes], name: str, n: int, separator: str | None, decimal: str
 ) -> NDArray[np.float64] | None:
-    """All numbers at once; None where a field is empty, a text or missing."""
+    """All numbers at once; None where a field is empty, a text, missing or has thousands marked."""
     sep = separator.encode() if separator else None
     if any(len(line.split(sep)) != n for line in body):
         return None
     text = b"\n".join(body)
-    text = text.replace(b",", b".") if comma else text
+    if decimal == ",":
+        if b"." in text:
+            return None
+        text = text.replace(b",", b".")
     text = text.replace(sep, b" ") if sep else text
     try:
         values = numbers_in(text, name)
@@ -235,9 +339,15 @@ def _fast(
 
 
 def _by_field(
-    body: list[bytes], numbers: list[int], name: str, n: int, separator: str | None, comma: bool
-) -> NDArray[np.float64]:
-    """Field by field: empty ones become NaN, columns of words NaN throughout."""
+    body: list[bytes],
+    numbers: list[int],
+    name: str,
+    n: int,
+    separator: str | None,
+    decimal: str,
+    headed: bool,
+) -> tuple[NDArray[np.float64], dict[int, tuple[str, ...]]]:
+    """Field by field: empty ones become NaN; columns with words are returned as they stand too."""
     table: list[list[str]] = []
     for line, number in zip(body, numbers, strict=True):
         fields = split_fields(line.decode("utf-8", "replace"), separator)
@@ -250,21 +360,25 @@ def _by_field(
             raise CCWSIMError(f"{name}: words or empty fields in a table this large; clean it")
         if len(table) % 1000 == 0:
             check_time(name)
-    columns = [_column(column, numbers, name, comma) for column in zip(*table, strict=True)]
-    return np.stack(columns, axis=1)
+    columns, words = [], {}
+    for k, fields in enumerate(zip(*table, strict=True)):
+        found = [field_number(field, decimal) for field in fields]
+        bad = [j for j, value in enumerate(found) if value is None or np.isinf(value)]
+        if bad and not headed:
+            raise CCWSIMError(not_a_number(name, numbers[bad[0]], fields[bad[0]]))
+        if bad:
+            words[k] = fields
+            found = [np.nan] * len(found)
+        columns.append(np.array(found, dtype=np.float64))
+    return np.stack(columns, axis=1), words
 
 
-def _column(
-    fields: tuple[str, ...], numbers: list[int], name: str, comma: bool
-) -> NDArray[np.float64]:
-    found = [field_number(field, comma) for field in fields]
-    words = [k for k, value in enumerate(found) if value is None or np.isinf(value)]
-    if 2 * len(words) > len(words) + sum(v is not None and v == v for v in found):
-        return np.full(len(found), np.nan)
-    if words:
-        k = words[0]
-        raise CCWSIMError(
-            f"{name}, line {numbers[k]}: {fields[k][:30]!r} is not a number; facies are whole "
-            "numbers, so give every name a number"
-        )
-    return np.array(found, dtype=np.float64)
+def not_a_number(name: str, line: int, field: str) -> str:
+    """Return what is said of a word where a number is needed.
+
+    Examples
+    --------
+    >>> not_a_number("wells.csv", 3, "1O.5")
+    "wells.csv, line 3: '1O.5' is not a number; correct it"
+    """
+    return f"{name}, line {line}: {field[:30]!r} is not a number; correct it"

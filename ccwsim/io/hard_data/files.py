@@ -7,7 +7,12 @@ from typing import Any
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.formats.classes import Classes
-from ccwsim.io.hard_data.placing import HardDataImport, place_points, resolve_points
+from ccwsim.io.hard_data.placing import (
+    FaciesNames,
+    HardDataImport,
+    place_points,
+    resolve_points,
+)
 from ccwsim.io.hard_data.points import read_points
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.errors import CCWSIMError
@@ -21,10 +26,14 @@ def import_hard_data(
     grid: Grid | Sequence[int] | None = None,
     training_image: TrainingImage | None = None,
     *,
+    x: str | None = None,
+    y: str | None = None,
+    facies: str | None = None,
     variable: str | None = None,
     coordinates: str | None = None,
     up: bool | None = None,
     slice_index: int | None = None,
+    facies_names: FaciesNames | None = None,
     threshold: float | None = None,
     classes: Classes = None,
     on_collision: str = "error",
@@ -35,11 +44,11 @@ def import_hard_data(
 
     Parameters
     ----------
-    path_or_file, variable, coordinates, up, slice_index
+    path_or_file, x, y, facies, variable, coordinates, up, slice_index
         As in `read_points`.
     grid : Grid or pair of int, optional
         A pair is rows and columns of unit cells from (0, 0) on.
-    training_image, threshold, classes
+    training_image, facies_names, threshold, classes
         As in `place_points`.
     on_collision, on_outside, on_unknown
         As in `resolve_points`.
@@ -61,12 +70,22 @@ def import_hard_data(
     points = read_points(
         path_or_file,
         grid_shape=shape,
+        x=x,
+        y=y,
+        facies=facies,
         variable=variable,
         coordinates=coordinates,
         up=up,
         slice_index=slice_index,
     )
-    placed = place_points(points, grid, training_image, threshold=threshold, classes=classes)
+    placed = place_points(
+        points,
+        grid,
+        training_image,
+        facies_names=facies_names,
+        threshold=threshold,
+        classes=classes,
+    )
     return resolve_points(
         placed, on_collision=on_collision, on_outside=on_outside, on_unknown=on_unknown
     )
@@ -77,10 +96,14 @@ def read_hard_data(
     grid: Grid | Sequence[int] | None = None,
     training_image: TrainingImage | None = None,
     *,
+    x: str | None = None,
+    y: str | None = None,
+    facies: str | None = None,
     variable: str | None = None,
     coordinates: str | None = None,
     up: bool | None = None,
     slice_index: int | None = None,
+    facies_names: FaciesNames | None = None,
     threshold: float | None = None,
     classes: Classes = None,
     on_collision: str = "error",
@@ -91,7 +114,9 @@ def read_hard_data(
 
     Parameters
     ----------
-    path_or_file, grid, training_image, variable, coordinates, up, slice_index, threshold, classes
+    path_or_file, grid, training_image, x, y, facies, variable, coordinates, up, slice_index
+        As in `import_hard_data`.
+    facies_names, threshold, classes
         As in `import_hard_data`.
     on_collision, on_outside, on_unknown
         As in `import_hard_data`.
@@ -111,10 +136,14 @@ def read_hard_data(
         path_or_file,
         grid,
         training_image,
+        x=x,
+        y=y,
+        facies=facies,
         variable=variable,
         coordinates=coordinates,
         up=up,
         slice_index=slice_index,
+        facies_names=facies_names,
         threshold=threshold,
         classes=classes,
         on_collision=on_collision,

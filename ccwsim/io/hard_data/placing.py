@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
+from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import ImportedPoints
+from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -47,6 +50,15 @@ class PlacedPoints:
     collisions: tuple[NDArray[np.int64], ...]
 
     @property
+    def unknown_facies(self) -> tuple[str, ...]:
+        """The facies that the training image does not have, as the file calls them."""
+        which = self.unknown
+        if self.points.words:
+            places = np.unique(self.points.values[which]).astype(int)
+            return tuple(self.points.words[k] for k in places)
+        return tuple(map(str, np.unique(self.facies[which]).tolist()))
+
+    @property
     def n_off_centre(self) -> int:
         """How many points were moved to the centre of their cell."""
         return int(np.count_nonzero(self.offsets > 1e-6))
@@ -57,6 +69,7 @@ def place_points(
     grid: Grid | None = None,
     training_image: TrainingImage | None = None,
     *,
+    facies_names: FaciesNames | None = None,
     threshold: float | None = None,
     classes: Classes = None,
 ) -> PlacedPoints:
@@ -69,7 +82,11 @@ def place_points(
     grid : Grid, optional
         Without one, cells are of size 1 from the origin (0, 0), and only negative ones are outside.
     training_image : TrainingImage, optional
-        Says which facies there are.
+        Says which facies there are, and what they are called: a facies may be given by name, in
+        upper or lower case.
+    facies_names : dict of str to int, optional
+        The facies codes of further names, as `{"Sand": 1, "Ton": 0}`; pairs do as well. The name of
+        a number recodes it: `{"7": 1}`.
     threshold, classes : optional
         For continuous values, as in `classify`; classes as edges, those of the training image.
 
@@ -93,14 +110,56 @@ def place_points(
             "be classed as the training image is: give its class edges"
         )
     cells, offsets = _cells(points, grid)
-    facies = _facies(points, threshold, classes)
+    given = _checked_names(facies_names)
+    if points.words:
+        facies, known = _by_name(points, training_image, given)
+    else:
+        facies, known = _facies(points, threshold, classes), np.ones(points.n, bool)
+        numbers = {round(float(name)): code for name, code in given.items() if is_number(name)}
+        facies = np.array([numbers.get(code, code) for code in facies.tolist()], np.int64)
     inside = grid.holds(cells) if grid is not None else (cells >= 0).all(axis=1)
-    known = np.ones(points.n, bool)
     if training_image is not None:
-        known = np.isin(facies, training_image.codes)
+        known &= np.isin(facies, training_image.codes)
     outside, unknown = np.flatnonzero(~inside), np.flatnonzero(inside & ~known)
     collisions = colliding(cells, facies, np.flatnonzero(inside & known))
     return PlacedPoints(points, cells, facies, offsets, outside, unknown, collisions)
+
+
+def fit_grid(
+    points: ImportedPoints,
+    *,
+    shape: Sequence[int] | None = None,
+    cell_size: float | Sequence[float] | None = None,
+) -> Grid:
+    """Return a grid whose cells hold all points of a file.
+
+    Parameters
+    ----------
+    points : ImportedPoints
+        From `read_points`. Rows and columns need as many cells as the largest of them says.
+    shape, cell_size
+        As in `Grid.fit`, for points in world coordinates.
+
+    Raises
+    ------
+    CCWSIMError
+        As `Grid.fit`.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> from ccwsim.io import read_points
+    >>> text = b"easting,northing,facies\\n436120,4505250,1\\n439880,4509100,0\\n"
+    >>> fit_grid(read_points(BytesIO(text)), shape=(512, 512))
+    Grid(ny=512, nx=512, cell_size=(10.0, 10.0), origin=(435400.0, 4504600.0))
+    """
+    if points.world:
+        return Grid.fit(points.places, shape=shape, cell_size=cell_size)
+    ny, nx = Grid.of(shape).shape if shape is not None else (1, 1)
+    if not points.n:
+        return Grid(ny, nx)
+    most = _cells(points, None)[0].max(axis=0) + 1
+    return Grid(max(ny, int(most[0])), max(nx, int(most[1])))
 
 
 def _cells(
@@ -143,6 +202,55 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
             )
         classes = "codes"
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
+
+
+FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
+"""Names of facies and their codes."""
+
+
+def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
+    """Names without case, and their codes."""
+    try:
+        pairs = [(_bare(name), code) for name, code in dict(facies_names or {}).items()]
+    except (TypeError, ValueError):
+        pairs = [("", None)]
+    for name, code in pairs:
+        if not name or not is_whole(code) or abs(int(code)) >= 2**53:  # type: ignore[arg-type]
+            raise CCWSIMError(
+                f"facies_names = {shown(facies_names)} must give whole numbers to names, as "
+                "{'sand': 1}"
+            )
+    return {
+        name: int(code)  # type: ignore[arg-type]
+        for name, code in pairs
+        if len(name) < 400 and not (is_number(name) and not np.isfinite(float(name)))
+    }
+
+
+def _bare(name: object) -> str:
+    return str(name).strip().casefold()
+
+
+def _by_name(
+    points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """The codes of data whose facies are names, and which of the names are known.
+
+    What `given` says comes first, then the names of the training image, then a number in a word.
+    """
+    codes = dict(given)
+    if training_image is not None:
+        names = [_bare(name) for name in training_image.facies_names]
+        own = dict(zip(names, training_image.codes.tolist(), strict=True))
+        codes = {n: code for n, code in own.items() if names.count(n) == 1} | given
+    found = []
+    for word in map(_bare, points.words):
+        whole = is_number(word) and abs(float(word)) < 2**53 and float(word).is_integer()
+        found.append(codes.get(word, int(float(word)) if whole else None))
+    known = np.array([code is not None for code in found], bool)
+    numbers = np.array([code or 0 for code in found], np.int64)
+    which = points.values.astype(np.int64)
+    return numbers[which], known[which]
 
 
 COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
@@ -267,11 +375,7 @@ def resolve_points(
             "data lie outside the grid; drop them, or correct the grid or the coordinates"
         )
     if len(placed.unknown) and on_unknown == "error":
-        codes = ", ".join(map(str, np.unique(placed.facies[placed.unknown])[:10]))
-        raise CCWSIMError(
-            f"{points.name}, {points.named(placed.unknown)}: the training image has no facies "
-            f"{codes}; recode or drop these data"
-        )
+        raise CCWSIMError(_said_unknown(placed))
     if placed.collisions and on_collision == "error":
         raise CCWSIMError(_said_collision(placed))
     keep = np.ones(points.n, bool)
@@ -289,11 +393,27 @@ def _check_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
         raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
 
 
+def _said_unknown(placed: PlacedPoints) -> str:
+    points = placed.points
+    said = list(placed.unknown_facies)
+    listed = ", ".join(map(repr, said) if points.words else said[:10])
+    where = f"{points.name}, {points.named(placed.unknown)}: "
+    if not points.words:
+        return f"{where}the training image has no facies {listed}; recode or drop these data"
+    first = said[0]
+    return (
+        f"{where}the training image has no facies {listed[:300]}; say which they are, as "
+        f"facies_names={{{first!r}: 1}}, or drop these data"
+    )
+
+
 def _said_collision(placed: PlacedPoints) -> str:
     points, members = placed.points, placed.collisions[0]
     row, column = placed.cells[members[0]]
     said = ", ".join(
-        f"{points.counted} {points.lines[k]} says {placed.facies[k]}" for k in members[:6]
+        f"{points.counted} {points.lines[k]} says "
+        f"{points.said(k) if points.words else placed.facies[k]}"
+        for k in members[:6]
     )
     more = len(placed.collisions) - 1
     tail = f", and {more} more such cells" if more else ""

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import MISSING_CODES, DataFile, layer
+from ccwsim.io.data_file import MISSING_CODES, DataFile, layer, printable
+from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import frozen
+from ccwsim.model.arrays import check_int, frozen
 from ccwsim.model.errors import CCWSIMError, shown
 
 PREFERRED = ("hd", "hard_data")
@@ -41,6 +45,8 @@ class ImportedPoints:
         Rows left out because nothing is known there.
     notes : tuple of str
         What was taken for granted, one sentence each.
+    words : tuple of str
+        Where facies are given by name: the different names; `values` are places in it.
     """
 
     places: NDArray[np.float64]
@@ -52,11 +58,22 @@ class ImportedPoints:
     variable: str
     n_missing: int = 0
     notes: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
 
     @property
     def n(self) -> int:
         """How many data there are."""
         return len(self.values)
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the values need a threshold or classes to become facies."""
+        return not self.words and self.n > 0 and not are_codes(self.values)
+
+    def said(self, k: int) -> str:
+        """Return the value of a datum as the file has it, a name or a number."""
+        value = self.values[k]
+        return self.words[int(value)] if self.words else f"{value:g}"
 
     def named(self, which: NDArray[np.integer]) -> str:
         """Return where some of the data stand, in words: "lines 3, 7 and 12".
@@ -80,6 +97,9 @@ def read_points(
     path_or_file: PathOrFile,
     *,
     grid_shape: tuple[int, int] | None = None,
+    x: str | None = None,
+    y: str | None = None,
+    facies: str | None = None,
     variable: str | None = None,
     coordinates: str | None = None,
     up: bool | None = None,
@@ -87,7 +107,8 @@ def read_points(
 ) -> ImportedPoints:
     """Return the hard data of a file as they stand in it.
 
-    Read are tables in text (CSV), Geo-EAS points, and grids of any format with NaN or a code for
+    Read are tables in text (CSV, Petrel points, well logs), Geo-EAS points, GeoJSON, GeoPackage and
+    Shapefile points (the last two with pyogrio), and grids of any format with NaN or a code for
     "missing" (−99, −999, −997799, −9977799) where nothing is known. An array or a headerless text
     of three columns that is not the grid itself is a list: row, col, facies in arrays, and
     x, y, facies (or x, y, z, facies) in texts.
@@ -98,8 +119,14 @@ def read_points(
         Known by its content, not by its name.
     grid_shape : (ny, nx), optional
         The simulation grid: a file that holds a whole grid must have this shape.
+    x, y : str, optional
+        Which columns of a table hold the places; guessed by their names where not given. With
+        `coordinates="cells"`, x is the column and y the row of a cell.
+    facies : str, optional
+        Which column, variable or array holds the facies, as numbers or names. A column of heights
+        or of the names of wells is never taken unasked.
     variable : str, optional
-        Which column, variable or array holds the facies.
+        The same as `facies`.
     coordinates : "world" or "cells", optional
         What two columns of unclear names mean: x and y, or row and col.
     up : bool, optional
@@ -125,8 +152,15 @@ def read_points(
     file = open_file(path_or_file)
     if isinstance(file, Picture):
         raise CCWSIMError(f"{file.name} is a picture; hard data come as a table or a grid")
+    if facies is not None and variable is not None and shown(facies) != shown(variable):
+        raise CCWSIMError(
+            f"facies = {shown(facies)} and variable = {shown(variable)} mean the same; give one"
+        )
+    variable = facies if variable is None else variable
     if file.is_table:
-        return _of_table(file, variable, coordinates)
+        return _of_table(file, table_roles(file, x, y, variable, coordinates))
+    if x is not None or y is not None:
+        raise CCWSIMError(f"{file.name} has no named columns; leave x and y out")
     key = file.chosen(variable, PREFERRED)
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
@@ -136,20 +170,149 @@ def read_points(
     return _of_grid(file, key, cells if south_first else cells[::-1], grid_shape)
 
 
-def _of_table(file: DataFile, variable: str | None, coordinates: str | None) -> ImportedPoints:
-    names = list(file.variables)
-    first, second, world, notes = place_columns(file, names, coordinates)
-    rest = [name for name in names if name not in (first, second)]
-    key = value_column(file, rest, variable)
-    columns = file.variables
-    _check_few(file.name, len(columns[key]), "rows")
-    if file.lines is None:
+@dataclass(frozen=True)
+class PointsPreview:
+    """A table of hard data at a first look: its columns, first rows, and what is guessed of them.
+
+    Attributes
+    ----------
+    name : str
+        The file.
+    columns : tuple of str
+        All columns in their order; empty where the file is a grid or a list without names.
+    numeric : tuple of str
+        Those that hold numbers.
+    rows : tuple of tuple of str
+        The first rows, as they are read: a number written as 2,5 is 2.5 here.
+    lines : tuple of int
+        Where in the file each of them stands.
+    n_rows : int
+        How many rows there are.
+    guess : dict of str
+        For "x", "y" and "facies" the column that is taken, where one is.
+    reasons : tuple of str
+        What was taken for granted, and what has to be asked, one sentence each.
+    world : bool
+        Whether the places are world coordinates, and not rows and columns.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    numeric: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    n_rows: int
+    guess: dict[str, str]
+    reasons: tuple[str, ...]
+    world: bool = True
+
+
+def preview_points(
+    path_or_file: PathOrFile,
+    *,
+    x: str | None = None,
+    y: str | None = None,
+    facies: str | None = None,
+    coordinates: str | None = None,
+    n_rows: int = 6,
+) -> PointsPreview:
+    """Return what a table of hard data holds and which columns are taken for what.
+
+    Parameters
+    ----------
+    path_or_file, x, y, facies, coordinates
+        As in `read_points`.
+    n_rows : int
+        How many rows to show, at least 1.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be read; columns that cannot be guessed are no error here.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> found = preview_points(BytesIO(b"Well;Ostwert;Hochwert;Litho\\nA;1,5;2,5;Sand\\n"))
+    >>> found.guess
+    {'x': 'Ostwert', 'y': 'Hochwert', 'facies': 'Litho'}
+    >>> found.rows
+    (('A', '1.5', '2.5', 'Sand'),)
+    """
+    n_rows = check_int("n_rows", n_rows, 1)
+    file = open_file(path_or_file)
+    if isinstance(file, Picture) or not file.is_table:
+        return PointsPreview(file.name, (), (), (), (), 0, {}, ())
+    guess: dict[str, str] = {}
+    reasons: list[str] = []
+    world = coordinates != "cells"
+    try:
+        guess["x"], guess["y"], world, reasons = place_columns(file, x, y, coordinates)
+    except CCWSIMError as error:
+        reasons.append(str(error))
+    try:
+        rest = [name for name in file.names if name not in guess.values()]
+        guess["facies"] = value_column(file, rest, facies)
+    except CCWSIMError as error:
+        reasons.append(str(error))
+    texts = [_texts(file, name, n_rows) for name in file.names]
+    n = len(next(iter(file.variables.values())))
+    lines = file.lines if file.lines is not None else np.arange(1, n + 1)
+    return PointsPreview(
+        file.name,
+        file.names,
+        tuple(file.variables),
+        tuple(zip(*texts, strict=True)),
+        tuple(lines[:n_rows].tolist()),
+        n,
+        guess,
+        tuple(reasons),
+        world,
+    )
+
+
+def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
+    if column in file.words:
+        return [printable(field) for field in file.words[column][:n]]
+    return ["" if v != v else f"{v:.12g}" for v in file.variables[column][:n].tolist()]
+
+
+def _of_table(file: DataFile, roles: Roles) -> ImportedPoints:
+    _check_few(file.name, len(next(iter(file.variables.values()))), "rows")
+    lines = file.lines
+    if lines is None:
         raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
-    height = height_column(rest, key)
-    if height and len(np.unique(columns[height])) > 1:
+    first, second = (_numbers(file, name, lines) for name in (roles.x, roles.y))
+    notes = list(roles.notes)
+    height = height_column(list(file.variables), roles.facies)
+    if height and len(np.unique(file.variables[height])) > 1:
         notes.append(f"The column {height} has several values; data are seen from above.")
-    places = np.stack([columns[first], columns[second]], axis=1)
-    return _known(file, key, places, columns[key], file.lines, world, "line", notes)
+    places = np.stack([first, second] if roles.world else [second, first], axis=1)
+    values, words = _facies_column(file, roles.facies)
+    own = replace(file, missing=()) if words else file  # a place in the names is no value
+    found = _known(own, roles.facies, places, values, lines, roles.world, file.counted, notes)
+    return replace(found, words=words)
+
+
+def _numbers(file: DataFile, column: str, lines: NDArray[np.int64]) -> NDArray[np.float64]:
+    """A column of places; the first word in it is said."""
+    if column in file.words:
+        fields = file.words[column]
+        bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
+        raise CCWSIMError(not_a_number(file.name, int(lines[bad]), fields[bad]))
+    return file.variables[column]
+
+
+def _facies_column(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Codes, or places in the different names, which are returned too; NaN where none is known."""
+    if column in file.variables:
+        return file.variables[column], ()
+    fields = file.words[column]
+    unknown = {field for field in fields if field.lower() in UNKNOWN}
+    unknown |= {f for f in fields if is_number(f) and float(f) in (*MISSING_CODES, *file.missing)}
+    words = tuple(sorted({*fields} - unknown))
+    places = {word: float(k) for k, word in enumerate(words)}
+    return np.array([places.get(field, np.nan) for field in fields]), words
 
 
 def _of_list(file: DataFile, key: str, coordinates: str | None) -> ImportedPoints:
@@ -226,13 +389,37 @@ def _is_list(values: NDArray, in_text: bool, grid_shape: tuple[int, int] | None)
     return one and (grid_shape is None or values.shape[1:] != tuple(grid_shape))
 
 
-_X = ("x", "xcoord", "xcoordinate", "easting", "east", "lon", "longitude")
-_Y = ("y", "ycoord", "ycoordinate", "northing", "north", "lat", "latitude")
-_Z = ("z", "zcoord", "zcoordinate", "elevation", "depth")
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
+_X = _words(
+    "x xcoord xcoordinate coordx xkoordinate xkoord xm xutm utmx utme easting utmeasting eastings "
+    "east eastm utmeast ostwert rechtswert ost rechts rw este est lon long longitude laengengrad "
+    "lngengrad xworld surfacex xwgs84 e"
+)
+_Y = _words(
+    "y ycoord ycoordinate coordy ykoordinate ykoord ym yutm utmy utmn northing utmnorthing "
+    "northings north northm utmnorth nordwert hochwert nord hoch hw norte lat latitude breitengrad "
+    "yworld surfacey ywgs84 n"
+)
+_Z = _words(
+    "z zcoord zcoordinate zm elevation elev altitude alt height depth dept md tvd tvdss "
+    "measureddepth tiefe teufe hoehe hhe top base bottom from to kb k iz slice"
+)
 _ROW = ("row", "rows", "i", "iy", "rowindex")
 _COLUMN = ("col", "cols", "column", "columns", "j", "ix", "colindex", "columnindex")
-_CODE = ("facies", "faciescode", "code", "codes", "class", "category", "lithology")
-_VALUE = (*_CODE, "value", "var", "variable", "v")
+_CODE = _words(
+    "facies faciescode faciesname fazies lithofacies lithology lithologie litho lith rock rocktype "
+    "gestein code codes class klasse category soil boden geology unit"
+)
+_VALUE = (*_CODE, "value", "wert", "var", "variable", "v")
+_NAMES = _words(
+    "well wellname wellid wells hole holeid bore borehole bohrung bohrungsname sonde uwi id fid "
+    "objectid pointid name no nr number index station point punkt sample date datum remark remarks "
+    "comment comments bemerkung surface"
+)
+"""Names of wells, numbers of rows, remarks: never taken for facies unasked."""
 
 
 def is_points(names: list[str]) -> bool:
@@ -247,34 +434,76 @@ def is_points(names: list[str]) -> bool:
     return any(_first(names, first) and _first(names, second) for first, second in pairs)
 
 
-def place_columns(
-    file: DataFile, names: list[str], coordinates: str | None
-) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y, or of row and col; whether they are of the world; notes.
+class Roles(NamedTuple):
+    """Which columns of a table are what, and what was taken for granted."""
+
+    x: str  # or the column of a cell
+    y: str  # or the row of a cell
+    world: bool
+    facies: str
+    notes: list[str]
+
+
+def table_roles(
+    file: DataFile, x: str | None, y: str | None, facies: str | None, coordinates: str | None
+) -> Roles:
+    """Return which columns of a table hold places and facies: as asked for, or by their names.
 
     Examples
     --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True)
-    >>> place_columns(file, ["Easting [m]", "Northing [m]", "facies"], None)
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Ost", "Nord", "z", "Rock"))
+    >>> table_roles(file, None, None, None, None)
+    Roles(x='Ost', y='Nord', world=True, facies='Rock', notes=[])
+    """
+    first, second, world, notes = place_columns(file, x, y, coordinates)
+    rest = [name for name in file.names if name not in (first, second)]
+    return Roles(first, second, world, value_column(file, rest, facies), notes)
+
+
+def place_columns(
+    file: DataFile, x: str | None = None, y: str | None = None, coordinates: str | None = None
+) -> tuple[str, str, bool, list[str]]:
+    """Return the columns of x and y, or of col and row; whether they are of the world; notes.
+
+    Examples
+    --------
+    >>> columns = ("Easting [m]", "Northing [m]", "facies")
+    >>> place_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
     ('Easting [m]', 'Northing [m]', True, [])
     """
-    x, y = _first(names, _X), _first(names, _Y)
-    row, column = _first(names, _ROW), _first(names, _COLUMN)
-    if x and y and coordinates != "cells":
-        return x, y, True, []
+    names, cells = list(file.names), coordinates == "cells"
+    asked = [None if name is None else file.column(name) for name in (x, y)]
+    if asked[0] is not None and asked[0] == asked[1]:
+        raise CCWSIMError(f"{file.name}: x and y are both {shown(asked[0])}; name two columns")
+    free = [name for name in names if name not in asked]
+    column, row = asked[0] or _first(free, _COLUMN), asked[1] or _first(free, _ROW)
+    first, second = asked[0] or _first(free, _X, 4), asked[1] or _first(free, _Y, 4)
+    if coordinates is None and column and row:
+        cells = _plain(column) in _COLUMN and _plain(row) in _ROW and not (first and second)
+        cells |= column == first and row == second and _plain(column) in _COLUMN
+    if first and second and not cells:
+        return first, second, True, []
     if row and column and coordinates != "world":
-        letters = {_plain(row), _plain(column)} == {"i", "j"}
+        letters = {_plain(row), _plain(column)} == {"i", "j"} and asked == [None, None]
         note = [f"{row} was taken as the row and {column} as the column."] if letters else []
-        return row, column, False, note
-    if len(names) < 3:
+        return column, row, False, note
+    numeric = [name for name in free if name in file.variables]
+    if len(names) < 3 or len(numeric) < asked.count(None):
         there = ", ".join(names)
         raise CCWSIMError(
             f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
         )
-    world = coordinates != "cells"
-    said = "x and y" if world else "row and col"
-    note = f"No column is called so: {names[0]} and {names[1]} were taken as {said}."
-    return names[0], names[1], world, [note]
+    places = [name for name in numeric if _plain(name) not in (*_Z, *_NAMES, *_CODE)]
+    guess = iter(places if len(places) >= asked.count(None) else numeric)
+    if cells:  # as they are read aloud: row, then column
+        row, column = (name or next(guess) for name in (asked[1], asked[0]))
+        return column, row, False, [_untold(row, column, "row and col")]
+    first, second = (name or next(guess) for name in asked)
+    return first, second, True, [_untold(first, second, "x and y")]
+
+
+def _untold(one: str, two: str, said: str) -> str:
+    return f"No column is called so: {one} and {two} were taken as {said}."
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
@@ -282,29 +511,31 @@ def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
 
     Examples
     --------
-    >>> import numpy as np
-    >>> columns = dict.fromkeys(["x", "y", "id", "Code"], np.zeros(1))
-    >>> value_column(DataFile("table", "a.csv", columns, is_table=True), ["id", "Code"], None)
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("x", "y", "id", "Code"))
+    >>> value_column(file, ["id", "Code"], None)
     'Code'
     """
-    columns = replace(file, variables={name: file.variables[name] for name in rest})
-    if not rest:
-        raise CCWSIMError(f"{file.name} has no column of facies codes (whole numbers, no words)")
     if variable is not None:
-        return columns.chosen(variable)
-    named = [name for name in rest if _plain(name) in _VALUE]
-    if len(named) == 1:
-        return named[0]
-    flat = [name for name in rest if _plain(name) not in _Z]
-    if len(flat) == 2 and len(file.variables) == 4 and _unnamed(file):
-        return flat[1]  # x, y, z, value without telling names
-    if len(flat) == 1 or len(rest) == 1:
-        return (flat or rest)[0]
-    return columns.chosen(None)
+        return file.column(variable)
+    named = _first(rest, _CODE, 5) or _first(rest, _VALUE)
+    if named:
+        return named
+    likely = [name for name in rest if _plain(name) not in (*_Z, *_NAMES)]
+    if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
+        return likely[1]  # x, y, z, value without telling names
+    if len(likely) == 1:
+        return likely[0]
+    if not likely:
+        others = f" (left are {', '.join(rest[:9])})" if rest else ""
+        raise CCWSIMError(
+            f"{file.name} has no column that looks like facies{others}; name it (facies=)"
+        )
+    there = ", ".join(map(repr, likely[:20]))
+    raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
 
 
 def _unnamed(file: DataFile) -> bool:
-    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.variables)
+    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
 
 
 def height_column(rest: list[str], key: str) -> str | None:
@@ -318,8 +549,11 @@ def height_column(rest: list[str], key: str) -> str | None:
     return next((name for name in rest if _plain(name) in _Z and name != key), None)
 
 
-def _first(names: list[str], known: tuple[str, ...]) -> str | None:
-    return next((name for word in known for name in names if _plain(name) == word), None)
+def _first(names: list[str], known: tuple[str, ...], prefix: int = 0) -> str | None:
+    """The first name that is a known word; else one that begins with a word of so many letters."""
+    found = next((name for word in known for name in names if _plain(name) == word), None)
+    long = [word for word in known if prefix and len(word) >= prefix]
+    return found or next((n for word in long for n in names if _plain(n).startswith(word)), None)
 
 
 def _plain(name: str) -> str:

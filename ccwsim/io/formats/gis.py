@@ -1,0 +1,172 @@
+"""Points of geographic information systems: GeoJSON; GeoPackage and Shapefile with pyogrio."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+
+from ccwsim.io.archive import opened_archive
+from ccwsim.io.data_file import DataFile, distinct_names, printable
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
+from ccwsim.model.errors import CCWSIMError
+
+GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
+"""Kinds of files that pyogrio reads, in words."""
+
+Feature = tuple[float, float, dict[str, Any]]
+
+
+def is_geojson(text: bytes) -> bool:
+    """Return whether a text looks like GeoJSON.
+
+    Examples
+    --------
+    >>> is_geojson(b'{"type": "FeatureCollection", "features": []}'), is_geojson(b"{1}")
+    (True, False)
+    """
+    return text[:64].lstrip().startswith(b"{") and b'"features"' in text
+
+
+def read_geojson(text: bytes, name: str) -> DataFile:
+    """Return the points of a GeoJSON text as a table: x, y and a column a property.
+
+    Examples
+    --------
+    >>> text = b'{"features": [{"geometry": {"type": "Point", "coordinates": [1, 2]}, '
+    >>> file = read_geojson(text + b'"properties": {"facies": "sand"}}]}', "a.geojson")
+    >>> file.names, file.words
+    (('x', 'y', 'facies'), {'facies': ('sand',)})
+    """
+    n = text.count(b",") + text.count(b"[") + text.count(b"{")  # each becomes an object
+    if n > 2 * limits().fields:
+        raise CCWSIMError(f"{name}: {n} values in JSON are too many; save it as CSV")
+    try:
+        features = json.loads(text)["features"]
+        found = [_feature(feature, name, k) for k, feature in enumerate(features, start=1)]
+    except CCWSIMError:
+        raise
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise CCWSIMError(f"{name} is no GeoJSON of points; save points as GeoJSON") from error
+    return _table("GeoJSON points", name, [point for points in found for point in points])
+
+
+def _feature(feature: Any, name: str, number: int) -> list[tuple[int, Feature]]:
+    geometry, values = feature["geometry"], feature.get("properties") or {}
+    kind = geometry["type"]
+    if kind not in ("Point", "MultiPoint"):
+        raise CCWSIMError(
+            f"{name}, feature {number}: a {printable(str(kind)[:30])}, where a Point is needed; "
+            "save points"
+        )
+    places = [geometry["coordinates"]] if kind == "Point" else geometry["coordinates"]
+    return [(number, (_finite(x), _finite(y), dict(values))) for x, y, *_ in places]
+
+
+def _finite(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise TypeError("a coordinate is no number")
+    try:
+        return float(value)
+    except OverflowError:
+        return float("inf")
+
+
+def is_shapefile_zip(content: bytes) -> bool:
+    """Return whether the directory of a zip names a .shp, without opening it."""
+    entries = content[-(2**20) :].lower()
+    return b"pk\x01\x02" in entries and b".shp" in entries.split(b"pk\x01\x02", 1)[1]
+
+
+def read_gis(content: bytes, name: str, kind: str) -> DataFile:
+    """Return the points of a GeoPackage or a zipped Shapefile as a table.
+
+    Raises
+    ------
+    CCWSIMError
+        Where pyogrio is not installed, or the file holds no points.
+    """
+    if kind == "shp":
+        raise CCWSIMError(
+            f"{name}: a .shp alone lacks its table (.dbf); bring all files of the Shapefile as "
+            "one zip"
+        )
+    try:
+        from pyogrio import raw, read_info
+    except ImportError as error:
+        raise CCWSIMError(
+            f"{name}: {GIS_FILES[kind]} files need the package pyogrio; install it "
+            "(pip install 'ccwsim[gis]'), or save the points as GeoJSON or CSV"
+        ) from error
+    if kind == "shapefile":
+        with opened_archive(content, name) as archive:
+            archive.check(list(archive.infos))
+    try:
+        info = read_info(content)
+        n, fields = int(info["features"]), list(info["fields"])
+        if n > limits().points or len(fields) > MAX_VARIABLES:
+            raise CCWSIMError(
+                f"{name}: {n} points of {len(fields)} columns are more than {limits().points} of "
+                f"{MAX_VARIABLES}; leave some out"
+            )
+        check_cells(name, (max(n, 1), len(fields) + 2))
+        meta, _, shapes, columns = raw.read(content, max_features=limits().points + 1)
+        places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
+    except CCWSIMError:
+        raise
+    except Exception as error:  # GDAL raises many types for broken files
+        reason = printable(" ".join(str(error).split()), 100)
+        raise CCWSIMError(f"{name}: the file cannot be read ({reason}); save it again") from error
+    check_time(name)
+    keys = [str(key) for key in meta["fields"]]
+    rows = zip(*(column.tolist() for column in columns), strict=True) if keys else [()] * n
+    points = [
+        (k, (x, y, dict(zip(keys, row, strict=True))))
+        for k, ((x, y), row) in enumerate(zip(places, rows, strict=True), start=1)
+    ]
+    return _table(f"{GIS_FILES[kind]} points", name, points)
+
+
+def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
+    """x and y of a point in well-known binary; with z, m or both behind them."""
+    if shape is not None and len(shape) >= 21:
+        order = "<" if shape[0] == 1 else ">"
+        kind, x, y = struct.unpack_from(f"{order}Idd", shape, 1)
+        if kind & 0xFFFF in (1, 1001, 2001, 3001):
+            return x, y
+        n = struct.unpack_from(f"{order}I", shape, 5)[0]
+        if kind & 0xFFFF in (4, 1004, 2004, 3004) and n == 1:
+            return _point(shape[9:], name, number)
+    raise CCWSIMError(f"{name}, feature {number}: a single point is needed; save points")
+
+
+def _table(kind: str, name: str, points: list[tuple[int, Feature]]) -> DataFile:
+    if not points:
+        raise CCWSIMError(f"{name}: the file holds no points")
+    properties = dict.fromkeys(str(key) for _, (_, _, values) in points for key in values)
+    keys = distinct_names(["x", "y", *properties])
+    if len(keys) > MAX_VARIABLES:
+        raise CCWSIMError(f"{name}: {len(keys)} columns are more than {MAX_VARIABLES}")
+    check_cells(name, (len(points), len(keys)))
+    places = np.array([(x, y) for _, (x, y, _) in points])
+    variables = {"x": places[:, 0].copy(), "y": places[:, 1].copy()}
+    words: dict[str, tuple[str, ...]] = {}
+    for key, own in zip(keys[2:], properties, strict=True):
+        fields = [values.get(own) for _, (_, _, values) in points]
+        if all(value is None or isinstance(value, (bool, int, float)) for value in fields):
+            variables[key] = np.array([np.nan if v is None else _finite(+v) for v in fields])
+        else:
+            words[key] = tuple("" if value is None else str(value)[:200] for value in fields)
+    lines = np.array([number for number, _ in points], dtype=np.int64)
+    return DataFile(
+        kind,
+        name,
+        variables,
+        is_table=True,
+        lines=lines,
+        words=words,
+        columns=tuple(keys),
+        counted="feature",
+    )
