@@ -404,15 +404,6 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
-def test_the_script_of_the_readme_runs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (script,) = blocks("python")
-    names: dict = {}
-    exec(script, names)
-    assert names["e"].n_mismatched.tolist() == [0] * 10
-    assert loaded(tmp_path / "out.npz")["realizations"].shape == (10, 512, 512)
-
-
 def test_the_command_lines_of_the_readme_and_of_the_help_are_understood():
     shown = "\n".join(blocks("sh")) + EPILOG.replace("\\\n", " ")
     lines = re.findall(r"ccwsim (simulate .*)", shown)
