@@ -3,6 +3,8 @@ data without an end of the call before, and where calls come fast it may end one
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,15 +43,22 @@ def put_up(tab, request):
     """Put up a part on an empty page: it is called twice, and the first call ended so."""
 
     def put(name: str, data: dict) -> None:
-        html, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in ("html", "js"))
-        if name == "editor":
-            js = (CANVAS / "map.js").read_text("utf-8").replace(SHARED, "function ignored()") + js
-        tab.goto("about:blank")
-        tab.set_content("<div class='stApp' style='width: 100%'></div>")
-        tab.evaluate(BEGIN, [html, js, data])
+        begin(tab, name, data)
         tab.evaluate(CALLS[request.param])
 
     return put
+
+
+def begin(tab, name: str, data: dict) -> None:
+    """Make a page of one part, which has not been called yet."""
+    html, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in ("html", "js"))
+    if name == "editor":
+        js = (CANVAS / "map.js").read_text("utf-8").replace(SHARED, "function ignored()") + js
+        css = ((CANVAS / f"{part}.css").read_text("utf-8") for part in ("map", "editor"))
+        html += f"<style>{''.join(css)}</style>"
+    tab.goto("about:blank")
+    tab.set_content("<div class='stApp' style='width: 100%'></div>")
+    tab.evaluate(BEGIN, [html, js, data])
 
 
 def width(tab, expected: str) -> None:
@@ -83,6 +92,140 @@ def test_a_click_and_an_undo_are_told_once(tab, put_up):
     assert [list(edit) for edit in queue] == [["seq", "set"]]
     tab.keyboard.press("Control+z")
     assert [len(queue) for _, queue in tab.evaluate("told")] == [1, 2]
+
+
+@pytest.fixture
+def editing(tab):
+    """Put up the editor of a grid of 16 × 8 with data [row, column, facies, wrong, help]; return
+    where the middle of a cell is."""
+
+    def put(*points: list[int]):
+        colours = {"mud": "#888888", "sand": "#ffcc00"}
+        shown = replace(EMPTY, points=list(points), point_colours=list(colours.values()))
+        content = map_content(shown, grid=Grid(8, 16)) | {"reads": False, "empty": True, "ack": 0}
+        content |= {"brushes": [{"label": n, "colour": c} for n, c in colours.items()]}
+        content |= {"can_undo": False, "can_redo": False}
+        tab.set_viewport_size({"width": 500, "height": 600})
+        begin(tab, "editor", content)
+        tab.evaluate("() => { call(); }")
+        width(tab, "> 400")
+        box = tab.locator("canvas").bounding_box()
+        cell = (box["width"] - 41) / 16  # room for the axis at the left, and a line at the right
+
+        def middle(row: int, column: int) -> tuple[float, float]:
+            return box["x"] + 40 + (column + 0.5) * cell, box["y"] + 1 + (8 - row - 0.5) * cell
+
+        return middle
+
+    return put
+
+
+def drag(tab, *spots: tuple[float, float]) -> None:
+    """Press at the first, move over the others; the button stays down."""
+    tab.mouse.move(*spots[0])
+    tab.mouse.down()
+    for spot in spots[1:]:
+        tab.mouse.move(*spot, steps=5)
+
+
+def sets(tab) -> list:
+    """The cells of each edit that the page has been told of."""
+    return tab.evaluate("told.length ? told.at(-1)[1].map((edit) => edit.set || edit.do) : []")
+
+
+def press_tool(tab, name: str) -> None:
+    tab.locator(f"[data-tool={name}]").click()
+
+
+ERASED = -1
+
+
+def test_a_datum_is_dragged_to_another_cell_in_one_edit(tab, editing):
+    middle = editing([2, 3, 1, 0, 0], [5, 9, 0, 0, 0])
+    drag(tab, middle(2, 3), middle(6, 12))
+    assert sets(tab) == []  # until it is dropped
+    tab.mouse.up()
+    assert sets(tab) == [[[2, 3, ERASED], [6, 12, 1]]]
+    drag(tab, middle(6, 12), middle(5, 9))  # over the other datum, which it replaces
+    tab.mouse.up()
+    assert sets(tab)[1:] == [[[6, 12, ERASED], [5, 9, 1]]]
+    assert tab.locator(".legend").inner_text().count("1 datum") == 1
+
+
+def test_escape_and_a_drop_beside_the_map_leave_a_datum_where_it_is(tab, editing):
+    middle = editing([2, 3, 1, 0, 0])
+    drag(tab, middle(2, 3), middle(6, 12))
+    tab.keyboard.press("Escape")
+    tab.mouse.up()
+    drag(tab, middle(2, 3), middle(9, 12))
+    tab.mouse.up()
+    drag(tab, middle(2, 3), middle(6, 12), middle(2, 3))  # there and back
+    tab.mouse.up()
+    assert sets(tab) == []
+
+
+def test_a_click_on_a_datum_sets_its_facies_and_lines_may_begin_there(tab, editing):
+    middle = editing([2, 3, 0, 0, 0])
+    x, y = middle(2, 3)
+    tab.locator(".brushes button", has_text="sand").click()
+    drag(tab, (x, y), (x + 2, y + 1))
+    tab.mouse.up()
+    assert sets(tab) == [[[2, 3, 1]]]
+    press_tool(tab, "straight")
+    drag(tab, (x, y), middle(2, 6))
+    tab.mouse.up()
+    assert sets(tab)[1:] == [[[2, 4, 1], [2, 5, 1], [2, 6, 1]]]
+
+
+def test_each_tool_does_what_its_name_says(tab, editing):
+    middle = editing()
+    tab.locator(".brushes button", has_text="mud").click()
+    drag(tab, middle(1, 1), middle(1, 5))
+    tab.mouse.up()
+    assert sets(tab) == [[[1, 5, 0]]]  # draw: one, where the pointer is released
+    press_tool(tab, "freehand")
+    drag(tab, middle(3, 1), middle(3, 3), middle(5, 3))
+    tab.mouse.up()
+    assert sets(tab)[1] == [[3, 1, 0], [3, 2, 0], [3, 3, 0], [4, 3, 0], [5, 3, 0]]
+    press_tool(tab, "erase")
+    drag(tab, middle(3, 1), middle(3, 2))
+    tab.mouse.up()
+    assert sorted(sets(tab)[2]) == [[3, 1, ERASED], [3, 2, ERASED]]
+    press_tool(tab, "pan")
+    drag(tab, middle(3, 3), middle(3, 8))
+    tab.mouse.up()
+    tab.mouse.click(*middle(6, 6))
+    assert len(sets(tab)) == 3
+    checked = tab.locator("[data-tool][aria-checked=true]")
+    assert checked.all_inner_texts() == ["pan"]
+    tab.locator(".brushes button", has_text="sand").click()  # who chooses a facies draws
+    assert checked.all_inner_texts() == ["draw"]
+
+
+def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
+    middle = editing([2, 3, 1, 0, 0])
+    press_tool(tab, "draw")
+    finger = tab.context.new_cdp_session(tab)
+
+    def touch(kind: str, *spots: tuple[float, float]) -> None:
+        points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(spots)]
+        finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    (x, y), (to_x, to_y) = middle(2, 3), middle(6, 12)
+    touch("touchStart", (x + 9, y))  # beside the mark, as a finger is
+    for k in (1, 2, 3, 4):
+        touch("touchMove", (x + (to_x - x) * k / 4, y + (to_y - y) * k / 4))
+    touch("touchEnd")
+    assert sets(tab) == [[[2, 3, ERASED], [6, 12, 1]]]
+
+    a, b = middle(6, 12), middle(3, 9)
+    touch("touchStart", a)
+    touch("touchStart", a, b)
+    for k in (1, 2, 3, 4):
+        touch("touchMove", a, (b[0] - 12 * k, b[1] + 12 * k))
+    touch("touchEnd")
+    assert len(sets(tab)) == 1  # the first finger let the datum go
+    assert tab.locator("canvas.near").count() == 1
 
 
 def test_an_arrow_key_makes_one_step(tab, put_up):

@@ -78,6 +78,9 @@ class Editor:
     def brush(self, name: str) -> None:
         self.page.locator(".st-key-editor .brushes button", has_text=name).click()
 
+    def tool(self, name: str) -> None:
+        self.page.locator(f'.st-key-editor [data-tool="{name}"]').click()
+
     def click(self, spot: tuple[int, int]) -> None:
         self.page.mouse.click(*spot)
 
@@ -200,7 +203,7 @@ def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, z
 
     editor.click(first)
     known[editor.cell(first)] = MUD
-    editor.brush("erase")
+    editor.tool("erase")
     editor.click(third)
     del known[editor.cell(third)]
     editor.honours(2)
@@ -208,6 +211,7 @@ def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, z
 
     start, end = editor.spot(0.3, 0.5), editor.spot(0.5, 0.62)
     editor.brush("sand")
+    editor.tool("straight")
     editor.drag(start, end)
     n = length(editor.cell(start), editor.cell(end))
     editor.honours(2 + n)
@@ -240,11 +244,29 @@ def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     editor.honours(7)
     assert editor.data() == dict.fromkeys(cells[:7], SAND)
     spots = [editor.spot(0.1 + 0.06 * k, 0.2 + 0.04 * (k % 3)) for k in range(4)]
-    page.locator('.st-key-editor [data-gesture="freehand"]').click()
-    editor.brush("erase")
+    editor.tool("erase")
     editor.drag(*spots)
     editor.honours(3)
     assert editor.data() == dict.fromkeys(cells[4:7], SAND)
+
+
+def test_a_datum_is_dragged_as_one_edit_that_can_be_undone(page, address):
+    editor = opened(page, address, 100, 80)
+    editor.brush("sand")
+    first, second, third = editor.spot(0.2, 0.3), editor.spot(0.7, 0.8), editor.spot(0.5, 0.5)
+    editor.click(first)
+    editor.click(third)
+    editor.honours(2)
+    editor.brush("mud")  # the datum keeps its own facies
+    editor.drag(first, second)
+    editor.honours(2)
+    assert editor.data() == {editor.cell(second): SAND, editor.cell(third): SAND}
+    editor.drag(second, third)
+    editor.honours(1)
+    for n, cells in ((2, (second, third)), (2, (first, third))):
+        page.locator('.st-key-editor [data-step="undo"]').click()
+        editor.honours(n)
+        assert editor.data() == {editor.cell(spot): SAND for spot in cells}
 
 
 def test_keys_alone_place_change_and_erase(page, address):
@@ -282,7 +304,7 @@ def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     editor = opened(page, address, 1000, 1000)
     spot = editor.spot(0.31, 0.62)
     editor.brush("sand")
-    page.locator('.st-key-editor [data-gesture="pan"]').click()
+    editor.tool("pan")
     editor.canvas.focus()
     page.mouse.move(*spot)
     for _ in range(4):
@@ -295,6 +317,7 @@ def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     page.mouse.move(*there)
     readout = page.locator(".st-key-editor .readout").inner_text()
     column, row = map(int, re.findall(r"\d+", readout)[:2])
+    editor.tool("draw")
     editor.click(there)
     editor.honours(1)
     assert editor.data() == {(row, column): SAND}
@@ -322,20 +345,30 @@ def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
     editor.honours(1)
     assert editor.cell(spot) in known, "the map moved under the finger"
     assert editor.data() == known
-    page.locator('.st-key-editor [data-gesture="straight"]').tap()
+    beside = editor.spot(0.7, 0.3)
+    moved = {editor.cell(beside): SAND}
+    finger = context.new_cdp_session(page)
+    stroke(finger, spot, beside)
+    editor.honours(1)
+    assert editor.data() == moved
+    page.locator('.st-key-editor [data-tool="straight"]').tap()
     start, end = editor.spot(0.2, 0.7), editor.spot(0.6, 0.8)
     ends = editor.cell(start), editor.cell(end)
-    finger = context.new_cdp_session(page)
-    touch(finger, "touchStart", start)
-    for k in range(1, 6):
-        touch(finger, "touchMove", [a + (b - a) * k // 5 for a, b in zip(start, end, strict=True)])
-    touch(finger, "touchEnd")
+    stroke(finger, start, end)
     editor.honours(1 + length(*ends))
     drawn = editor.data()
-    assert straight(set(drawn) - set(known), *ends)
+    assert straight(set(drawn) - set(moved), *ends)
     assert set(drawn.values()) == {SAND}
-    assert known.keys() <= drawn.keys()
+    assert moved.keys() <= drawn.keys()
     context.close()
+
+
+def stroke(session, start, end):
+    """One finger along a straight line."""
+    touch(session, "touchStart", start)
+    for k in range(1, 6):
+        touch(session, "touchMove", [a + (b - a) * k // 5 for a, b in zip(start, end, strict=True)])
+    touch(session, "touchEnd")
 
 
 def touch(session, kind, *spots):

@@ -125,7 +125,7 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     if answered is None:
         return f"{number} of the data before: data were taken away, so it is simulated anew."
     if not answered.hard_data.n:
-        return "Click the map to place a datum; drag to place a line of them."
+        return "“draw” places and moves a datum; “straight” and “freehand” place a line of them."
     text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."
     if not answered.revised:
         return text

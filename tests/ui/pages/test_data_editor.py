@@ -128,6 +128,18 @@ def test_an_edit_that_comes_twice_or_late_is_taken_once():
     assert len(state.page(Editor).history.past) == 2
 
 
+def test_a_datum_that_is_moved_is_one_edit():
+    state = studied()
+    edit(state, (5, 6, 1), (9, 9, 0))
+    edit(state, (5, 6, -1), (20, 30, 1))
+    assert data_as_dict(state) == {(9, 9): 0, (20, 30): 1}
+    edit(state, (20, 30, -1), (9, 9, 1))  # dropped on another, which it replaces
+    assert data_as_dict(state) == {(9, 9): 1}
+    undo(state)
+    undo(state)
+    assert data_as_dict(state) == {(5, 6): 1, (9, 9): 0}
+
+
 def test_an_edit_outside_the_grid_or_of_no_facies_changes_nothing():
     state = studied()
     edit(state, (48, 0, 1), (0, 64, 1), (-1, 0, 1), (0, 0, 2))

@@ -1,8 +1,11 @@
-// The map as an editor of hard data: a tap places one, a drag places a straight or freehand line of
-// them, arrow keys move a cursor. This follows map.js in one module. Edits wait in a queue until the
-// page says that it has them, so that none is lost or taken twice however fast they come.
+// The map as an editor of hard data. Tools: pan the map, draw one datum or move one, a straight or
+// freehand line of data, erase; arrow keys move a cursor. This follows map.js in one module. Edits
+// wait in a queue until the page says that it has them, so that none is lost or taken twice however
+// fast they come.
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // pixels of a cell from which it can be aimed at
+const SLOP = 4, FINGER_SLOP = 8; // pixels that a click may stray and be no drag
+const FINGER = 14; // pixels from a datum where a finger still takes hold of it
 const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 const editors = new WeakMap();
@@ -25,10 +28,9 @@ class DataEditor extends CellMap {
   queue = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
   last = 0;
   brush = 1;
-  gesture = matchMedia('(pointer: coarse)').matches ? 'pan' : 'straight';
+  tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
   correctedShown = true;
-  stroke = null;
-  press = null;
+  stroke = null; // what a pressed pointer does: its cells, or the datum that it moves
 
   show(data) {
     waiting = this.queue = this.queue.filter((edit) => edit.seq > data.ack);
@@ -70,7 +72,7 @@ class DataEditor extends CellMap {
   }
 
   place(cells) {
-    const set = this.brush === ERASE ? this.touched(cells)
+    const set = this.tool === 'erase' ? this.touched(cells)
       : cells.map(([row, column]) => [row, column, this.faciesAt([row, column])]);
     const news = set.filter(([row, column, facies]) => {
       const there = this.datum([row, column]);
@@ -133,9 +135,11 @@ class DataEditor extends CellMap {
     pen.beginPath();
     pen.rect(this.left, this.top, this.wide, this.high);
     pen.clip();
-    if (this.stroke) {
+    if (this.stroke?.datum) {
+      this.drawGhost(pen, this.stroke);
+    } else if (this.stroke) {
       const cells = this.stroke.cells.filter((cell) => this.inside(cell));
-      const facies = (cell) => this.brush === ERASE ? '#ffffff'
+      const facies = (cell) => this.tool === 'erase' ? '#ffffff'
         : (this.data.brushes[this.faciesAt(cell)] || { colour: '#ffffff' }).colour;
       for (const [more, colour] of [[4, () => '#14181d'], [2, () => '#ffffff'], [0, facies]]) {
         for (const cell of cells) {
@@ -154,6 +158,24 @@ class DataEditor extends CellMap {
       }
     }
     pen.restore();
+  }
+
+  // The datum where it would be dropped, and a line from where it is.
+  drawGhost(pen, { datum: [row, column, facies], cells: [to], dragged }) {
+    if (!dragged || !this.inside(to)) return;
+    const [x, y] = this.toCanvas(to[1] + 0.5, to[0] + 0.5);
+    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = wide;
+      pen.beginPath();
+      pen.moveTo(...this.toCanvas(column + 0.5, row + 0.5));
+      pen.lineTo(x, y);
+      pen.stroke();
+    }
+    const { radius } = this;
+    disc(pen, x, y, radius + 2 * RING, '#14181d');
+    disc(pen, x, y, radius + RING, '#ffffff');
+    disc(pen, x, y, radius, this.data.brushes[facies].colour);
   }
 
   drawCross(pen) {
@@ -193,7 +215,7 @@ class DataEditor extends CellMap {
     const { brushes, reads, can_undo: undo, can_redo: redo } = this.data;
     const box = this.root.querySelector('.brushes');
     const wanted = [...brushes.map((brush, k) => [k, brush.label, brush.colour]),
-      ...(reads ? [[AS_SHOWN, 'as shown', null]] : []), [ERASE, 'erase', null]];
+      ...(reads ? [[AS_SHOWN, 'as shown', null]] : [])];
     if (!wanted.some(([k]) => k === this.brush)) this.brush = 0;
     if (box.dataset.of !== JSON.stringify(wanted)) {
       box.dataset.of = JSON.stringify(wanted);
@@ -201,12 +223,18 @@ class DataEditor extends CellMap {
     }
     const check = (button, on) => button.setAttribute('aria-checked', on);
     [...box.children].forEach((button) => check(button, Number(button.dataset.brush) === this.brush));
-    this.root.querySelectorAll('[data-gesture]').forEach((button) => {
-      check(button, button.dataset.gesture === this.gesture);
+    this.root.querySelectorAll('[data-tool]').forEach((button) => {
+      check(button, button.dataset.tool === this.tool);
     });
     this.root.querySelector('[data-step="undo"]').disabled = !undo && !this.queue.length;
     this.root.querySelector('[data-step="redo"]').disabled = !redo;
-    this.canvas.classList.toggle('draws', this.gesture !== 'pan');
+    this.canvas.classList.toggle('draws', this.tool !== 'pan');
+  }
+
+  // Who chooses a facies wants to place it.
+  choose(brush) {
+    this.brush = brush;
+    if (['pan', 'erase'].includes(this.tool)) this.tool = 'draw';
   }
 
   act(what) {
@@ -226,12 +254,12 @@ class DataEditor extends CellMap {
     hear('pointermove', this.move);
     hear('pointerup', this.up);
     hear('pointercancel', this.abandon);
-    hear('dblclick', () => true);
+    hear('dblclick', () => this.tool !== 'pan');
     this.canvas.addEventListener('keydown', (event) => this.typed(event));
     this.root.querySelector('.bar').addEventListener('click', (event) => {
-      const { brush, gesture, step } = event.target.closest('button')?.dataset || {};
-      if (brush) this.brush = Number(brush);
-      if (gesture) this.gesture = gesture;
+      const { brush, tool, step } = event.target.closest('button')?.dataset || {};
+      if (brush) this.choose(Number(brush));
+      if (tool) this.tool = tool;
       if (step) this.push({ do: step });
       this.bars();
     });
@@ -250,62 +278,86 @@ class DataEditor extends CellMap {
   }
 
   cellOf(event) {
-    const box = this.canvas.getBoundingClientRect();
-    const [x, y] = this.toCells(event.clientX - box.left, event.clientY - box.top);
+    const [x, y] = this.toCells(...this.spotOf(event));
     return [Math.floor(y), Math.floor(x)];
+  }
+
+  spotOf(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  // The datum whose mark is under a pointer that would move it, null where there is none.
+  grabbed(event) {
+    if (this.tool !== 'draw' || !this.dataShown) return null;
+    const [px, py] = this.spotOf(event);
+    const finger = event.pointerType === 'touch' ? FINGER : 0;
+    let best = null, least = Infinity;
+    this.data.points.forEach((point, k) => {
+      const [x, y] = this.toCanvas(point[1] + 0.5, point[0] + 0.5);
+      const far = Math.hypot(x - px, y - py), radius = this.radiusOf(k);
+      if (far < least && far <= Math.max(radius + 2 * ringOf(radius), finger)) {
+        [best, least] = [point, far];
+      }
+    });
+    return best;
   }
 
   // The next four say whether they took the event, so that the map does not.
   down(event) {
-    const box = this.canvas.getBoundingClientRect();
-    const spot = [event.clientX - box.left, event.clientY - box.top];
-    const cell = this.cellOf(event);
-    if (this.stroke || this.press || this.pointers.size) { // a second finger: zoom, do not draw
+    if (this.stroke || this.pointers.size) { // a second finger: zoom, do not draw
       if (this.stroke) this.pointers.set(this.stroke.id, this.stroke.spot);
-      this.abandon();
-      return false;
+      return this.abandon();
     }
-    if (event.button !== 0 || !this.inside(cell)) return false;
-    this.press = { id: event.pointerId, spot, moved: 0 };
-    if (this.gesture === 'pan') return false;
+    const cell = this.cellOf(event);
+    if (this.tool === 'pan' || event.button !== 0 || !this.inside(cell)) return false;
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
-    this.stroke = { id: event.pointerId, spot, from: cell, cells: [cell] };
+    const spot = this.spotOf(event);
+    this.stroke = { id: event.pointerId, spot, start: spot, dragged: false, cells: [cell],
+      datum: this.grabbed(event) };
     this.draw();
     return true;
   }
 
   move(event) {
-    const box = this.canvas.getBoundingClientRect();
-    const spot = [event.clientX - box.left, event.clientY - box.top];
-    if (this.press?.id === event.pointerId) {
-      const [x, y] = this.press.spot;
-      this.press.moved = Math.max(this.press.moved, Math.hypot(spot[0] - x, spot[1] - y));
-    }
-    if (this.stroke?.id !== event.pointerId) return false;
-    const cell = this.cellOf(event);
-    const { from, cells } = this.stroke;
-    this.stroke.spot = spot;
-    if (this.gesture === 'straight') this.stroke.cells = cellsBetween(from, cell);
+    const { stroke } = this;
+    this.canvas.classList.toggle('moves', Boolean(stroke ? stroke.datum : this.grabbed(event)));
+    if (stroke?.id !== event.pointerId) return false;
+    const cell = this.cellOf(event), { cells } = stroke;
+    stroke.spot = this.spotOf(event);
+    const far = Math.hypot(stroke.spot[0] - stroke.start[0], stroke.spot[1] - stroke.start[1]);
+    stroke.dragged ||= far >= (event.pointerType === 'touch' ? FINGER_SLOP : SLOP);
+    if (this.tool === 'draw') stroke.cells = [cell];
+    else if (this.tool === 'straight') stroke.cells = cellsBetween(cells[0], cell);
     else cells.push(...cellsBetween(cells[cells.length - 1], cell).slice(1));
     this.point(this.inside(cell) ? cell : null);
     return true;
   }
 
   up(event) {
-    const { press, stroke } = this;
-    if (press?.id !== event.pointerId) return false;
+    const { stroke } = this;
+    if (stroke?.id !== event.pointerId) return false;
     this.abandon();
     const cell = this.cellOf(event);
-    const tapped = press.moved < 4 && this.inside(cell);
-    if (tapped) this.place([this.aimed(cell)]);
-    else if (stroke) this.place(once(stroke.cells.filter((one) => this.inside(one))));
+    if (stroke.dragged && stroke.datum) this.carry(stroke.datum, cell);
+    else if (stroke.dragged) this.place(once(stroke.cells.filter((one) => this.inside(one))));
+    else if (this.inside(cell)) this.place([this.aimed(cell)]);
     this.draw();
-    return Boolean(stroke);
+    return true;
+  }
+
+  // Move a datum to another cell, in place of the one that is there. It stays where the page has
+  // taken it away meanwhile, and where it is dropped beside the map.
+  carry([row, column], to) {
+    const datum = this.datum([row, column]);
+    const same = row === to[0] && column === to[1];
+    if (!datum || same || !this.inside(to)) return;
+    this.push({ set: [[row, column, ERASE], [...to, datum[2]]] });
   }
 
   abandon() {
-    this.stroke = this.press = null;
+    this.stroke = null;
     return false;
   }
 
@@ -319,7 +371,7 @@ class DataEditor extends CellMap {
       this.abandon();
       this.draw();
     } else if (this.data.brushes[event.key - 1]) {
-      this.brush = event.key - 1;
+      this.choose(event.key - 1);
       this.bars();
     } else return;
     event.preventDefault();
@@ -375,7 +427,7 @@ function brushButton([value, label, colour], place) {
   button.dataset.brush = value;
   button.setAttribute('role', 'radio');
   button.title = colour ? `Place ${label} (${place + 1})`
-    : value === ERASE ? 'Take data away (Delete)' : 'Place what the map shows there';
+    : 'Place what the map shows there';
   if (colour) {
     const mark = document.createElement('span');
     mark.className = 'swatch';
