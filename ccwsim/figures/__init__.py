@@ -16,6 +16,7 @@ from ccwsim.figures.maps import (
     data_png,
     index_png,
     map_png,
+    placement_svg,
     share_png,
     tile_size,
 )
@@ -85,6 +86,7 @@ __all__ = [
     "map_png",
     "mds_chart",
     "mds_title",
+    "placement_svg",
     "plotly_script",
     "proportions_chart",
     "proportions_height",

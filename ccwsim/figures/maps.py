@@ -162,6 +162,55 @@ def data_png(
     return _png(picture)
 
 
+def placement_svg(
+    cells: NDArray[np.integer], colours: Sequence[str | None], shape: tuple[int, int]
+) -> str:
+    """Return where data fall, north at the top: the grid as a frame, data outside it around it.
+
+    Parameters
+    ----------
+    cells : ndarray, shape (n, 2)
+        Row and column of each datum, also outside the grid.
+    colours : sequence of str or None
+        "#rrggbb" of each datum; None draws an open ring.
+    shape : pair of int
+        Rows and columns of the grid.
+
+    Examples
+    --------
+    >>> svg = placement_svg(np.array([[2, 30], [1, 1]]), [None, "#173F6B"], (10, 20))
+    >>> svg.count("<circle"), svg.count("<rect")
+    (2, 1)
+    """
+    ny, nx = shape
+    places = np.asarray(cells, float).reshape(-1, 2) + 0.5
+    low = np.minimum(places.min(axis=0, initial=0), 0)
+    high = np.maximum(places.max(axis=0, initial=1), shape)
+    scale = _SVG_SIDE / float((high - low).max())
+    radius = max(2.5, min(7.0, _SVG_SIDE / 12 / max(len(places), 1) ** 0.5))
+    pad = radius + 4
+
+    def at(row: float, column: float) -> tuple[float, float]:
+        return pad + (column - low[1]) * scale, pad + (high[0] - row) * scale
+
+    width, height = (high - low)[::-1] * scale + 2 * pad
+    left, top = at(ny, 0)
+    sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # seen however far away the data are
+    frame = f'x="{left:.2f}" y="{top:.2f}" width="{sides[0]:.2f}" height="{sides[1]:.2f}"'
+    parts = [f'<rect {frame} fill="#8881" stroke="#777" stroke-width="1"/>']
+    for (row, column), colour in zip(places.tolist(), colours, strict=True):
+        x, y = at(row, column)
+        look = f'fill="{colour}" stroke="#fff"' if colour else 'fill="none" stroke="#B3402A"'
+        circle = f'cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}"'
+        parts.append(f'<circle {circle} {look} stroke-width="1.5"/>')
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.1f} {height:.1f}">'
+    return head + "".join(parts) + "</svg>"
+
+
+_SVG_SIDE = 480
+"""Units of the longer side of what is drawn."""
+
+
 def data_map_png(
     indices: NDArray[np.uint8],
     colours: Sequence[str],

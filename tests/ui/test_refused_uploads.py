@@ -31,7 +31,7 @@ BAD = {
         "png": EVIL["png of 3.6e9 pixels"](), "csv": b"sand, and mud\n",
     },
     "data": {
-        "csv": b"x,y,facies\n1,2,sand\n", "npy": npy_header("(1,)" * 3),
+        "csv": b"x,y,facies\nsand,and,mud\n", "npy": npy_header("(1,)" * 3),
         "dat": b"ncols 1e999\nnrows 2\n0 0\n",
     },
 }  # fmt: skip

@@ -31,7 +31,7 @@ class PlacedPoints:
     cells : ndarray of int64, shape (n, 2)
         Row and column of each point, also outside the grid.
     facies : ndarray of int64, shape (n,)
-        The facies code of each.
+        The facies code of each; the least number there is where its name is not known.
     offsets : ndarray of float64, shape (n,)
         How far each lies from the centre of its cell, in cells.
     outside, unknown : ndarray of int64
@@ -136,7 +136,8 @@ def fit_grid(
     Parameters
     ----------
     points : ImportedPoints
-        From `read_points`. Rows and columns need as many cells as the largest of them says.
+        From `read_points`. Rows and columns need as many cells as the largest of them says; a
+        whole grid with gaps is the grid.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
 
@@ -155,6 +156,8 @@ def fit_grid(
     """
     if points.world:
         return Grid.fit(points.places, shape=shape, cell_size=cell_size)
+    if points.grid is not None:
+        return points.grid
     ny, nx = Grid.of(shape).shape if shape is not None else (1, 1)
     if not points.n:
         return Grid(ny, nx)
@@ -231,6 +234,10 @@ def _bare(name: object) -> str:
     return str(name).strip().casefold()
 
 
+_NO_CODE = np.iinfo(np.int64).min
+"""What stands for the code of an unknown name."""
+
+
 def _by_name(
     points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
@@ -248,7 +255,7 @@ def _by_name(
         whole = is_number(word) and abs(float(word)) < 2**53 and float(word).is_integer()
         found.append(codes.get(word, int(float(word)) if whole else None))
     known = np.array([code is not None for code in found], bool)
-    numbers = np.array([code or 0 for code in found], np.int64)
+    numbers = np.array([_NO_CODE if code is None else code for code in found], np.int64)
     which = points.values.astype(np.int64)
     return numbers[which], known[which]
 

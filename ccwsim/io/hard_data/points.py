@@ -18,6 +18,7 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import check_int, frozen
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 
 PREFERRED = ("hd", "hard_data")
 """Grids that are taken unasked where a file has several."""
@@ -47,6 +48,8 @@ class ImportedPoints:
         What was taken for granted, one sentence each.
     words : tuple of str
         Where facies are given by name: the different names; `values` are places in it.
+    grid : Grid, optional
+        Where the file is a whole grid with gaps: that grid, placed where the file says.
     """
 
     places: NDArray[np.float64]
@@ -59,6 +62,7 @@ class ImportedPoints:
     n_missing: int = 0
     notes: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
+    grid: Grid | None = None
 
     @property
     def n(self) -> int:
@@ -194,6 +198,8 @@ class PointsPreview:
         What was taken for granted, and what has to be asked, one sentence each.
     world : bool
         Whether the places are world coordinates, and not rows and columns.
+    unclear : bool
+        Whether the names of the columns do not say which of them hold the places.
     """
 
     name: str
@@ -205,6 +211,7 @@ class PointsPreview:
     guess: dict[str, str]
     reasons: tuple[str, ...]
     world: bool = True
+    unclear: bool = False
 
 
 def preview_points(
@@ -250,6 +257,7 @@ def preview_points(
         guess["x"], guess["y"], world, reasons = place_columns(file, x, y, coordinates)
     except CCWSIMError as error:
         reasons.append(str(error))
+    unclear = bool(reasons)
     try:
         rest = [name for name in file.names if name not in guess.values()]
         guess["facies"] = value_column(file, rest, facies)
@@ -268,6 +276,7 @@ def preview_points(
         guess,
         tuple(reasons),
         world,
+        unclear,
     )
 
 
@@ -338,7 +347,9 @@ def _of_grid(
     _check_few(file.name, int(np.count_nonzero(known)), "known cells")
     places = np.argwhere(known)
     lines = np.flatnonzero(known) + 1
-    return _known(file, key, places, cells[known], lines, False, "cell", [])
+    found = _known(file, key, places, cells[known], lines, False, "cell", [])
+    ny, nx = cells.shape
+    return replace(found, grid=Grid(ny, nx, file.cell_size or (1, 1), file.origin or (0, 0)))
 
 
 def _known(

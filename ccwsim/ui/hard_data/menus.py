@@ -12,16 +12,17 @@ from ccwsim.io.hard_data.files import hard_data_as_bytes
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
 from ccwsim.model.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_uploader, use_data
+from ccwsim.ui.study.data_step import data_uploader, link_to_import, use_data
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
-from ccwsim.ui.study.questions import ask_data
+from ccwsim.ui.study.questions import ask_data, say_open
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -62,7 +63,7 @@ def draw_problem(state: State, problem: str) -> None:
         state.change(data=DataChoice("placed", placed=HardData()))
 
     st.error(plain(problem))
-    ask_data(state.choices.data, answer)
+    ask_data(state.choices, answer, lambda grid: state.change(grid=grid))
     button("Start without data", key="start_empty", on_click=start_empty)
 
 
@@ -79,10 +80,10 @@ def draw_export(state: State, data: HardData) -> None:
             st.download_button(label, content, **file)
 
 
-def use_file(state: State, choice: DataChoice) -> None:
+def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
     """Take the data of a file if they can be read; keep the choice as a draft where not."""
     before = moment_of(state)
-    use_data(state, choice)
+    use_data(state, choice, grid)
     if state.choices.data is choice:
         state.page(Editor).history.remember(before)
         state.reference = None
@@ -94,8 +95,13 @@ def _report(state: State, draft: DataChoice, name: str) -> None:
         for note in imported_data(replace(state.choices, data=draft)).notes:
             st.caption(plain(note))
     except CCWSIMError as error:
-        st.error(plain(f"{error}. The study keeps the data that it has."))
-    ask_data(draft, lambda answers: use_file(state, replace(draft, answers=answers)))
+        say_open(draft, f"{error}. The study keeps the data that it has.")
+    ask_data(
+        replace(state.choices, data=draft),
+        lambda answers: use_file(state, replace(draft, answers=answers)),
+        lambda grid: use_file(state, draft, grid),
+    )
+    link_to_import()
     if state.data_draft is not None:
         drop = (state, "data_draft", None)
         button("Keep the data as they are", key="import_drop", on_click=setattr, args=drop)

@@ -17,14 +17,18 @@ from ccwsim.datasets.sampling import sample_random
 from ccwsim.io import (
     HardDataImport,
     ImportedPoints,
-    import_hard_data,
+    PlacedPoints,
+    PointsPreview,
+    fit_grid,
     place_points,
+    preview_points,
+    read_points,
     read_training_image,
     resolve_points,
 )
 from ccwsim.io.limits import limited, upload_limits
-from ccwsim.model.bounds import MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.choices import Answers, Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -37,6 +41,11 @@ from ccwsim.ui.jobs.limits import demand_of
 
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""
+COLUMNS = ("x", "y", "facies", "coordinates")
+READING = (*COLUMNS, "variable", "up", "slice_index")
+PLACING = ("facies_names", "threshold", "classes")
+SETTLING = ("on_collision", "on_outside", "on_unknown")
+"""Answers to what a file of hard data leaves open, by what they decide."""
 SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""
 
@@ -68,8 +77,10 @@ def _read_image(choice: ImageChoice) -> TrainingImage:
 
 
 @contextmanager
-def opened(upload: Upload) -> Iterator[BytesIO]:
+def opened(upload: Upload | None) -> Iterator[BytesIO]:
     """Yield an upload as a file object that carries its name, and read under its limits."""
+    if upload is None:
+        raise CCWSIMError("there is no file yet; choose one")
     file = BytesIO(upload.content)
     file.name = upload.name
     with limited(upload_limits()):
@@ -83,10 +94,18 @@ def data_of(choices: Choices) -> HardData:
 
 def imported_data(choices: Choices) -> HardDataImport:
     """Return the hard data of a study with a report of what happened on the way."""
+    placed, choice = placed_data(choices), choices.data
+    if choice.source != "file":
+        return resolve_points(placed, **_only(choice.answers, SETTLED))
+    return _settled((*_key(choices, READING, PLACING), _only_key(choice, SETTLING)), placed, choice)
+
+
+def placed_data(choices: Choices) -> PlacedPoints:
+    """Return the hard data of a study in the cells of its grid, with what is wrong with them."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.upload is not None:
-        key = (choice.upload.digest, choice.answers, repr(grid), image.digest)
-        return _of_file(key, choice.upload, choice, grid, image)
+        points = points_of(choice, grid)
+        return _placed(_key(choices, READING, PLACING), points, choice, grid, image)
     if choice.source == "bundled":
         data = datasets.load_hard_data(choice.bundled)
     elif choice.source == "sampled":
@@ -94,26 +113,89 @@ def imported_data(choices: Choices) -> HardDataImport:
         data = _sampled((image.digest, grid.shape, p.digest, n, seed), image, grid, p)
     else:
         data = choice.placed if choice.source == "placed" and choice.placed else HardData()
-    return _settled(data, choice, grid, image)
-
-
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _of_file(
-    key: tuple, _upload: Upload, _choice: DataChoice, _grid: Grid, _image: TrainingImage
-) -> HardDataImport:
-    with opened(_upload) as file:
-        return import_hard_data(file, _grid, _image, **dict(_choice.answers))
-
-
-def _settled(
-    data: HardData, choice: DataChoice, grid: Grid, image: TrainingImage
-) -> HardDataImport:
     cells, values = data.cells.astype(float), data.facies.astype(float)
     named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
     lines = np.arange(1, data.n + 1)
     points = ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
-    answers = {name: how for name, how in choice.answers if name in SETTLED}
-    return resolve_points(place_points(points, grid, image, classes="codes"), **answers)
+    return place_points(points, grid, image, classes="codes")
+
+
+def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
+    """Return the points of a file of hard data; a whole grid may be another than `grid`, if any."""
+    shape = None if grid is None else grid.shape
+    return _points((_digest(choice), shape, _only_key(choice, READING)), choice, shape)
+
+
+def preview_of(choice: DataChoice) -> PointsPreview:
+    """Return the columns of a file of hard data and what is guessed of them."""
+    return _preview((_digest(choice), _only_key(choice, COLUMNS)), choice)
+
+
+def grid_for_data(choices: Choices) -> Grid | None:
+    """Return a grid that holds all data of a study; None where the grid does, or none can."""
+    choice, grid = choices.data, choices.grid
+    try:
+        file = choice.source == "file" and choice.upload is not None
+        points = points_of(choice) if file else placed_data(choices).points
+        if points.grid is None and not _outside(points, grid):
+            return None
+        fitting = fit_grid(points, shape=grid.shape)
+    except CCWSIMError:
+        return None
+    if not points.world and points.grid is None:
+        fitting = replace(grid, ny=fitting.ny, nx=fitting.nx)
+    if points.grid is not None and fitting.shape == grid.shape:
+        return None
+    return fitting if max(fitting.shape) <= MAX_GRID_SIDE_OFFERED else None
+
+
+def _outside(points: ImportedPoints, grid: Grid) -> bool:
+    cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(np.int64)
+    return not bool(grid.holds(cells).all())
+
+
+def _key(choices: Choices, *which: tuple[str, ...]) -> tuple:
+    """What decides how the points of a file are placed."""
+    choice, image = choices.data, image_of(choices.image)
+    asked = tuple(_only_key(choice, names) for names in which)
+    names = image.facies_names  # facies are found by them
+    return _digest(choice), *asked, repr(choices.grid), image.digest, names
+
+
+def _digest(choice: DataChoice) -> str:
+    return choice.upload.digest if choice.upload is not None else ""
+
+
+def _only(answers: Answers, names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: value for name, value in answers if name in names}
+
+
+def _only_key(choice: DataChoice, names: tuple[str, ...]) -> tuple:
+    return tuple(_only(choice.answers, names).items())
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _preview(key: tuple, _choice: DataChoice) -> PointsPreview:
+    with opened(_choice.upload) as file:
+        return preview_points(file, **_only(_choice.answers, COLUMNS))
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _points(key: tuple, _choice: DataChoice, _shape: tuple[int, int] | None) -> ImportedPoints:
+    with opened(_choice.upload) as file:
+        return read_points(file, grid_shape=_shape, **_only(_choice.answers, READING))
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _placed(
+    key: tuple, _points: ImportedPoints, _choice: DataChoice, _grid: Grid, _image: TrainingImage
+) -> PlacedPoints:
+    return place_points(_points, _grid, _image, **_only(_choice.answers, PLACING))
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _settled(key: tuple, _placed: PlacedPoints, _choice: DataChoice) -> HardDataImport:
+    return resolve_points(_placed, **_only(_choice.answers, SETTLING))
 
 
 @st.cache_resource(max_entries=32, show_spinner="Simulating a reference to sample …")

@@ -22,7 +22,7 @@ from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import THUMB
-from ccwsim.ui.study.questions import ask_data
+from ccwsim.ui.study.questions import ask_data, say_open
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
@@ -33,8 +33,11 @@ SOURCES: dict[DataSource, str] = {
     "sampled": "sampled from a realization",
     "placed": "placed by hand",
 }
-TYPES = ["csv", "txt", "dat", "sgems", "gslib", "out", "npy", "npz", "mat"]
-FORMATS = "CSV with x, y, facies or row, col, facies; GSLIB, SGeMS; NumPy; MATLAB v5"
+TYPES = "csv txt dat tsv xyz las prn sgems gslib out asc npy npz mat json geojson gpkg zip"
+FORMATS = (
+    "A table with x, y and facies as codes or names, in any columns; GSLIB, SGeMS; GeoJSON, "
+    "GeoPackage, zipped Shapefile; NumPy; MATLAB v5"
+)
 
 
 def data_step(state: State) -> None:
@@ -60,8 +63,8 @@ def _draft(state: State, draft: DataChoice) -> None:
     """Say why data are not taken; ask whether those of another image are to be."""
     tried = replace(state.choices, data=draft)
     problem, waits = problem_of_data(tried), draft.source == "file" and draft.upload is None
-    if problem:
-        st.error(plain(f"{problem}. The study keeps the data that it has."))
+    if problem and not waits:
+        say_open(draft, f"{problem}. The study keeps the data that it has.")
     elif not waits:
         n, name = data_of(tried).n, draft.upload.name if draft.upload else "placed by hand"
         step_note(f"Your {n} data ({name}) were set up with another training image.")
@@ -88,12 +91,15 @@ def thumbnail(state: State, longest: int) -> bytes:
     return data_png(data.cells, places, choices.grid.shape, colours_of(state), longest=longest)
 
 
-def use_data(state: State, choice: DataChoice) -> None:
+def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
     """Take a choice of hard data that can be read; keep one that cannot as a draft.
 
-    Where other bundled data are chosen, the grid grows to hold them all.
+    Where other bundled data are chosen, the grid grows to hold them all. A `grid` that is made to
+    hold the data is taken with them, or before them where the data of the study stay on it.
     """
-    changed = replace(state.choices, data=choice)
+    if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
+        state.change(grid=grid)
+    changed = replace(state.choices, data=choice, grid=grid or state.choices.grid)
     before = state.choices.data
     if choice.source == "bundled" and replace(choice, answers=before.answers) != before:
         changed = replace(changed, grid=_grown(changed.grid, choice.bundled))
@@ -112,7 +118,14 @@ def _grown(grid: Grid, survey: str) -> Grid:
 
 def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
     """Draw an uploader of hard data."""
-    file_uploader("Points or a grid with gaps", key=key, take=take, type=TYPES, help=FORMATS)
+    label = "Points or a grid with gaps"
+    file_uploader(label, key=key, take=take, type=TYPES.split(), help=FORMATS)
+
+
+def link_to_import() -> None:
+    """Draw a link to the page that shows a file of wells and all that is guessed of it."""
+    with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
+        st.page_link("pages/import.py", label="All columns, the rows and a map")
 
 
 def _summary(choices: Choices, problem: str) -> str:
@@ -176,7 +189,7 @@ def _report(state: State, current: DataChoice) -> None:
     try:
         report = imported_data(replace(state.choices, data=current))
     except CCWSIMError as error:
-        st.error(plain(str(error)))
+        say_open(current, str(error))
         if state.data_draft is not None:
             drop = (state, "data_draft", None)
             button("Keep the data as they were", on_click=setattr, args=drop)
@@ -184,4 +197,11 @@ def _report(state: State, current: DataChoice) -> None:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
             st.caption(plain(note))
-    ask_data(current, lambda answers: use_data(state, replace(current, answers=answers)))
+    tried = replace(state.choices, data=current)
+    ask_data(
+        tried,
+        lambda answers: use_data(state, replace(current, answers=answers)),
+        lambda grid: use_data(state, current, grid),
+    )
+    if current.source == "file":
+        link_to_import()

@@ -1,23 +1,36 @@
-"""What files of hard data leave open, asked in place."""
+"""What hard data leave open, asked in place: columns, names, a threshold, rows that do not fit."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import streamlit as st
+from numpy.typing import NDArray
 
-from ccwsim.io import FileSummary, inspect
-from ccwsim.model.choices import Answers, DataChoice, Upload
+from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, inspect
+from ccwsim.model.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.session.resolve import opened
-from ccwsim.ui.widgets.fields import field, options_of
+from ccwsim.model.grid import Grid
+from ccwsim.ui.session.resolve import (
+    grid_for_data,
+    image_of,
+    opened,
+    placed_data,
+    points_of,
+    preview_of,
+)
+from ccwsim.ui.widgets.fields import button, field, options_of
+from ccwsim.ui.widgets.text import plain
 
-AS_IS, THRESHOLD, CLASSES = "are the facies", "cut at a threshold", "in classes of equal size"
-COLOURS = "in so many main colours"
 MAX_LISTED = 300
-"""Slices that are listed to choose from; of more a number is asked."""
+"""Slices, or rows that do not fit, that are listed; of more a number is asked or told."""
+MAX_NAMES = 24
+"""Names of facies that are asked for one by one."""
 UPS = {None: "as the format has it", True: "the south", False: "the north"}
+COORDINATES = {None: "world coordinates", "cells": "column and row of a cell"}
 COLLISIONS = {
     None: "stop and say so",
     "majority": "keep the facies of most",
@@ -25,6 +38,11 @@ COLLISIONS = {
     "drop": "leave all of them out",
 }
 DROPS = {None: "stop and say so", "drop": "leave them out"}
+ROLES = {
+    "x": "x, to the east",
+    "y": "y, to the north",
+    "facies": "Facies, or what gives it",
+}
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Write = Callable[[Answers], None]
 
@@ -35,12 +53,18 @@ def _summary(digest: str, _upload: Upload) -> FileSummary:
         return inspect(file)
 
 
-def summary_of(upload: Upload) -> FileSummary | None:
+def summary_of(upload: Upload | None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
     try:
-        return _summary(upload.digest, upload)
+        return None if upload is None else _summary(upload.digest, upload)
     except CCWSIMError:
         return None
+
+
+def say_open(choice: DataChoice, problem: str) -> None:
+    """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
+    asks = choice.source != "file" or summary_of(choice.upload) is not None
+    (st.warning if asks else st.error)(plain(problem))
 
 
 def answered(answers: Answers, **new: Any) -> Answers:
@@ -55,22 +79,44 @@ def answered(answers: Answers, **new: Any) -> Answers:
     return tuple(sorted((name, value) for name, value in merged.items() if value is not None))
 
 
-def ask_data(choice: DataChoice, write: Write) -> None:
-    """Ask what hard data leave open; `write` is called with the answers."""
-    answers = choice.answers
+def ask_data(
+    choices: Choices, write: Write, fit: Callable[[Grid], None], *, wide: bool = False
+) -> None:
+    """Ask what the hard data of a study leave open.
+
+    `write` is called with the answers, `fit` with a grid that holds all data. Where it is `wide`,
+    all columns and names are shown with what is guessed of them, and rows that do not fit in full.
+    """
+    choice = choices.data
+    answers, points = choice.answers, None
     if choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
             return
-        if not summary.is_table:
+        if summary.is_table:
+            _ask_columns(choice, write, wide)
+        else:
             _ask_variable(summary, answers, write)
             _ask_slice(summary, answers, write)
-            _ask_way("up", "The first row of the file is", UPS, answers, write)
-        if any(variable.continuous for variable in summary.variables[-1:]):
-            _ask_values(summary, answers, write)
-        _ask_way("on_collision", "Two facies in one cell", COLLISIONS, answers, write)
-    _ask_way("on_outside", "Data outside the grid", DROPS, answers, write)
-    _ask_way("on_unknown", "Facies that the image does not have", DROPS, answers, write)
+            if summary.asks_up or "up" in dict(answers):
+                _ask_way("up", "The first row of the file is", UPS, answers, write)
+        points = _tried(lambda: points_of(choice))
+        if points is not None and points.continuous:
+            _ask_threshold(points, answers, write)
+    placed = _tried(lambda: placed_data(choices))
+    if placed is not None:
+        _ask_names(choices, placed, write, wide)
+    _offer_fit(choices, fit)
+    if placed is not None:
+        _ask_troubles(placed, answers, write, wide)
+
+
+def _tried(read: Callable[[], Any]) -> Any:
+    """What can be read so far; None where a question is open, which the page says."""
+    try:
+        return read()
+    except CCWSIMError:
+        return None
 
 
 def _ask_way(name: str, label: str, ways: dict[Any, str], answers: Answers, write: Write) -> None:
@@ -83,6 +129,29 @@ def _ask_way(name: str, label: str, ways: dict[Any, str], answers: Answers, writ
     value = choices.index(dict(answers).get(name))
     offered = options_of(dict(enumerate(ways.values())))
     field(st.selectbox, label, key=f"ask_{name}", value=value, write=choose, **offered)
+
+
+def _ask_columns(choice: DataChoice, write: Write, wide: bool) -> None:
+    """Ask which columns are x, y and facies; the guess is shown."""
+    preview, known = preview_of(choice), dict(choice.answers)
+    taken = {role: known.get(role, preview.guess.get(role)) for role in ROLES}
+    for role, label in ROLES.items():
+
+        def choose(name: str, role: str = role) -> None:
+            new = {**taken, role: name}
+            for other in ROLES:  # one column has one role: they change places
+                if other != role and taken[other] == name:
+                    new[other] = taken[role]
+            if new["facies"] != taken["facies"]:
+                new |= {"threshold": None, "facies_names": None}
+            write(answered(choice.answers, **new))
+
+        if wide or role not in preview.guess or role in known or preview.unclear:
+            names = preview.columns if role == "facies" else preview.numeric
+            chosen: dict[str, Any] = {"value": taken[role], "write": choose, "options": names}
+            field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
+    if preview.unclear or {"x", "y", "coordinates"} & known.keys():
+        _ask_way("coordinates", "x and y are", COORDINATES, choice.answers, write)
 
 
 def _ask_variable(summary: FileSummary, answers: Answers, write: Write) -> None:
@@ -112,34 +181,102 @@ def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
         field(st.selectbox, "Which slice, from the bottom?", **chosen, **offered, **OPEN)
 
 
-def _ask_values(summary: FileSummary, answers: Answers, write: Write) -> None:
-    """Ask how values become facies: as they are, by a threshold, or in classes."""
-    known = dict(answers)
-    names = [v for v in summary.variables if v.name == known.get("variable")]
-    variable = (names or list(summary.variables))[0]
-    ways = [AS_IS, THRESHOLD, COLOURS if summary.is_picture else CLASSES]
-    way = THRESHOLD if "threshold" in known else ways[2] if "classes" in known else AS_IS
-    middle = float(f"{(variable.minimum + variable.maximum) / 2:.4g}")
-    start = {
-        AS_IS: {"threshold": None, "classes": None},
-        THRESHOLD: {"threshold": middle, "classes": None},
-        ways[2]: {"threshold": None, "classes": 2},
+def _ask_threshold(points: ImportedPoints, answers: Answers, write: Write) -> None:
+    """Ask where to cut values that are no codes; the middle value is the guess."""
+    known = dict(answers).get("threshold")
+    guess = float(f"{np.median(points.values):.4g}")
+    low, high = points.values.min(), points.values.max()
+
+    def cut(value: float) -> None:
+        write(answered(answers, threshold=float(value)))
+
+    label = f"{plain(points.variable)} goes from {low:g} to {high:g}: facies 1 from which value on?"
+    value: dict[str, Any] = {"value": known, "write": cut, "placeholder": f"such as {guess:g}"}
+    field(st.number_input, label, key="ask_threshold", format="%g", **value)
+    if known is None:
+        button(f"Cut at the median, {guess:g}", key="ask_median", on_click=cut, args=(guess,))
+
+
+def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool) -> None:
+    """Ask which facies of the image the names of the file are, and unknown codes."""
+    image, points, answers = image_of(choices.image), placed.points, choices.data.answers
+    given = dict(dict(answers).get("facies_names", ()))
+    unknown = {*placed.unknown_facies}
+    shown = dict.fromkeys([*(points.words if wide else ()), *given, *sorted(unknown)])
+    labels = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
+    for k, name in enumerate(list(shown)[:MAX_NAMES]):
+
+        def choose(code: int, name: str = name) -> None:
+            write(answered(answers, facies_names=tuple(sorted({**given, name: code}.items()))))
+
+        code = given.get(name, _code_of(placed, name))
+        value = code if code in labels else None
+        chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(labels)}
+        label = f"{name} is" if points.words else f"Facies {name} is"
+        field(st.selectbox, plain(label), key=f"ask_name_{k}", **chosen, **OPEN)
+    if len(shown) > MAX_NAMES:
+        st.caption(f"{len(shown)} different facies; the first {MAX_NAMES} are listed.")
+
+
+def _code_of(placed: PlacedPoints, name: str) -> int | None:
+    words = placed.points.words
+    if name not in words:
+        return None
+    return int(placed.facies[np.argmax(placed.points.values == words.index(name))])
+
+
+def _offer_fit(choices: Choices, fit: Callable[[Grid], None]) -> None:
+    """Offer a grid that holds all data, where some are outside."""
+    grid = grid_for_data(choices)
+    if grid is not None:
+        button("Fit the grid to the data", key="ask_fit", on_click=fit, args=(grid,))
+        st.caption(f"It becomes {described(grid)}.")
+
+
+def described(grid: Grid) -> str:
+    """Return a grid in words.
+
+    Examples
+    --------
+    >>> described(Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0)))
+    '256 × 512 cells of 10 from (436000, 4505000)'
+    """
+    (width, height), (x, y) = grid.cell_size, grid.origin
+    size = f"{width:g}" if width == height else f"{width:g} × {height:g}"
+    return f"{grid.nx} × {grid.ny} cells of {size} from ({x:.12g}, {y:.12g})"
+
+
+def _ask_troubles(placed: PlacedPoints, answers: Answers, write: Write, wide: bool) -> None:
+    """List rows that do not fit, with what can be done about them; nothing where all fit."""
+    n = placed.points.n
+    if len(placed.outside):
+        label = f"{len(placed.outside)} of {n} data outside the grid"
+        _ask_way("on_outside", label, DROPS, answers, write)
+        _list_rows(placed, placed.outside, wide)
+    if len(placed.unknown):
+        label = f"{len(placed.unknown)} of {n} data of facies that the image does not have"
+        _ask_way("on_unknown", label, DROPS, answers, write)
+        _list_rows(placed, placed.unknown, wide)
+    if placed.collisions:
+        label = f"{len(placed.collisions)} cells with more than one facies"
+        _ask_way("on_collision", label, COLLISIONS, answers, write)
+        _list_rows(placed, np.concatenate(placed.collisions), wide)
+
+
+def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> None:
+    points = placed.points
+    if not wide:
+        st.caption(plain(points.named(which).capitalize()))
+        return
+    places = ("x", "y") if points.world else ("row", "column")
+    first = which[:MAX_LISTED]
+    rows = {
+        points.counted: points.lines[first],
+        places[0]: points.places[first, 0],
+        places[1]: points.places[first, 1],
+        "facies": [points.said(int(k)) for k in first],
+        "cell": [f"row {row}, column {column}" for row, column in placed.cells[first].tolist()],
     }
-
-    def answer(**new: Any) -> None:
-        write(answered(answers, **new))
-
-    label = "Its colours" if summary.is_picture else "Its values"
-    chosen = {"value": way, "write": lambda new: answer(**start[new]), "options": ways}
-    chosen["help"] = (
-        f"Values from {variable.minimum:g} to {variable.maximum:g}. A continuous variable needs a "
-        "threshold or classes."
-    )
-    field(st.selectbox, label, key="ask_values", **chosen)
-    if way == THRESHOLD:
-        label = "Threshold: at or above is 1, below is 0"
-        value = {"value": float(known["threshold"]), "write": lambda v: answer(threshold=v)}
-        field(st.number_input, label, key="ask_threshold", format="%g", **value)
-    elif way != AS_IS:
-        value = {"value": int(known["classes"]), "write": lambda n: answer(classes=n)}
-        field(st.number_input, "How many", key="ask_classes", min_value=2, max_value=32, **value)
+    st.dataframe(pd.DataFrame(rows), hide_index=True, height="content" if len(first) < 8 else 280)
+    if len(which) > len(first):
+        st.caption(f"The first {len(first)} of {len(which)} rows.")

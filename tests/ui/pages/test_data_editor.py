@@ -367,9 +367,9 @@ def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
     rows = b"row,col,facies\n3,4,1\n3,4,0\n3,4,1\n90,4,1\n"
     app.file_uploader(key="import_file").set_value(("wells.csv", rows, "text/csv")).run()
     assert app.session_state[KEY].data_draft is not None
-    assert "outside the grid" in " ".join(error.value for error in app.error)
+    assert "outside the grid" in " ".join(warning.value for warning in app.warning)
     app.selectbox("ask_on_outside").select_index(1).run()
-    assert "two facies in the cell" in " ".join(error.value for error in app.error)
+    assert "two facies in the cell" in " ".join(warning.value for warning in app.warning)
     app.selectbox("ask_on_collision").select_index(1).run()
     state = app.session_state[KEY]
     assert not app.error

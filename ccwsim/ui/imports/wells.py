@@ -1,0 +1,121 @@
+"""The import of wells: the first rows, which column is what, and where the data fall."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pandas as pd
+import streamlit as st
+
+from ccwsim.figures import placement_svg
+from ccwsim.io import PlacedPoints, PointsPreview
+from ccwsim.model.choices import Choices, DataChoice, Upload
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.ui.results.maps import colours_of
+from ccwsim.ui.session.resolve import image_of, imported_data, placed_data, preview_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.data_step import data_uploader, use_data
+from ccwsim.ui.study.questions import ask_data, described, say_open, summary_of
+from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.text import panel_title, plain
+
+MAX_DRAWN = 2000
+"""Data on the map."""
+
+
+def draw_wells_import(state: State) -> None:
+    """Draw a file of wells, what is guessed of it, and what it leaves open.
+
+    It is taken as soon as all its data fit; until then the study keeps what it has.
+    """
+
+    def use_upload(upload: Upload | None) -> None:
+        if upload is not None:
+            use_data(state, DataChoice("file", upload=upload))
+
+    data_uploader("wells_file", use_upload)
+    choice = state.data_draft or state.choices.data
+    if choice.source != "file" or choice.upload is None:
+        st.caption(
+            "Bring wells or other points: a table with columns of x, y and facies, in any order. "
+            "What its columns are is guessed here and can be changed."
+        )
+        return
+    tried = replace(state.choices, data=choice)
+    _say_state(state, tried)
+    if summary_of(choice.upload) is None:
+        return
+    preview = preview_of(choice)
+    if preview.columns:
+        _draw_rows(preview)
+    questions, map_ = st.columns([2, 3], gap="large")
+    with questions:
+        ask_data(
+            tried,
+            lambda answers: use_data(state, replace(choice, answers=answers)),
+            lambda grid: use_data(state, choice, grid),
+            wide=True,
+        )
+    with map_:
+        _draw_map(state, tried)
+
+
+def _say_state(state: State, tried: Choices) -> None:
+    """Say whether the file is taken, and why not."""
+    choice = tried.data
+    name = choice.upload.name if choice.upload else ""
+    try:
+        report = imported_data(tried)
+    except CCWSIMError as error:
+        say_open(choice, f"{error}. The study keeps the data that it has.")
+    else:
+        n = report.hard_data.n
+        if state.data_draft is None:
+            st.success(plain(f"{n} data of {name} are in the study."))
+        else:
+            st.info(plain(f"{n} data of {name} fit and are not in the study yet."))
+            button("Use them", key="wells_use", on_click=use_data, args=(state, choice))
+        for note in report.notes:
+            st.caption(plain(note))
+    if state.data_draft is not None:
+        drop = (state, "data_draft", None)
+        button("Keep the data as they are", key="wells_drop", on_click=setattr, args=drop)
+
+
+def _draw_rows(preview: PointsPreview) -> None:
+    """The first rows as they are read, with the role of each column in its heading."""
+    shown = min(len(preview.rows), preview.n_rows)
+    panel_title("First rows", f"{shown} of {preview.n_rows}")
+    roles = {column: role for role, column in preview.guess.items()}
+    heads = [f"{name} → {roles[name]}" if name in roles else name for name in preview.columns]
+    table = pd.DataFrame(
+        list(preview.rows), columns=heads, index=[f"line {k}" for k in preview.lines]
+    )
+    st.dataframe(table, height="content")
+    for reason in preview.reasons:
+        st.caption(plain(reason))
+
+
+def _draw_map(state: State, tried: Choices) -> None:
+    """Where the data fall in the grid; open rings are outside or of an unknown facies."""
+    try:
+        placed = placed_data(tried)
+    except CCWSIMError:  # said above
+        return
+    panel_title("Where the data fall", f"grid of {described(tried.grid)}")
+    step = -(-placed.points.n // MAX_DRAWN)
+    colours = _colours(state, tried, placed)[::step]
+    svg = placement_svg(placed.cells[::step], colours, tried.grid.shape)
+    st.image(svg, alt="Where the data fall in the grid", width="stretch")
+    n_out = len(placed.outside)
+    if n_out:
+        st.caption(f"The frame is the grid: {n_out} of {placed.points.n} data are outside.")
+
+
+def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
+    """The colour of the facies of each datum; None for those that are not taken."""
+    image = image_of(tried.image)
+    known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
+    lost = {*placed.outside.tolist(), *placed.unknown.tolist()}
+    codes = placed.facies.tolist()
+    return [None if k in lost else known.get(code) for k, code in enumerate(codes)]
