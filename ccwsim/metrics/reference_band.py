@@ -300,7 +300,8 @@ def fit_curve(
             gap = np.full(len(lags), least * unit)
             return _band(image, shape, distances, values, CURVE_ERRORS, gap)
 
-        reference = _kept(image, (statistic, index, direction, shape), make)
+        key = statistic, index, str(direction), shape  # a direction may be a list or an array
+        reference = _kept(image, key, make)
         return reference, values(Stack(pieces_of(ensemble.indices, shape, n_pieces), image.codes))
 
     reference, each = compared(shape, MIN_GAP, MAX_PIECES)

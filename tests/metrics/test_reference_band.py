@@ -289,6 +289,15 @@ def test_what_crops_do_not_have_is_not_judged():
     assert fit_proportions(small) is None
 
 
+@pytest.mark.parametrize("direction", [[0, 1], np.array([0, 1]), 90.0])
+def test_a_direction_in_numbers_gives_what_its_name_gives(direction):
+    image = TrainingImage(blobs((40, 40), 2))
+    found = ensemble_of(image, image.indices[None])
+    named, given = (fit_curve(found, "variogram", 1, way) for way in ("E-W", direction))
+    assert np.array_equal(given.found, named.found)
+    assert np.array_equal(given.tolerance, named.tolerance)
+
+
 def test_an_unknown_facies_or_statistic_is_an_error():
     image = TrainingImage(blobs((40, 40), 2))
     found = ensemble_of(image, np.zeros((1, 40, 40), np.uint8))
