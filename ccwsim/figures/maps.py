@@ -193,7 +193,7 @@ def placement_svg(
     def at(row: float, column: float) -> tuple[float, float]:
         return pad + (column - low[1]) * scale, pad + (high[0] - row) * scale
 
-    width, height = (high - low)[::-1] * scale + 2 * pad
+    width, height = np.maximum((high - low)[::-1] * scale, _SVG_SIDE / 2) + 2 * pad
     left, top = at(ny, 0)
     sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # seen however far away the data are
     frame = f'x="{left:.2f}" y="{top:.2f}" width="{sides[0]:.2f}" height="{sides[1]:.2f}"'

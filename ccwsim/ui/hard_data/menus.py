@@ -91,13 +91,14 @@ def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None
 
 def _report(state: State, draft: DataChoice, name: str) -> None:
     st.caption(plain(f"From your file {name}"))
+    tried = replace(state.choices, data=draft)
     try:
-        for note in imported_data(replace(state.choices, data=draft)).notes:
+        for note in imported_data(tried).notes:
             st.caption(plain(note))
     except CCWSIMError as error:
-        say_open(draft, f"{error}. The study keeps the data that it has.")
+        say_open(tried, str(error))
     ask_data(
-        replace(state.choices, data=draft),
+        tried,
         lambda answers: use_file(state, replace(draft, answers=answers)),
         lambda grid: use_file(state, draft, grid),
     )

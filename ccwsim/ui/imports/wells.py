@@ -15,7 +15,7 @@ from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import image_of, imported_data, placed_data, preview_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_uploader, use_data
-from ccwsim.ui.study.questions import ask_data, described, say_open, summary_of
+from ccwsim.ui.study.questions import ask_data, described, offer_fit, say_open, summary_of
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, plain
 
@@ -58,6 +58,7 @@ def draw_wells_import(state: State) -> None:
         )
     with map_:
         _draw_map(state, tried)
+        offer_fit(tried, lambda grid: use_data(state, choice, grid))
 
 
 def _say_state(state: State, tried: Choices) -> None:
@@ -67,7 +68,7 @@ def _say_state(state: State, tried: Choices) -> None:
     try:
         report = imported_data(tried)
     except CCWSIMError as error:
-        say_open(choice, f"{error}. The study keeps the data that it has.")
+        say_open(tried, str(error))
     else:
         n = report.hard_data.n
         if state.data_draft is None:
@@ -106,7 +107,7 @@ def _draw_map(state: State, tried: Choices) -> None:
     step = -(-placed.points.n // MAX_DRAWN)
     colours = _colours(state, tried, placed)[::step]
     svg = placement_svg(placed.cells[::step], colours, tried.grid.shape)
-    st.image(svg, alt="Where the data fall in the grid", width="stretch")
+    st.image(svg, alt="Where the data fall in the grid", width=520)
     n_out = len(placed.outside)
     if n_out:
         st.caption(f"The frame is the grid: {n_out} of {placed.points.n} data are outside.")

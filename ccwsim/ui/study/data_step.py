@@ -64,7 +64,7 @@ def _draft(state: State, draft: DataChoice) -> None:
     tried = replace(state.choices, data=draft)
     problem, waits = problem_of_data(tried), draft.source == "file" and draft.upload is None
     if problem and not waits:
-        say_open(draft, f"{problem}. The study keeps the data that it has.")
+        say_open(tried, problem)
     elif not waits:
         n, name = data_of(tried).n, draft.upload.name if draft.upload else "placed by hand"
         step_note(f"Your {n} data ({name}) were set up with another training image.")
@@ -186,10 +186,12 @@ def _menu(state: State) -> None:
 
 def _report(state: State, current: DataChoice) -> None:
     """What became of the data, and what is left to decide."""
+    tried = replace(state.choices, data=current)
     try:
-        report = imported_data(replace(state.choices, data=current))
+        report = imported_data(tried)
     except CCWSIMError as error:
-        say_open(current, str(error))
+        if state.data_draft is None:  # the problem is one of the study, and said by the step
+            st.error(plain(str(error)))
         if state.data_draft is not None:
             drop = (state, "data_draft", None)
             button("Keep the data as they were", on_click=setattr, args=drop)
@@ -197,7 +199,6 @@ def _report(state: State, current: DataChoice) -> None:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
             st.caption(plain(note))
-    tried = replace(state.choices, data=current)
     ask_data(
         tried,
         lambda answers: use_data(state, replace(current, answers=answers)),

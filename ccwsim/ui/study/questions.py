@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -43,6 +44,9 @@ ROLES = {
     "y": "y, to the north",
     "facies": "Facies, or what gives it",
 }
+KEPT = "The study keeps the data that it has."
+IN_SCRIPTS = re.compile(r" \(\w+=\)")
+"""What an error says to those who write scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Write = Callable[[Answers], None]
 
@@ -61,10 +65,36 @@ def summary_of(upload: Upload | None) -> FileSummary | None:
         return None
 
 
-def say_open(choice: DataChoice, problem: str) -> None:
+def say_open(choices: Choices, problem: str) -> None:
     """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
-    asks = choice.source != "file" or summary_of(choice.upload) is not None
-    (st.warning if asks else st.error)(plain(problem))
+    choice, placed = choices.data, _tried(lambda: placed_data(choices))
+    if choice.source == "file" and summary_of(choice.upload) is None:
+        st.error(plain(f"{problem}. {KEPT}"))
+        return
+    if placed is not None and (troubles := troubles_of(placed)):
+        problem = f"{placed.points.name} does not fit yet: {', '.join(troubles)}"
+    st.warning(plain(f"{IN_SCRIPTS.sub('', problem)}. {KEPT}"))
+
+
+def troubles_of(placed: PlacedPoints) -> list[str]:
+    """Return what is wrong with data, each kind in a few words.
+
+    Examples
+    --------
+    >>> from ccwsim.io import place_points
+    >>> found = ImportedPoints(
+    ...     np.array([[9.0, 9.0]]), np.ones(1), np.ones(1, int), False, "line", "a", "b"
+    ... )
+    >>> troubles_of(place_points(found, Grid(4, 4)))
+    ['1 of 1 data outside the grid']
+    """
+    n, unknown = placed.points.n, len(placed.unknown)
+    counts = {
+        f"{len(placed.outside)} of {n} data outside the grid": len(placed.outside),
+        f"{unknown} of {n} data of facies that the image does not have": unknown,
+        f"cells with more than one facies: {len(placed.collisions)}": len(placed.collisions),
+    }
+    return [words for words, count in counts.items() if count]
 
 
 def answered(answers: Answers, **new: Any) -> Answers:
@@ -85,7 +115,8 @@ def ask_data(
     """Ask what the hard data of a study leave open.
 
     `write` is called with the answers, `fit` with a grid that holds all data. Where it is `wide`,
-    all columns and names are shown with what is guessed of them, and rows that do not fit in full.
+    all columns and names are shown with what is guessed of them, rows that do not fit in full, and
+    a grid that holds the data is offered elsewhere.
     """
     choice = choices.data
     answers, points = choice.answers, None
@@ -106,7 +137,8 @@ def ask_data(
     placed = _tried(lambda: placed_data(choices))
     if placed is not None:
         _ask_names(choices, placed, write, wide)
-    _offer_fit(choices, fit)
+    if not wide:
+        offer_fit(choices, fit)
     if placed is not None:
         _ask_troubles(placed, answers, write, wide)
 
@@ -202,9 +234,11 @@ def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool)
     image, points, answers = image_of(choices.image), placed.points, choices.data.answers
     given = dict(dict(answers).get("facies_names", ()))
     unknown = {*placed.unknown_facies}
-    shown = dict.fromkeys([*(points.words if wide else ()), *given, *sorted(unknown)])
+    asked = [*(points.words if wide else ()), *given, *sorted(unknown)]
+    shown = {name.casefold(): name for name in reversed(asked)}
+    shown = list(dict.fromkeys(shown[name.casefold()] for name in asked))
     labels = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
-    for k, name in enumerate(list(shown)[:MAX_NAMES]):
+    for k, name in enumerate(shown[:MAX_NAMES]):
 
         def choose(code: int, name: str = name) -> None:
             write(answered(answers, facies_names=tuple(sorted({**given, name: code}.items()))))
@@ -225,7 +259,7 @@ def _code_of(placed: PlacedPoints, name: str) -> int | None:
     return int(placed.facies[np.argmax(placed.points.values == words.index(name))])
 
 
-def _offer_fit(choices: Choices, fit: Callable[[Grid], None]) -> None:
+def offer_fit(choices: Choices, fit: Callable[[Grid], None]) -> None:
     """Offer a grid that holds all data, where some are outside."""
     grid = grid_for_data(choices)
     if grid is not None:
@@ -248,19 +282,16 @@ def described(grid: Grid) -> str:
 
 def _ask_troubles(placed: PlacedPoints, answers: Answers, write: Write, wide: bool) -> None:
     """List rows that do not fit, with what can be done about them; nothing where all fit."""
-    n = placed.points.n
-    if len(placed.outside):
-        label = f"{len(placed.outside)} of {n} data outside the grid"
-        _ask_way("on_outside", label, DROPS, answers, write)
-        _list_rows(placed, placed.outside, wide)
-    if len(placed.unknown):
-        label = f"{len(placed.unknown)} of {n} data of facies that the image does not have"
-        _ask_way("on_unknown", label, DROPS, answers, write)
-        _list_rows(placed, placed.unknown, wide)
-    if placed.collisions:
-        label = f"{len(placed.collisions)} cells with more than one facies"
-        _ask_way("on_collision", label, COLLISIONS, answers, write)
-        _list_rows(placed, np.concatenate(placed.collisions), wide)
+    clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
+    kinds = {
+        "on_outside": (DROPS, placed.outside),
+        "on_unknown": (DROPS, placed.unknown),
+        "on_collision": (COLLISIONS, clashing),
+    }
+    open_ones = {name: kind for name, kind in kinds.items() if len(kind[1])}
+    for label, (name, (ways, rows)) in zip(troubles_of(placed), open_ones.items(), strict=True):
+        _ask_way(name, label[:1].upper() + label[1:], ways, answers, write)
+        _list_rows(placed, rows, wide)
 
 
 def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> None:

@@ -369,7 +369,7 @@ def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
     assert app.session_state[KEY].data_draft is not None
     assert "outside the grid" in " ".join(warning.value for warning in app.warning)
     app.selectbox("ask_on_outside").select_index(1).run()
-    assert "two facies in the cell" in " ".join(warning.value for warning in app.warning)
+    assert "more than one facies: 1" in " ".join(warning.value for warning in app.warning)
     app.selectbox("ask_on_collision").select_index(1).run()
     state = app.session_state[KEY]
     assert not app.error

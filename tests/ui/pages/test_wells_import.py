@@ -44,6 +44,7 @@ def keys(app: AppTest) -> set[str]:
 def test_a_german_spreadsheet_in_utm_needs_two_answers():
     app = launched(sample.in_utm())
     assert not app.error
+    assert "3 of 3 data outside the grid" in texts(app)
     assert state_of(app).data_draft is not None
     assert [named(app.selectbox, f"ask_column_{role}").value for role in ("x", "y", "facies")] == [
         "Rechtswert", "Hochwert", "Fazies",
@@ -56,7 +57,9 @@ def test_a_german_spreadsheet_in_utm_needs_two_answers():
     assert "512 × 512 cells of 10 from (435400, 4504600)" in captions(app)
     named(app.button, "ask_fit").click().run()
     assert state_of(app).choices.grid == Grid(512, 512, (10, 10), (435400, 4504600))
+    assert "does not fit yet: 1 of 3 data of facies that the image does not have" in texts(app)
     assert "outside" not in texts(app)
+    assert "facies_names" not in texts(app)
     named(app.selectbox, "ask_name_1").set_value(0).run()
     state = state_of(app)
     assert not app.exception
@@ -160,3 +163,9 @@ def test_the_menus_ask_the_same_in_short(page):
     named(app.selectbox, "ask_name_0").set_value(0).run()
     assert state_of(app).data_draft is None
     assert data_of(state_of(app).choices).n == 3
+
+
+def test_data_that_wait_are_what_the_page_opens_with():
+    draft = DataChoice("file", upload=Upload("wells.csv", sample.in_utm()))
+    app = opened("import", State(choices=NAMED, data_draft=draft)).run()
+    assert "ask_fit" in keys(app)
