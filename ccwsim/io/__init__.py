@@ -18,6 +18,7 @@ from ccwsim.io.hard_data.placing import (
 )
 from ccwsim.io.hard_data.points import ImportedPoints, PointsPreview, preview_points, read_points
 from ccwsim.io.limits import limited, upload_limits
+from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
 from ccwsim.io.project import (
     Project,
@@ -27,7 +28,12 @@ from ccwsim.io.project import (
     read_project,
     save_project,
 )
-from ccwsim.io.realizations import FORMATS, realizations_as_bytes, write_realizations
+from ccwsim.io.realizations import (
+    FORMATS,
+    read_realizations,
+    realizations_as_bytes,
+    write_realizations,
+)
 from ccwsim.io.training_images import (
     read_colours,
     read_grid,
@@ -39,6 +45,7 @@ from ccwsim.io.training_images import (
 __all__ = [
     "DEFAULT_COLOURS",
     "FORMATS",
+    "MAP_FORMATS",
     "FileSummary",
     "HardDataImport",
     "ImportedPoints",
@@ -54,6 +61,7 @@ __all__ = [
     "import_hard_data",
     "inspect",
     "limited",
+    "maps_as_bytes",
     "parameters_from_json",
     "parameters_to_json",
     "place_points",
@@ -64,6 +72,7 @@ __all__ = [
     "read_hard_data",
     "read_points",
     "read_project",
+    "read_realizations",
     "read_training_image",
     "realizations_as_bytes",
     "resolve_points",
@@ -71,6 +80,7 @@ __all__ = [
     "training_image_as_bytes",
     "upload_limits",
     "write_hard_data",
+    "write_maps",
     "write_realizations",
     "write_training_image",
 ]

@@ -159,7 +159,13 @@ def open_file(
     >>> open_file(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n")).kind
     'SGeMS/GSLIB grid'
     """
-    content, name = read_bytes(path_or_file)
+    return open_content(*read_bytes(path_or_file), part, up=up)
+
+
+def open_content(
+    content: bytes, name: str, part: Part | None = None, *, up: bool | None = None
+) -> DataFile | Picture:
+    """Return the variables or the colours of a file whose content is known, as `open_file`."""
     kind = kind_of(content)
     if kind == "picture":
         return read_picture(content, name, part, up=up)

@@ -1,23 +1,34 @@
-"""Realizations to files and downloads: npz, SGeMS/GSLIB grid, PNG."""
+"""Realizations to files and downloads, and back from NumPy files and text grids."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from io import BytesIO
 from math import ceil, sqrt
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.formats.pictures import picture_as_bytes
-from ccwsim.io.formats.text_grids import grid_as_bytes
-from ccwsim.io.opening import PathOrFile
-from ccwsim.io.project import parameters_to_json
+from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.formats.map_files import realizations_as_netcdf
+from ccwsim.io.formats.numpy_files import npz_arrays
+from ccwsim.io.formats.pictures import Picture, picture_as_bytes
+from ccwsim.io.maps import maps_as_bytes
+from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
+from ccwsim.io.project import parameters_from_json, parameters_to_json
+from ccwsim.model.arrays import as_integers, check_int, codes_of, readonly, smallest_integers
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.lazy_stack import LazyStack
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.training_image import TrainingImage
 
-FORMATS = ("npz", "gslib", "sgems", "dat", "png")
+FORMATS = ("npz", "gslib", "sgems", "dat", "png", "vti", "tif", "nc")
 """Formats of realizations, by their endings."""
 
 MAX_PIXELS = 50_000_000
@@ -50,7 +61,7 @@ def write_realizations(
     Raises
     ------
     CCWSIMError
-        For another format, or a place that cannot be written.
+        For another format, a package that is not installed, or a place that cannot be written.
 
     Examples
     --------
@@ -72,10 +83,14 @@ def realizations_as_bytes(
 ) -> bytes:
     """Return realizations as the content of a file, for a download.
 
-    `npz` holds `realizations` (n, ny, nx) in the training image's codes, `codes`, `parameters`
-    (JSON), `seed`, `cpu_seconds`, `hard_cells`, `hard_facies`, `met_by`, `cell_size`, `origin`;
+    `npz` holds `realizations` (n, ny, nx) in the training image's codes and the study, so that
+    `read_realizations` gives the ensemble again: `training_image`, `image_name`, `codes`,
+    `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`, `numbers`,
+    `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`;
     `gslib`, `sgems` and `dat` hold one column a realization, from the south-west, x fastest, with
-    size of the cells and origin in line 1; `png` is one map, or a contact sheet of all, north up.
+    size of the cells and origin in line 1; `vti` has them as cell data of a VTK grid, `tif` as
+    bands of a GeoTIFF, north up (needs rasterio), `nc` as `Ensemble.to_xarray` (needs xarray);
+    `png` is one map, or a contact sheet of all, north up.
 
     Raises
     ------
@@ -100,20 +115,199 @@ def realizations_as_bytes(
     if kind == "png":
         n_facies = ensemble.training_image.n_facies
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
-    names = [f"realization_{k + 1}" for k in range(ensemble.n)]
-    return grid_as_bytes(list(ensemble.realizations), names, ensemble.grid)
+    if kind == "nc":
+        return realizations_as_netcdf(ensemble.to_xarray())
+    maps = {f"realization_{k + 1}": one for k, one in enumerate(ensemble)}
+    return maps_as_bytes(maps, ensemble.grid, kind)
+
+
+_MEMBERS = {
+    "realizations": "bui",
+    "codes": "bui",
+    "training_image": "bui",
+    "image_name": "U",
+    "facies_names": "U",
+    "parameters": "U",
+    "seed": "ui",
+    "cpu_seconds": "f",
+    "wall_seconds": "f",
+    "hard_cells": "ui",
+    "hard_facies": "ui",
+    "met_by": "i",
+    "numbers": "ui",
+    "revised": "b",
+    "cell_size": "f",
+    "origin": "f",
+}
+"""The members of an npz of realizations, and the kinds of their values."""
+
+
+def read_realizations(
+    path_or_file: PathOrFile, training_image: TrainingImage | ArrayLike | None = None
+) -> Ensemble:
+    """Return the realizations of a file.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        An npz of `write_realizations`, which is read back with its whole study; a GSLIB or SGeMS
+        grid, one realization a column; or an npy array of shape (n, ny, nx), row 0 at the south,
+        as `simulate(out=...)` writes it.
+    training_image : TrainingImage or array_like, shape (ny, nx), optional
+        What they were simulated from, where the file does not have it: npz files of older versions,
+        text grids and npy. Left out there, an image of one cell a facies code stands for it, whose
+        proportions and patterns mean nothing.
+
+    Returns
+    -------
+    Ensemble
+        What the file does not have is unknown: times are NaN; for grids and npy there are no hard
+        data, the parameters are the defaults, the seed is 0 and `revised` is true, as the seed
+        does not give these realizations again.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that holds no realizations, is broken or too large, and for facies that the
+        training image does not have.
+
+    Examples
+    --------
+    >>> e = read_realizations(BytesIO(b"2 1 1 10 10 1 500 0 0\\n2\\na\\nb\\n0 7\\n7 7\\n"))
+    >>> e.realizations.tolist(), e.grid.origin
+    ([[[0, 7]], [[7, 7]]], (500.0, 0.0))
+    """
+    content, name = read_bytes(path_or_file)
+    image = None if training_image is None else TrainingImage.of(training_image)
+    try:
+        if kind_of(content) == "npz":
+            return _of_npz(npz_arrays(content, name, _MEMBERS), image)
+        return _of_grids(open_content(content, name), image)
+    except CCWSIMError as error:
+        said = str(error)
+        raise CCWSIMError(said if said.startswith(name) else f"{name}: {said}") from error
+
+
+def _of_npz(found: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
+    stack = found.get("realizations", np.empty(0))
+    if stack.ndim != 3 or not stack.size:
+        raise CCWSIMError(
+            "it has no realizations; save whole numbers of shape (n, ny, nx) as `realizations`"
+        )
+    n, ny, nx = stack.shape
+    if image is None and "training_image" in found:
+        names = found["facies_names"].tolist() if "facies_names" in found else None
+        label = printable(str(_one(found, "image_name", "")))
+        named = names if names is None else [printable(own) for own in _listed(names)]
+        image = TrainingImage(found["training_image"], name=label, facies_names=named)
+    if image is None and "codes" in found:
+        image = _stand_in(found["codes"])
+    size, origin = (
+        found[key].tolist() if key in found else None for key in ("cell_size", "origin")
+    )
+    data = HardData(found.get("hard_cells", ()), found.get("hard_facies", ()))
+    ensemble = _ensemble(stack, Grid(ny, nx, size or (1.0, 1.0), origin or (0.0, 0.0)), image)
+    data.check(ensemble.grid, ensemble.training_image)
+    return replace(
+        ensemble,
+        hard_data=data,
+        parameters=parameters_from_json(str(_one(found, "parameters", "{}"))),
+        seed=check_int("seed", _one(found, "seed", 0), 0),
+        cpu_seconds=_of_shape(found, "cpu_seconds", ensemble.cpu_seconds),
+        wall_seconds=float(_one(found, "wall_seconds", np.nan)),
+        data_status=_of_shape(found, "met_by", np.zeros((n, data.n), np.int16)),
+        numbers=_of_shape(found, "numbers", ensemble.numbers),
+        revised=bool(_one(found, "revised", "seed" not in found)),
+    )
+
+
+def _of_grids(file: DataFile | Picture, image: TrainingImage | None) -> Ensemble:
+    if isinstance(file, Picture) or file.is_table:
+        raise CCWSIMError(
+            "realizations are read from npz and npy files and from GSLIB or SGeMS grids that say "
+            "their size; this is a picture or a table"
+        )
+    layers = [layer for grid in file.variables.values() for layer in grid]
+    if file.kind != "NumPy array" and len(layers) > len(file.variables):
+        raise CCWSIMError("it is a volume; realizations are maps, one a column")
+    if len({layer.shape for layer in layers}) > 1:
+        raise CCWSIMError("its variables have different sizes; realizations have one")
+    if image is None and not all(file.known(layer).all() for layer in layers):
+        raise CCWSIMError("some cells have no facies; realizations have one in every cell")
+    codes = [smallest_integers(as_integers(layer, "realizations")) for layer in layers]
+    stack = np.stack(codes)[:, :: 1 if file.south_first else -1]
+    _, ny, nx = stack.shape
+    grid = Grid(ny, nx, file.cell_size or (1.0, 1.0), file.origin or (0.0, 0.0))
+    return _ensemble(stack, grid, image)
+
+
+def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
+    """An ensemble of which nothing but the realizations is known."""
+    there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
+    image = image or _stand_in(np.array(sorted(there)))
+    missing = sorted(there - set(image.codes.tolist()))
+    if missing:
+        codes = ", ".join(map(str, image.codes))
+        raise CCWSIMError(
+            f"facies {missing[0]} is not in the training image, which has {codes}; give "
+            "training_image= that they were simulated from"
+        )
+    n = len(stack)
+    return Ensemble(
+        training_image=image,
+        grid=grid,
+        parameters=Parameters(),
+        hard_data=HardData(),
+        seed=0,
+        indices=readonly(LazyStack(stack, image.codes).copy()),
+        cpu_seconds=readonly(np.full(n, np.nan)),
+        wall_seconds=np.nan,
+        data_status=readonly(np.zeros((n, 0), np.int16)),
+        numbers=readonly(np.arange(n)),
+        revised=True,
+    )
+
+
+def _stand_in(codes: NDArray) -> TrainingImage:
+    """An image of the codes alone, for a training image that is not known."""
+    return TrainingImage(codes.reshape(1, -1))
+
+
+def _one(found: Mapping[str, NDArray], key: str, default: Any) -> Any:
+    if key in found and found[key].size != 1:
+        raise CCWSIMError(f"{key} must be one value, not {found[key].size}; save it again")
+    return found[key].item() if key in found else default
+
+
+def _listed(names: Any) -> Sequence[str]:
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise CCWSIMError("facies_names must be a list; save it again")
+    return names
+
+
+def _of_shape(found: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:
+    values = found.get(key, default)
+    if values.shape != default.shape:
+        raise CCWSIMError(f"{key} has shape {values.shape}, not {default.shape}; save it again")
+    if key == "numbers" and values.min() < 0:
+        raise CCWSIMError(f"numbers: {values.min()} is no number of a realization; save it again")
+    return readonly(values.astype(default.dtype))
 
 
 def _npz(ensemble: Ensemble) -> bytes:
-    content = BytesIO()
+    content, image = BytesIO(), ensemble.training_image
     np.savez_compressed(
         content,
         allow_pickle=False,
         realizations=ensemble.realizations,
-        codes=ensemble.training_image.codes,
+        codes=image.codes,
+        training_image=image.array,
+        image_name=np.array(image.name),
+        facies_names=np.array(image.facies_names),
         parameters=np.array(parameters_to_json(ensemble.parameters)),
         seed=np.array(ensemble.seed),
         cpu_seconds=ensemble.cpu_seconds,
+        wall_seconds=np.array(float(ensemble.wall_seconds)),
         hard_cells=ensemble.hard_data.cells,
         hard_facies=ensemble.hard_data.facies,
         met_by=ensemble.data_status,

@@ -108,6 +108,22 @@ class EType:
         """Where the most probable facies stands in `codes`, shape (ny, nx)."""
         return self.probability.argmax(axis=0).astype(np.uint8)
 
+    @property
+    def most_likely_probability(self) -> NDArray[np.float64]:
+        """Probability of the most probable facies, shape (ny, nx)."""
+        return self.probability.max(axis=0)
+
+    @property
+    def maps(self) -> dict[str, NDArray]:
+        """All maps (ny, nx) by name, as `ccwsim.io.write_maps` takes them."""
+        each = zip(self.codes.tolist(), self.probability, strict=True)
+        return {
+            **{f"probability_{code}": values for code, values in each},
+            "most_likely": self.most_likely,
+            "most_likely_probability": self.most_likely_probability,
+            "entropy": self.entropy,
+        }
+
     @cached_property
     def entropy(self) -> NDArray[np.float64]:
         """−Σ p log p / log(n_facies), from 0 (certain) to 1 (all equally likely), (ny, nx)."""

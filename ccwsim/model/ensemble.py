@@ -203,13 +203,9 @@ class Ensemble:
             from xarray import DataArray
         except ImportError:
             raise CCWSIMError("xarray is not installed: pip install xarray") from None
-        grid, image = self.grid, self.training_image
-        (width, height), (west, south) = grid.cell_size, grid.origin
-        coordinates = {
-            "realization": self.numbers,
-            "y": south + (np.arange(grid.ny) + 0.5) * height,
-            "x": west + (np.arange(grid.nx) + 0.5) * width,
-        }
+        image = self.training_image
+        x, y = self.grid.axes
+        coordinates = {"realization": self.numbers, "y": y, "x": x}
         names = ("_".join(name.split()) for name in image.facies_names)
         attributes = {
             "long_name": "facies",

@@ -135,6 +135,13 @@ class Grid:
         """Rows and columns, as the arrays have them."""
         return self.ny, self.nx
 
+    @property
+    def axes(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        """x of the centres of columns and y of those of rows, in world units."""
+        (width, height), (west, south) = self.cell_size, self.origin
+        x, y = np.arange(self.nx) + 0.5, np.arange(self.ny) + 0.5
+        return west + x * width, south + y * height
+
     def cells_of(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.int64]:
         """Return the (row, col) of the cells that hold world points, also outside the grid.
 

@@ -38,6 +38,8 @@ WAYS: dict[str, Callable] = {
     "preview": lambda file: cio.preview_points(file),
     "fitted grid": lambda file: cio.fit_grid(cio.read_points(file)),
     "project": lambda file: cio.read_project(file),
+    "realizations": lambda file: cio.read_realizations(file),
+    "realizations of an image": lambda file: cio.read_realizations(file, _TI),
     "parameters": lambda file: cio.parameters_from_json(file.getvalue()),
 }  # fmt: skip
 

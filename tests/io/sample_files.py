@@ -12,7 +12,7 @@ from PIL import Image
 from scipy.io import savemat
 
 import ccwsim.io as cio
-from ccwsim import TrainingImage
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 
 FACIES = np.array([[0, 0, 1, 2], [0, 1, 1, 2], [2, 1, 0, 0]])
 """Shape (3, 4), row 0 at the south, without any symmetry."""
@@ -38,6 +38,20 @@ def two_variables() -> bytes:
     rows = np.stack([FACIES.ravel() / 10, FACIES.ravel()], axis=1)
     lines = b"\n".join(b"%g %g" % tuple(row) for row in rows)
     return b"4 3 1\n2\nporosity\nfacies\n" + lines + b"\n"
+
+
+def ensemble() -> Ensemble:
+    image = TrainingImage(FACIES, name="sample", facies_names=["mud", "sand", "lime"])
+    grid = Grid(3, 4, cell_size=(10.0, 20.0), origin=(350000.0, 4505000.0))
+    data = HardData(POINTS[:, :2], POINTS[:, 2])
+    stack = np.stack([FACIES, (FACIES + 1) % 3]).astype(np.uint8)
+    status = np.array([[0, 0, -1, 8], [-2, -2, -2, -2]], np.int16)
+    given = image, grid, Parameters(template_size=16, refine=False), data, 42
+    return Ensemble(*given, stack, np.array([0.1, 0.2]), 0.5, status, np.array([3, 5]))
+
+
+def realizations(kind: str) -> bytes:
+    return cio.realizations_as_bytes(ensemble(), kind)
 
 
 def esri(grid: NDArray = FACIES) -> bytes:

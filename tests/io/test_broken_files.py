@@ -30,6 +30,8 @@ SAMPLES = {
     "two variables": sample.two_variables(),
     "table": sample.gslib_table(),
     "jpeg": sample.picture("JPEG"),
+    "realizations npz": sample.realizations("npz"),
+    "realizations gslib": sample.realizations("gslib"),
 }
 TI = TrainingImage(sample.FACIES)
 NUMBERS = b"-1 0 99999999999999999999 nan inf 1e308 1e999 1_0 \xc2\xb2".split()
@@ -51,6 +53,8 @@ def read_every_way(content: bytes) -> int:
         lambda file: cio.read_training_image(file, shape=(3, 4)),
         lambda file: cio.read_training_image(file, threshold=1),
         lambda file: cio.read_grid(file, slice_index=0),
+        lambda file: cio.read_realizations(file),
+        lambda file: cio.read_realizations(file, TI),
         lambda file: cio.import_hard_data(file),
         lambda file: cio.import_hard_data(
             file, Grid(3, 4), TI, on_collision="majority", on_outside="drop", on_unknown="drop"

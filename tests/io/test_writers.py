@@ -88,7 +88,9 @@ def test_wrong_colours_and_formats_say_so():
     ensemble = ensemble_of(np.zeros((1, 2, 2), np.uint8))
     with pytest.raises(CCWSIMError, match="write it as #rrggbb"):
         cio.realizations_as_bytes(ensemble, "png", colours=["red"])
-    with pytest.raises(CCWSIMError, match="choose one of dat, gslib, npz, png, sgems"):
+    with pytest.raises(
+        CCWSIMError, match="choose one of dat, gslib, nc, npz, png, sgems, tif, vti"
+    ):
         cio.realizations_as_bytes(ensemble, "docx")
     with pytest.raises(CCWSIMError, match="format 'none'"):
         cio.write_realizations(BytesIO(), ensemble)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from io import BytesIO
 from math import prod
 
@@ -71,6 +72,35 @@ def read_npz(content: bytes, name: str) -> DataFile:
     return DataFile("NumPy arrays", name, grids, asks_up=True)
 
 
+def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
+    """Return the members of an `.npz` file that are named, of any shape, texts (kind U) too.
+
+    Examples
+    --------
+    >>> content = BytesIO()
+    >>> np.savez_compressed(content, seed=7, parameters="{}", other=np.eye(2))
+    >>> npz_arrays(content.getvalue(), "a.npz", {"seed": "ui", "parameters": "U", "codes": "ui"})
+    {'seed': array(7), 'parameters': array('{}', dtype='<U2')}
+    """
+    with opened_archive(content, name) as archive:
+        members = {key: f"{key}.npy" for key in kinds if f"{key}.npy" in archive.infos}
+        archive.check(list(members.values()))
+        found = {}
+        for key, member in members.items():
+            own = f"{name}, {key}"
+            file = BytesIO(archive.read(member))
+            shape, by_columns, dtype = _promise(file, own)
+            if dtype.kind not in kinds[key]:
+                raise CCWSIMError(f"{own}: values of type {dtype} are not expected; save it again")
+            if prod(shape):
+                check_cells(own, shape or (1,))
+            array = _values(file, own, shape, by_columns, dtype)
+            if dtype.kind == "U":
+                array.tolist()  # fails here where a letter is none
+            found[key] = array
+        return found
+
+
 def _as_grid(array: NDArray) -> NDArray:
     return array.reshape((1, *array.shape)) if array.ndim == 2 else array
 
@@ -101,17 +131,21 @@ def _header(
     file: BytesIO, name: str, whole: bool = False
 ) -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether by columns, and type; the file is then where the values begin."""
+    shape, by_columns, dtype = _promise(file, name)
+    if dtype.kind not in "buif" or dtype.itemsize > 16:
+        raise CCWSIMError(f"{name}: values of type {dtype} are no numbers; save real numbers")
+    check_cells(name, shape or (1,), whole=whole)
+    return shape, by_columns, dtype
+
+
+def _promise(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
     try:
         version = npy.read_magic(file)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, by_columns, dtype = read(file, max_header_size=MAX_NPY_HEADER)
     except Exception as error:  # the header is a Python literal: any parser error may come
         raise CCWSIMError(f"{name}: the NumPy header is broken; save it again") from error
-    if dtype.kind not in "buif" or dtype.itemsize > 16:
-        raise CCWSIMError(f"{name}: values of type {dtype} are no numbers; save real numbers")
-    shape = tuple(map(int, shape))
-    check_cells(name, shape or (1,), whole=whole)
-    return shape, by_columns, dtype
+    return tuple(map(int, shape)), by_columns, dtype
 
 
 def _array(content: bytes, name: str, whole: bool = False) -> NDArray:
@@ -121,6 +155,14 @@ def _array(content: bytes, name: str, whole: bool = False) -> NDArray:
         raise CCWSIMError(
             f"{name}: an array of shape {shown(shape)} is no grid of rows and columns"
         )
+    return _values(file, name, shape, by_columns, dtype)
+
+
+def _values(
+    file: BytesIO, name: str, shape: tuple[int, ...], by_columns: bool, dtype: np.dtype
+) -> NDArray:
+    """The array of a file that stands behind its header."""
+    content = file.getvalue()  # shared with the file, no copy
     n_bytes = prod(shape) * dtype.itemsize
     if len(content) - file.tell() < n_bytes:
         raise CCWSIMError(f"{name} ends before the {prod(shape)} values that it promises")

@@ -75,9 +75,9 @@ def read_gslib(content: bytes, name: str) -> DataFile:
 
 
 def grid_as_bytes(
-    columns: Sequence[NDArray[np.integer]], names: Sequence[str], grid: Grid | None = None
+    columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
-    """Return whole-number grids of shape (ny, nx), row 0 at the south, as an SGeMS text.
+    """Return grids of shape (ny, nx), row 0 at the south, as an SGeMS text.
 
     Where the cells have another size than 1, or the grid another origin than 0, line 1 has them
     behind the numbers of cells: `nx ny nz sx sy sz ox oy oz`, as geone and DeeSse write them.

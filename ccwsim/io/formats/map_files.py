@@ -1,0 +1,165 @@
+"""Maps of one grid as files for other programs: VTK ImageData, GeoTIFF, NetCDF."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping
+from importlib.util import find_spec
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+
+NEEDS = {"tif": "rasterio", "nc": "xarray"}
+"""The package that writes a format, an extra."""
+_VTK_TYPES = {"f4": "Float32", "f8": "Float64"} | {
+    f"{kind}{size}": f"{name}{8 * size}"
+    for kind, name in (("i", "Int"), ("u", "UInt"))
+    for size in (1, 2, 4, 8)
+}
+_BLOCK = 2**20
+"""Bytes that VTK unpacks at a time."""
+
+
+def can_write(kind: str) -> bool:
+    """Return whether the package that a format needs is installed.
+
+    Examples
+    --------
+    >>> can_write("vti")
+    True
+    """
+    return kind not in NEEDS or find_spec(NEEDS[kind]) is not None
+
+
+def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps, row 0 at the south, as VTK XML ImageData: an array of cell data each.
+
+    The grid is one cell of size 1 thick, z from 0 to 1.
+
+    Examples
+    --------
+    >>> vti_as_bytes({"facies": np.eye(2)}, Grid(2, 2))[:50]
+    b'<?xml version="1.0"?>\\n<VTKFile type="ImageData" ve'
+    """
+    (sx, sy), (ox, oy) = grid.cell_size, grid.origin
+    extent = f'"0 {grid.nx} 0 {grid.ny} 0 1"'
+    parts = [
+        b'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian"'
+        b' header_type="UInt64" compressor="vtkZLibDataCompressor">\n',
+        f'<ImageData WholeExtent={extent} Origin="{ox!r} {oy!r} 0" '
+        f'Spacing="{sx!r} {sy!r} 1">\n<Piece Extent={extent}>\n<CellData>\n'.encode(),
+    ]
+    for name, values in maps.items():
+        little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        head = f'<DataArray type="{_VTK_TYPES[little.dtype.str[1:]]}" Name={quoteattr(name)} '
+        parts += [head.encode(), b'format="binary">', _packed(little), b"</DataArray>\n"]
+    return b"".join([*parts, b"</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n"])
+
+
+def _packed(values: NDArray) -> bytes:
+    """Values as VTK reads them: in blocks, packed, with the sizes of the blocks before them."""
+    raw = memoryview(values.tobytes())
+    blocks = [zlib.compress(raw[k : k + _BLOCK], 6) for k in range(0, len(raw), _BLOCK)]
+    sizes = [len(blocks), _BLOCK, len(raw) % _BLOCK, *map(len, blocks)]
+    return base64.b64encode(np.array(sizes, "<u8").tobytes()) + base64.b64encode(b"".join(blocks))
+
+
+def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps as a GeoTIFF, north up: a named band each, all of one type.
+
+    Raises
+    ------
+    CCWSIMError
+        Where rasterio is not installed, or codes do not fit a GeoTIFF.
+    """
+    rasterio = _package("tif")
+    from rasterio.io import MemoryFile
+
+    (sx, sy), (ox, oy) = grid.cell_size, grid.origin
+    kind = _tiff_type(maps)
+    north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
+    profile: dict[str, Any] = {"height": grid.ny, "width": grid.nx, "count": len(maps)}
+    profile |= {"dtype": kind, "transform": north_west, "compress": "deflate"}
+    with MemoryFile() as memory:
+        with memory.open(driver="GTiff", interleave="band", **profile) as file:
+            for band, (name, values) in enumerate(maps.items(), start=1):
+                file.write(values[::-1].astype(kind), band)
+                file.set_band_description(band, name)
+        return memory.read()
+
+
+def _tiff_type(maps: Mapping[str, NDArray]) -> str:
+    kind = np.result_type(*maps.values())
+    if kind == np.int8:
+        return "int16"  # older programs read no signed bytes
+    if kind.kind == "f":
+        return "float32" if kind.itemsize < 8 or _fit(maps, 2**24) else "float64"
+    if kind.itemsize == 8:
+        if not _fit(maps, 2**31):
+            raise CCWSIMError("facies codes of a GeoTIFF must be below 2³¹; renumber them")
+        return "int32"
+    return kind.name
+
+
+def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
+    """Whether all whole-number maps have values that a smaller type holds."""
+    whole = [values for values in maps.values() if values.dtype.kind in "ui"]
+    return all(-most < int(v.min()) and int(v.max()) < most for v in whole)
+
+
+def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps as NetCDF, a variable each over y and x, the centres of cells in world units.
+
+    Raises
+    ------
+    CCWSIMError
+        Where xarray is not installed, or codes do not fit NetCDF.
+    """
+    xarray = _package("nc")
+    x, y = grid.axes
+    found = {name: (("y", "x"), netcdf_integers(values)) for name, values in maps.items()}
+    return bytes(xarray.Dataset(found, {"y": y, "x": x}).to_netcdf(engine="scipy"))
+
+
+def realizations_as_netcdf(array: Any) -> bytes:
+    """Return the DataArray of an ensemble as NetCDF, whose whole numbers have up to 32 bits."""
+    _package("nc")
+    codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
+    own = array.astype(codes.dtype)
+    own.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
+    return bytes(own.to_netcdf(engine="scipy"))
+
+
+def netcdf_integers(values: NDArray) -> NDArray:
+    """Return whole numbers in the smallest type that every NetCDF file can have, others as is.
+
+    Examples
+    --------
+    >>> netcdf_integers(np.array([200], np.uint8)).dtype
+    dtype('int16')
+    """
+    if values.dtype.kind not in "ui":
+        return values
+    low, high = int(values.min()), int(values.max())
+    for kind in (np.int8, np.int16, np.int32):
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return values.astype(kind)
+    raise CCWSIMError("facies codes of NetCDF must be below 2³¹; renumber them")
+
+
+def _package(kind: str) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(NEEDS[kind])
+    except ImportError:
+        name = NEEDS[kind]
+        raise CCWSIMError(
+            f"{name} is not installed, .{kind} needs it: pip install {name}"
+        ) from None

@@ -1,0 +1,117 @@
+"""Named maps of one grid, such as those of an E-type, to files of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from io import BytesIO
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.io.atomic import format_of, write_bytes
+from ccwsim.io.data_file import printable
+from ccwsim.io.formats.map_files import geotiff_as_bytes, netcdf_as_bytes, vti_as_bytes
+from ccwsim.io.formats.text_grids import grid_as_bytes
+from ccwsim.io.opening import PathOrFile
+from ccwsim.model.arrays import as_array
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+
+MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "vti", "tif", "nc")
+"""Formats of maps, by their endings."""
+
+DECIMALS = 6
+"""Of real numbers in a text."""
+
+
+def write_maps(
+    path_or_file: PathOrFile,
+    maps: Mapping[str, ArrayLike],
+    grid: Grid,
+    *,
+    format: str | None = None,
+) -> None:
+    """Write maps of a grid to a file, whole or not at all, where they are in the world.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        A path is replaced at once; a file object needs `format`.
+    maps : mapping of str to array_like, shape (ny, nx)
+        Real or whole numbers by name, row 0 at the south; `metrics.etype(e).maps` are those of an
+        ensemble.
+    grid : Grid
+        The grid of the maps; its cell size and origin are in world units.
+    format : str, optional
+        One of `MAP_FORMATS`; by the ending of the path by default. `npz`: an array each, with
+        `cell_size` and `origin`; `gslib`, `sgems`, `dat`: a column each, of 6 decimals; `vti`: cell
+        data of a VTK grid; `tif`: bands of a GeoTIFF, north up (needs rasterio); `nc`: variables of
+        NetCDF (needs xarray).
+
+    Raises
+    ------
+    CCWSIMError
+        For another format, maps of another shape, a package that is not installed, or a place that
+        cannot be written.
+
+    Examples
+    --------
+    >>> file, grid = BytesIO(), Grid(1, 2, cell_size=(10.0, 10.0), origin=(500.0, 0.0))
+    >>> write_maps(file, {"probability": [[0.25, 1.0]]}, grid, format="gslib")
+    >>> file.getvalue()
+    b'2 1 1 10.0 10.0 1 500.0 0.0 0\\n1\\nprobability\\n0.25\\n 1.0\\n'
+    """
+    kind = format_of(path_or_file, format, MAP_FORMATS)
+    write_bytes(path_or_file, maps_as_bytes(maps, grid, kind))
+
+
+def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> bytes:
+    """Return maps of a grid as the content of a file, for a download; see `write_maps`.
+
+    Raises
+    ------
+    CCWSIMError
+        As `write_maps`.
+
+    Examples
+    --------
+    >>> with np.load(BytesIO(maps_as_bytes({"a": [[0.5]]}, Grid(1, 1), "npz"))) as saved:
+    ...     saved["a"].tolist()
+    [[0.5]]
+    """
+    kind = format_of(None, format, MAP_FORMATS)
+    checked = {name: _map(name, values, grid) for name, values in maps.items()}
+    if not checked:
+        raise CCWSIMError("there are no maps to write; give one at least")
+    if kind == "npz":
+        return _npz(checked, grid)
+    if kind == "vti":
+        return vti_as_bytes(checked, grid)
+    if kind == "tif":
+        return geotiff_as_bytes(checked, grid)
+    if kind == "nc":
+        return netcdf_as_bytes(checked, grid)
+    return grid_as_bytes([v.round(DECIMALS) for v in checked.values()], [*checked], grid)
+
+
+def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
+    if not isinstance(name, str) or not name or name != printable(name):
+        raise CCWSIMError(f"{shown(name)} is no name of a map; give a short text on one line")
+    array = as_array(values, name)
+    if array.shape != grid.shape or array.dtype.kind not in "buif" or array.dtype.itemsize > 8:
+        raise CCWSIMError(
+            f"{name}: an array of shape {array.shape} and type {array.dtype} is no map of "
+            f"numbers of the grid's {grid.shape}"
+        )
+    if array.dtype.kind == "b":
+        return array.astype(np.uint8)
+    return array.astype(np.float32) if array.dtype == np.float16 else array
+
+
+def _npz(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    content = BytesIO()
+    place = {"cell_size": np.array(grid.cell_size), "origin": np.array(grid.origin)}
+    if place.keys() & maps.keys():
+        raise CCWSIMError("cell_size and origin are no names of maps in an npz; rename them")
+    np.savez_compressed(content, allow_pickle=False, **{**maps, **place})
+    return content.getvalue()
