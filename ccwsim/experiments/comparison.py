@@ -31,7 +31,7 @@ LOW, HIGH = 0.05, 0.95
 """Quantiles of the bands."""
 MIN_ERRORS = 2.0
 """Standard errors that a difference between settings must exceed to be called one."""
-STATISTICS = ("variogram", "connection")
+STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 DIRECTIONS = ("E-W", "N-S")
 
 
@@ -54,17 +54,20 @@ def compared_curves(
     """
     image = ensembles[0].training_image
     code = int(image.codes[image.index_of(facies)])
-    wanted = [(code, s, d) for s in STATISTICS for d in DIRECTIONS]
+    wanted: list[tuple[int, Statistic, str]] = [
+        (code, s, d) for s in STATISTICS for d in DIRECTIONS
+    ]
     n = len(wanted)
     return {key: _compared(ensembles, key, _part(progress, k, n)) for k, key in enumerate(wanted)}
 
 
 def _compared(
-    ensembles: Sequence[Ensemble], key: tuple[int, str, str], progress: Callable[[float], None]
+    ensembles: Sequence[Ensemble],
+    key: tuple[int, Statistic, str],
+    progress: Callable[[float], None],
 ) -> ComparedCurves:
     image, grid = ensembles[0].training_image, ensembles[0].grid
-    facies, name, direction = key
-    statistic: Statistic = "variogram" if name == "variogram" else "connectivity"
+    facies, statistic, direction = key
     lags = np.arange(max_lag(direction, image.shape, grid.shape) + 1)
     bands, fits = [], []
     for k, ensemble in enumerate(ensembles):

@@ -50,8 +50,7 @@ def test_the_curves_are_those_of_the_metrics(image, found):
             each = getattr(measure(ensemble.indices, facies, way, curves.lags), name)
             np.testing.assert_allclose(band.median, np.nanmedian(each, axis=0))
             np.testing.assert_allclose(band.low, np.nanquantile(each, 0.05, axis=0))
-            kind = "variogram" if statistic == "variogram" else "connectivity"
-            alone = fit_curve(ensemble, kind, facies, way)
+            alone = fit_curve(ensemble, statistic, facies, way)
             np.testing.assert_array_equal(fit.found, alone.found)
             np.testing.assert_array_equal(fit.tolerance, alone.tolerance)
     assert len(found.curves) == 4

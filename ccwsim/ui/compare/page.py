@@ -24,6 +24,7 @@ from ccwsim.figures import (
     mds_title,
     setting_colours,
 )
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
@@ -86,7 +87,7 @@ SHOWN_AT_ONCE = {
 MIN_IMAGE_SHARE = 0.8
 """The training image's column is never narrower than this share of a setting's."""
 SCALE: dict[str, Any] = {"scale": "compared", "max_height": 460}
-TITLES = {"variogram": ("Variogram", "γ"), "connection": ("Connectivity", "τ")}
+TITLES = {"variogram": ("Variogram", "γ"), "connectivity": ("Connectivity", "τ")}
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """How CSS says a dash; it has no dash-dot."""
@@ -383,7 +384,9 @@ def draw_curves(state: State, found: Comparison) -> None:
     top = 1.08 * float(np.nanmax(values)) or 0.5  # the same for both directions
     with st.container(key="charts"):
         columns = st.columns(4, gap="medium")
-    wanted = [(statistic, way) for statistic in STATISTICS for way in DIRECTIONS]
+    wanted: list[tuple[Statistic, str]] = [
+        (statistic, way) for statistic in STATISTICS for way in DIRECTIONS
+    ]
     for column, (statistic, way) in zip(columns, wanted, strict=True):
         is_variogram = statistic == "variogram"
         y_range = (0, top) if is_variogram else (0, 1.04)
@@ -397,7 +400,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         }
         chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220)
         fits = dict(zip(found.names, curves.fits, strict=True))
-        note = describe_curves(fits, "variogram" if is_variogram else "connectivity")
+        note = describe_curves(fits, statistic)
         alt = f"{title} of {name}: training image and the band of each setting"
         with column:
             titled_chart(title, note, chart, f"{statistic}_{way[0]}", alt)
