@@ -15,6 +15,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import COOKIE, browser
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_open, draw_share
+from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import plain
@@ -43,6 +44,9 @@ PAGES = (
 by a page's own address drew the page without any menu; at 1024 pixels three of the nine names stood
 behind "3 more"; on a phone all of them stood behind the button that opens the study.
 """
+
+OFF_MENU = (("Import", IMPORT_PAGE),)
+"""Pages that a step of the study leads to."""
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:

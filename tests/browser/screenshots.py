@@ -12,6 +12,8 @@ from contextlib import suppress
 from itertools import product
 from pathlib import Path
 
+import numpy as np
+
 from tests.browser.served import browser, served
 
 SIZES = {1440: 900, 1024: 768, 390: 844}
@@ -59,9 +61,21 @@ def fill_with_pictures(page) -> None:
     page.wait_for_function("() => !document.querySelector('.pictures[aria-busy]')", timeout=SLOW)
 
 
+def fill_with_file(page) -> None:
+    """Give a file of grey values, which asks how they become facies."""
+    values = np.add.outer(np.sin(np.arange(60) / 5), np.cos(np.arange(80) / 7))
+    lines = "\n".join(f"{value:.3f}" for value in values.ravel())
+    content = f"80 60 1\n1\ngrey\n{lines}\n".encode()
+    file = {"name": "grey.sgems", "mimeType": "text/plain", "buffer": content}
+    box = page.locator(".st-key-import_image_file input[type=file]")
+    box.set_input_files(file, timeout=SLOW)  # type: ignore[arg-type]
+    page.wait_for_selector(".st-key-image_histogram canvas", timeout=SLOW)
+
+
 FILLED = {
     "benchmark": fill_with_times,
     "examples": fill_with_pictures,
+    "import": fill_with_file,
     "paper": fill_with_experiments,
     "sweep": fill_with_settings,
 }
@@ -96,11 +110,11 @@ def take_whole(page, width: int, path: Path) -> None:
 
 def take_all(out: Path, names: Sequence[str] = ()) -> None:
     """Write the PNGs of each page, width and theme into a folder; of all pages without names."""
-    from ccwsim.ui.page import PAGES
+    from ccwsim.ui.page import OFF_MENU, PAGES
 
     out.mkdir(parents=True, exist_ok=True)
     with served() as address, browser() as chromium:
-        pages = [page for page in PAGES if not names or Path(page[1]).stem in names]
+        pages = [page for page in (*PAGES, *OFF_MENU) if not names or Path(page[1]).stem in names]
         for (title, path), width, theme in product(pages, SIZES, ("light", "dark")):
             context = chromium.new_context(
                 viewport={"width": width, "height": SIZES[width]}, color_scheme=theme,

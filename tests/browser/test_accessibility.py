@@ -20,7 +20,7 @@ pytestmark = [
 LOOKS = 3
 """A finding is one that lasts."""
 SMALL = "grid=96x64&data=sampled&data-n=30&template=16&overlap=4&realizations=3"
-LONG = ("benchmark", "paper", "sweep")
+LONG = ("benchmark", "import", "paper", "sweep")
 """Pages that start empty and are filled by a run of their own."""
 CONTRAST = "color-contrast"
 SIGHTS = (

@@ -29,7 +29,7 @@ from tests.ui.sessions import Session
 
 EVIL = "<img src=x onerror=alert(1)>**b** $x$ :red[r] ![i](//e.vil) </script> `c` [l](//e.vil) &lt;"
 SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3&seed=4"
-PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "simulate")
+PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "import", "simulate")
 RAW = ("**b**", "$x$", ":red[", "![i]", "[l](")
 """What Markdown would take for its own."""
 

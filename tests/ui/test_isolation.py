@@ -20,7 +20,7 @@ from tests.ui.sessions import Session
 
 N_SESSIONS, N_RUNS = 5, 2
 SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3"
-PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark")
+PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "import")
 
 
 def expected(query: str, image: ccwsim.TrainingImage) -> list[str]:

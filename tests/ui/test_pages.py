@@ -18,7 +18,7 @@ from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.page import PAGES
+from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.resolve import (
     data_of,
@@ -66,7 +66,7 @@ def a_file(array=((0, 1, 1), (0, 0, 1))) -> bytes:
     return "\n".join([f"{nx} {ny} 1", "1", "v", *map(str, np.ravel(array))]).encode()
 
 
-@pytest.mark.parametrize("path", ["app.py", *(path for _, path in PAGES)])
+@pytest.mark.parametrize("path", ["app.py", *(path for _, path in (*PAGES, *OFF_MENU))])
 def test_every_page_launches_by_itself(path):
     app = launched(path=path)
     assert not texts(app)
@@ -91,7 +91,7 @@ def test_titles_call_broken_channels_too_little_connected():
 
 def test_every_page_file_is_in_the_menu_but_the_one_that_a_step_leads_to():
     files = {f"pages/{file.name}" for file in (ROOT / "pages").glob("*.py")}
-    assert files == {path for _, path in PAGES} | {IMPORT_PAGE}
+    assert files == {path for _, path in (*PAGES, *OFF_MENU)}
 
 
 def test_the_first_screen_has_results_without_a_choice():

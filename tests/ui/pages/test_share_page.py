@@ -13,7 +13,7 @@ from ccwsim.io import Project, project_as_bytes, training_image_as_bytes
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
-from ccwsim.ui.page import PAGES
+from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import file_name, open_project, project_of, report_of
 from ccwsim.ui.study.run import collect, start_run
@@ -34,7 +34,7 @@ def addressed(path: str = "pages/simulate.py", **query: str | list[str]) -> AppT
     return app.run()
 
 
-@pytest.mark.parametrize("path", [path for _, path in PAGES])
+@pytest.mark.parametrize("path", [path for _, path in (*PAGES, *OFF_MENU)])
 def test_every_page_starts_a_study_from_its_address(path):
     app = addressed(path)
     assert not app.exception

@@ -1,0 +1,120 @@
+"""Files of five origins reach a simulation in a real browser, with three answers at most."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image, ImageFilter
+from scipy.io import savemat
+from scipy.ndimage import gaussian_filter
+
+from tests.browser.hands import SLOW, SOON, at_rest, menu
+from tests.browser.served import CHROMIUM
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
+
+STUDY = "grid=64x48&data=none&template=16&overlap=4&realizations=2"
+SMOOTH = gaussian_filter(np.random.default_rng(5).normal(size=(72, 96)), 4)
+FIELD = (SMOOTH - SMOOTH.min()) / np.ptp(SMOOTH)
+COLOURS = np.array([(40, 60, 150), (235, 200, 90), (60, 150, 80)], np.uint8)
+
+
+def sgems() -> bytes:
+    values = "\n".join(f"{value:.4f}" for value in FIELD.ravel())
+    return f"96 72 1\n1\nporosity\n{values}\n".encode()
+
+
+def map_in_colours() -> bytes:
+    image = Image.fromarray(COLOURS[np.digitize(FIELD, [0.4, 0.6])])
+    file = BytesIO()
+    image.filter(ImageFilter.GaussianBlur(1)).save(file, "JPEG", quality=80)
+    return file.getvalue()
+
+
+def matlab() -> bytes:
+    file = BytesIO()
+    volume = np.stack([share < FIELD for share in (0.4, 0.5, 0.6)], axis=-1).astype(float)
+    savemat(file, {"facies": volume, "porosity": FIELD})
+    return file.getvalue()
+
+
+def tiff() -> bytes:
+    file = BytesIO()
+    Image.fromarray(FIELD.astype(np.float32)).save(file, "TIFF")
+    return file.getvalue()
+
+
+def large() -> bytes:
+    file = BytesIO()
+    codes = np.kron(FIELD > 0.5, np.ones((36, 36), bool)).astype(np.uint8)
+    Image.fromarray(codes * 255).save(file, "PNG")
+    return file.getvalue()
+
+
+FILES = {
+    "grey.sgems": (sgems, 2),
+    "map.jpg": (map_in_colours, 3),
+    "volume.mat": (matlab, 2),
+    "elevation.tif": (tiff, 2),
+    "large.png": (large, 2),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
+    made, n_facies = FILES[name]
+    file = tmp_path / name
+    file.write_bytes(made())
+    tab.goto(f"{address}/simulate?{STUDY}")
+    tab.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
+    menu(tab, "image_row")
+    tab.locator(".st-key-image_file input[type=file]").set_input_files(file, timeout=SLOW)
+    tab.wait_for_url("**/import*", timeout=SLOW)  # the page opens by itself
+    tab.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "asked.png")
+    tab.get_by_role("button", name="Use this image").click(timeout=SOON)
+    tab.get_by_role("button", name="Simulate", exact=True).click(timeout=SLOW)
+    tab.wait_for_url("**/simulate*", timeout=SLOW)
+    note = tab.locator(".st-key-image_row .note", has_text=f"{n_facies} facies")
+    note.first.wait_for(timeout=SLOW)
+    tab.wait_for_function(
+        "() => !document.querySelector('.st-key-progress, i.results-outdated, .ghost')",
+        timeout=SLOW,
+    )
+    tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
+    tab.screenshot(path=tmp_path / "simulated.png")
+
+
+def test_the_line_on_the_histogram_is_dragged_and_moved_with_a_key(tab, address):
+    tab.goto(f"{address}/import?{STUDY}")
+    box = tab.locator(".st-key-import_image_file input[type=file]")
+    content = {"name": "grey.sgems", "mimeType": "text/plain", "buffer": sgems()}
+    box.set_input_files(content, timeout=SLOW)
+    line = tab.locator(".st-key-image_histogram [role=slider]")
+    line.wait_for(timeout=SLOW)
+    at_rest(tab)
+    number = tab.locator(".st-key-ask_threshold input").first
+    guessed = float(number.input_value())
+    assert float(line.get_attribute("aria-valuenow")) == pytest.approx(guessed, rel=1e-3)
+    place = line.bounding_box()
+    x, y = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
+    tab.mouse.move(x, y)
+    tab.mouse.down()
+    tab.mouse.move(x + 60, y, steps=4)
+    tab.mouse.up()
+    tab.wait_for_function(f"() => {NUMBER} > {guessed} + 0.02", timeout=SLOW)
+    at_rest(tab)
+    dragged = float(number.input_value())
+    line.focus()
+    tab.keyboard.press("ArrowLeft")
+    tab.wait_for_function(f"() => {NUMBER} < {dragged}", timeout=SLOW)
+
+
+NUMBER = "Number(document.querySelector('[class*=st-key-ask_threshold] input').value)"
