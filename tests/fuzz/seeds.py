@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 from functools import cache
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 
@@ -49,9 +50,17 @@ def _made() -> dict[str, bytes]:
         "deflated tiff": sample.picture("TIFF", compression="tiff_adobe_deflate"),
         "plain tiff": sample.picture("TIFF"),
         "utf-16": sample.csv().decode().encode("utf-16"),
-        "names of facies": sample.in_utm(), "geojson of names": sample.geojson(["a", "b", "1", ""]),
+        **_gis(), "names of facies": sample.in_utm(),
+        "geojson of names": sample.geojson(["a", "b", "1", ""]),
         "project": project(), "parameters": parameters_to_json(Parameters()).encode(),
     }  # fmt: skip
+
+
+def _gis() -> dict[str, bytes]:
+    """Files that are read where pyogrio is installed."""
+    if find_spec("pyogrio") is None:
+        return {}
+    return {"geopackage": sample.gis("gpkg"), "shapefile": sample.gis("shz")}
 
 
 def _published() -> dict[str, bytes]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Sequence
 from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -217,3 +220,16 @@ def hard_data() -> dict[str, bytes]:
         "mat": mat(hd=with_gaps(), ti=FACIES.astype(float)),
         "packed mat": mat(compress=True, hd=with_gaps()),
     }
+
+
+def gis(ending: str) -> bytes:
+    """POINTS as pyogrio writes them, which must be installed: `gpkg`, or `shz` for a Shapefile."""
+    import pyogrio
+
+    shapes = [struct.pack("<BIdd", 1, 1, c + 0.5, r + 0.5) for r, c, _ in POINTS]
+    fields = [np.array(["B 1", "B 2", "B 3", "B 4"], object), POINTS[:, 2].astype(np.int32)]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"wells.{ending}"
+        named = {"field_data": fields, "fields": ["well", "facies"], "crs": "EPSG:25832"}
+        pyogrio.raw.write(path, np.array(shapes, object), geometry_type="Point", **named)
+        return path.read_bytes()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import struct
 import sys
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -258,27 +256,11 @@ def test_a_large_geojson_is_refused_before_it_is_decoded():
         points(b'{"features": [' + b"[]," * 600_000 + b"[]]}")
 
 
-def shapes(folder: Path, ending: str) -> bytes:
-    """A file of the points of POINTS, written by pyogrio."""
-    pyogrio = pytest.importorskip("pyogrio")
-    shapes = [struct.pack("<BIdd", 1, 1, c + 0.5, r + 0.5) for r, c, _ in POINTS]
-    fields = [np.array(["B 1", "B 2", "B 3", "B 4"], object), POINTS[:, 2].astype(np.int32)]
-    path = folder / f"wells.{ending}"
-    pyogrio.raw.write(
-        path,
-        geometry=np.array(shapes, object),
-        field_data=fields,
-        fields=["well", "facies"],
-        geometry_type="Point",
-        crs="EPSG:25832",
-    )
-    return path.read_bytes()
-
-
 @pytest.mark.filterwarnings("ignore:File /vsimem")
 @pytest.mark.parametrize("ending", ["gpkg", "shz"])
-def test_geopackage_and_shapefile_read_alike(ending, tmp_path):
-    content = shapes(tmp_path, ending)
+def test_geopackage_and_shapefile_read_alike(ending):
+    pytest.importorskip("pyogrio")
+    content = sample.gis(ending)
     data = cio.read_hard_data(BytesIO(content), (3, 4))
     assert data.digest == cio.read_hard_data(BytesIO(sample.csv()), (3, 4)).digest
     few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points of 2 columns are more"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import struct
+from io import BytesIO
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -101,8 +103,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
             "(pip install 'ccwsim[gis]'), or save the points as GeoJSON or CSV"
         ) from error
     if kind == "shapefile":
-        with opened_archive(content, name) as archive:
-            archive.check(list(archive.infos))
+        content = _parts(content, name)
     try:
         info = read_info(content)
         n, fields = int(info["features"]), list(info["fields"])
@@ -127,6 +128,23 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
         for k, ((x, y), row) in enumerate(zip(places, rows, strict=True), start=1)
     ]
     return _table(f"{GIS_FILES[kind]} points", name, points)
+
+
+def _parts(content: bytes, name: str) -> bytes:
+    """A zip of what is needed of one Shapefile, under names of our own, unpacked within limits.
+
+    Without the coordinate system: nothing asks for it, and a broken one takes seconds to look up.
+    """
+    with opened_archive(content, name) as archive:
+        stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
+        parts = {m: m[-4:].lower() for m in archive.infos if m[:-4] == stem}
+        parts = {m: end for m, end in parts.items() if end in (".shp", ".shx", ".dbf", ".cpg")}
+        archive.check(list(parts))
+        packed = BytesIO()
+        with ZipFile(packed, "w") as own:
+            for member, end in parts.items():
+                own.writestr(f"points{end}", archive.read(member))
+    return packed.getvalue()
 
 
 def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
