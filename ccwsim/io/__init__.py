@@ -1,6 +1,7 @@
 """Files in and out: training images, hard data, realizations, parameters."""
 
 from ccwsim.io.formats.classes import class_edges, classify
+from ccwsim.io.formats.map_files import can_write
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
 from ccwsim.io.guesses import guess_answers
 from ccwsim.io.hard_data.files import (
@@ -53,6 +54,7 @@ __all__ = [
     "PointsPreview",
     "Project",
     "VariableSummary",
+    "can_write",
     "class_edges",
     "classify",
     "fit_grid",

@@ -13,13 +13,14 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, Parameters, datasets, simulate
-from ccwsim.io import training_image_as_bytes
+from ccwsim.io import can_write, read_realizations, training_image_as_bytes
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
+from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.resolve import (
     data_of,
     fitted,
@@ -29,6 +30,7 @@ from ccwsim.ui.session.resolve import (
     template_sizes,
 )
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.simulate.results import MAP_KINDS, download_groups
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of
@@ -381,6 +383,36 @@ def test_downloads_hold_what_is_shown():
     ensemble = app.session_state[KEY].ensemble
     with np.load(BytesIO(realizations_as_bytes(ensemble, "npz"))) as saved:
         assert np.array_equal(saved["realizations"], ensemble.realizations)
+
+
+def test_downloads_say_the_study_and_hold_every_format_that_can_be_written():
+    ensemble: Ensemble = launched().session_state[KEY].ensemble
+    colours = ["#000000", "#ffffff"]
+    groups = download_groups(ensemble, colours, 0, 1)
+    files = {file.key: file for group in groups.values() for file in group}
+    assert study_part(ensemble) == (
+        f"channels_{ensemble.grid.nx}x{ensemble.grid.ny}_T{ensemble.parameters.template_size}"
+        f"_L{ensemble.parameters.wavelet_level}_seed{ensemble.seed}"
+    )
+    assert len({file.ending for file in files.values()}) == len(files)
+    for kind in (kind for kind in MAP_KINDS if can_write(kind)):
+        assert files[f"realizations_{kind}"].content()
+        assert files[f"etype_{kind}"].content()
+    back = read_realizations(BytesIO(files["realizations_npz"].content()))
+    assert back.digest == ensemble.digest
+    with np.load(BytesIO(files["etype_npz"].content())) as maps:
+        np.testing.assert_array_equal(maps["probability_1"], ensemble.probability(1))
+    head = files["curves_csv"].content().decode()
+    assert "connection,N-S,7," in head
+
+
+def test_a_format_whose_package_is_missing_is_not_offered(monkeypatch):
+    ensemble: Ensemble = launched().session_state[KEY].ensemble
+    monkeypatch.setattr("ccwsim.ui.simulate.results.can_write", lambda kind: kind != "tif")
+    groups = download_groups(ensemble, ["#000000", "#ffffff"], 0, 1)
+    labels = {file.label for group in groups.values() for file in group}
+    assert {"NumPy", "VTK"} <= labels
+    assert "GeoTIFF" not in labels
 
 
 def test_the_numbers_of_the_charts_can_be_taken_home():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,7 @@ from ccwsim.ui.results.maps import (
 )
 from ccwsim.ui.results.tables import csv_button
 from ccwsim.ui.session.address import go_to
+from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
@@ -224,11 +226,14 @@ def _draw_run_row(state: State, problem: str) -> None:
         button("Compare", key="compare", on_click=start_comparison, args=(state,), **options)
         if (found := page_state.found) is not None:
             with st.popover("Download", key="downloads"):
-                label = "Settings and their figures, CSV"
-                csv_button(label, "settings", lambda: findings.settings_csv(found))
-                each = "compared_realizations"
-                csv_button("Every realization, CSV", each, lambda: findings.realizations_csv(found))
-                csv_button("ANODI ratios, CSV", "anodi_ratios", lambda: findings.ratios_csv(found))
+                first = found.ensembles[0]
+                of = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
+                for label, name, made in (
+                    ("Settings and their figures, CSV", "settings", findings.settings_csv),
+                    ("Every realization, CSV", "compared_realizations", findings.realizations_csv),
+                    ("ANODI ratios, CSV", "anodi_ratios", findings.ratios_csv),
+                ):
+                    csv_button(label, name, partial(made, found), of)
         if not problem:
             step_note(describe_study(state))
 

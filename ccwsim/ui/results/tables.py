@@ -21,6 +21,7 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
         ("variogram", "E-W", variogram_bundle(ensemble, facies, "E-W")),
         ("variogram", "N-S", variogram_bundle(ensemble, facies, "N-S")),
         ("connection", "E-W", connectivity_bundle(ensemble, facies, "E-W")),
+        ("connection", "N-S", connectivity_bundle(ensemble, facies, "N-S")),
     ):
         n = len(bundle.each)
         for k, lag in enumerate(bundle.lags):
@@ -56,10 +57,16 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
     return text.getvalue().encode()
 
 
-def csv_button(label: str, name: str, content: Callable[[], bytes], **options: Any) -> None:
-    """Draw a button that saves a table, which is made when it is pressed."""
+def csv_button(
+    label: str, name: str, content: Callable[[], bytes], of: str, **options: Any
+) -> None:
+    """Draw a button that saves a table `of` a study, which is made when it is pressed."""
     options = {"key": f"download_{name}", "width": "stretch", **options}
-    file: dict[str, Any] = {"file_name": f"{name}.csv", "mime": "text/csv", "on_click": "ignore"}
+    file: dict[str, Any] = {
+        "file_name": f"{of}_{name}.csv",
+        "mime": "text/csv",
+        "on_click": "ignore",
+    }
     st.download_button(label, content, **file, **options)
 
 

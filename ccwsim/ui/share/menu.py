@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -29,6 +28,7 @@ from ccwsim.sharing import (
 from ccwsim.ui.hard_data.edits import Editor, History
 from ccwsim.ui.jobs.uploads import upload_of
 from ccwsim.ui.session.address import page_link_of, show, shown_of
+from ccwsim.ui.session.file_names import image_part, study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State, start_afresh
@@ -93,7 +93,8 @@ def _files(state: State) -> None:
         content = partial(project_as_bytes, project)
         st.download_button("Save project", content, key="share_save", **save)
         report: dict[str, Any] = {"mime": "text/html", "on_click": "ignore"}
-        report |= {"file_name": "ccwsim-report.html", "disabled": state.ensemble is None}
+        of = "ccwsim" if state.ensemble is None else study_part(state.ensemble)
+        report |= {"file_name": f"{of}_report.html", "disabled": state.ensemble is None}
         report["help"] = "One HTML file that opens offline, with all maps and charts"
         st.download_button("Report", report_of(state), key="share_report", **report)
     if state.ensemble is None:
@@ -163,8 +164,7 @@ def study_of(choices: Choices) -> Study:
 
 def file_name(choices: Choices) -> str:
     """Return what the project file of a study is called."""
-    name = re.sub(r"[^\w.-]+", "_", image_of(choices.image).name, flags=re.ASCII).strip("._")
-    return f"{name[:40] or 'study'}.ccwsim"
+    return f"{image_part(image_of(choices.image))}.ccwsim"
 
 
 def project_of(state: State) -> Project:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import streamlit as st
 
 from ccwsim.figures import map_png
 from ccwsim.figures.proportions import proportions_height
-from ccwsim.io import parameters_to_json, realizations_as_bytes
+from ccwsim.io import can_write, maps_as_bytes, parameters_to_json, realizations_as_bytes
+from ccwsim.metrics import etype
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.results.curves import draw_curves, draw_proportions
 from ccwsim.ui.results.maps import (
@@ -25,6 +27,7 @@ from ccwsim.ui.results.maps import (
     map_columns,
 )
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
+from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import is_current
@@ -35,9 +38,14 @@ USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
 """Pixels of a realization on a usual screen, and of the title of the proportions."""
 OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
+MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
+"""Formats of maps that are offered, where their packages are installed."""
 MIME = {
     "npz": "application/octet-stream",
     "gslib": "text/plain",
+    "vti": "application/octet-stream",
+    "tif": "image/tiff",
+    "nc": "application/x-netcdf",
     "png": "image/png",
     "json": "application/json",
     "csv": "text/csv",
@@ -96,30 +104,62 @@ def room_below_image(ensemble: Ensemble) -> bool:
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw a menu of files; each is made when it is asked for."""
-    shown = state.shown
+    with st.popover("Download", key="downloads"):
+        if not is_current(state):
+            step_note(OLD_FILES)
+        for title, files in download_groups(ensemble, colours, state.shown, state.facies).items():
+            step_note(title)
+            with st.container(horizontal=True, gap="small"):
+                for file in files:
+                    name = f"{study_part(ensemble)}{file.ending}"
+                    options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]]}
+                    options |= {"key": f"download_{file.key}", "on_click": "ignore"}
+                    st.download_button(file.label, file.content, name, **options)
+
+
+class Download(NamedTuple):
+    """A file that can be had: it is made when it is asked for."""
+
+    label: str
+    key: str
+    ending: str  # behind what says the study
+    content: Callable[[], bytes]
+
+
+def download_groups(
+    ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int
+) -> dict[str, list[Download]]:
+    """Return the files of an ensemble, those that this machine can write, by what is in them."""
+    kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind)}
+
+    def maps(kind: str) -> bytes:
+        return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
 
     def all_as(kind: str) -> bytes:
         return realizations_as_bytes(ensemble, kind, colours=colours)
 
-    files: dict[str, tuple[str, Callable[[], bytes]]] = {
-        "realizations.npz": ("All realizations, NumPy", lambda: all_as("npz")),
-        "realizations.gslib": ("All realizations, GSLIB", lambda: all_as("gslib")),
-        "realizations.png": ("All realizations, one picture", lambda: all_as("png")),
-        f"realization_{shown + 1}.png": (
-            f"Realization {shown + 1}, PNG",
-            lambda: map_png(ensemble.indices[shown], colours, scale=2),
-        ),
-        "parameters.json": (
-            "Parameters, JSON",
-            lambda: parameters_to_json(ensemble.parameters).encode(),
-        ),
-        "curves.csv": ("Curves, CSV", lambda: curves_csv(ensemble, state.facies)),
-        "realizations.csv": ("Times and proportions, CSV", lambda: realizations_csv(ensemble)),
+    def picture() -> bytes:
+        return map_png(ensemble.indices[shown], colours, scale=2)
+
+    def parameters() -> bytes:
+        return parameters_to_json(ensemble.parameters).encode()
+
+    code, one = ensemble.training_image.codes[facies], f"realization_{shown + 1}"
+    curves, table = partial(curves_csv, ensemble, facies), partial(realizations_csv, ensemble)
+    name = ensemble.training_image.facies_names[facies]
+    return {
+        "All realizations": [
+            Download(label, f"realizations_{kind}", f".{kind}", partial(all_as, kind))
+            for kind, label in {**kinds, "png": "PNG"}.items()
+        ],
+        "Probability of facies (E-type), most likely facies, entropy": [
+            Download(label, f"etype_{kind}", f"_etype.{kind}", partial(maps, kind))
+            for kind, label in kinds.items()
+        ],
+        "Statistics and settings": [
+            Download(f"Curves of {name}, CSV", "curves_csv", f"_curves_{code}.csv", curves),
+            Download("Times and proportions, CSV", "realizations_csv", "_statistics.csv", table),
+            Download("Parameters, JSON", "parameters_json", "_parameters.json", parameters),
+            Download(f"Realization {shown + 1}, PNG", f"{one}_png", f"_{one}.png", picture),
+        ],
     }
-    with st.popover("Download", key="downloads"):
-        if not is_current(state):
-            step_note(OLD_FILES)
-        for name, (label, content) in files.items():
-            options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]], "width": "stretch"}
-            key = f"download_{name.replace('.', '_')}"
-            st.download_button(label, content, name, key=key, on_click="ignore", **options)

@@ -35,6 +35,7 @@ from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
 from ccwsim.ui.session.address import go_to
+from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
@@ -229,7 +230,8 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
         panel_title("Settings", "one realization of each; click one to see it large")
         options = {"key": "sweep_csv", "width": "content"}
-        csv_button("Table, CSV", "sweep", lambda: sweep_csv(found, choice.index), **options)
+        of = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}"
+        csv_button("Table, CSV", "sweep", lambda: sweep_csv(found, choice.index), of, **options)
     draw_tiles(run, shown.names, (k, choice.index), lambda number: choose(state, number))
     if not run.going:
         draw_table(found)

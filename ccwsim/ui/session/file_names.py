@@ -1,0 +1,41 @@
+"""What files that are downloaded are called: by the study that they are of."""
+
+from __future__ import annotations
+
+import re
+
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.grid import Grid
+from ccwsim.model.training_image import TrainingImage
+
+
+def image_part(image: TrainingImage) -> str:
+    """Return the name of a training image as part of the name of a file.
+
+    Examples
+    --------
+    >>> image_part(TrainingImage([[0, 1]], name="my ../wall"))
+    'my_.._wall'
+    """
+    name = re.sub(r"[^\w.-]+", "_", image.name, flags=re.ASCII).strip("._")
+    return name[:40] or "study"
+
+
+def grid_part(image: TrainingImage, grid: Grid) -> str:
+    """Return image and grid as part of the name of a file.
+
+    Examples
+    --------
+    >>> grid_part(TrainingImage([[0, 1]], name="channels"), Grid(100, 200))
+    'channels_200x100'
+    """
+    return f"{image_part(image)}_{grid.nx}x{grid.ny}"
+
+
+def study_part(ensemble: Ensemble) -> str:
+    """Return what was simulated as part of the name of a file: image, grid, T, L and seed."""
+    p = ensemble.parameters
+    return (
+        f"{grid_part(ensemble.training_image, ensemble.grid)}_T{p.template_size}"
+        f"_L{p.wavelet_level}_seed{ensemble.seed}"
+    )
