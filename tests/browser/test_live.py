@@ -81,7 +81,7 @@ def downloaded(page) -> np.ndarray:
     found: list[np.ndarray] = []
 
     def ask() -> None:
-        button = page.get_by_role("button", name=re.compile("All realizations, NumPy"))
+        button = page.locator(".st-key-download_realizations_npz button").first
         if not button.is_visible():
             page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()
         with page.expect_download(timeout=SLOW) as waiting:

@@ -32,7 +32,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import is_current
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.text import step_note
+from ccwsim.ui.widgets.text import plain, step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
@@ -157,7 +157,7 @@ def download_groups(
             for kind, label in kinds.items()
         ],
         "Statistics and settings": [
-            Download(f"Curves of {name}, CSV", "curves_csv", f"_curves_{code}.csv", curves),
+            Download(plain(f"Curves of {name}, CSV"), "curves_csv", f"_curves_{code}.csv", curves),
             Download("Times and proportions, CSV", "realizations_csv", "_statistics.csv", table),
             Download("Parameters, JSON", "parameters_json", "_parameters.json", parameters),
             Download(f"Realization {shown + 1}, PNG", f"{one}_png", f"_{one}.png", picture),
