@@ -77,8 +77,10 @@ def complete(page) -> None:
     at_rest(page)
 
 
-def downloaded(page) -> np.ndarray:
+def downloaded(page, level: int = 2) -> np.ndarray:
+    """The realizations of the file called by this level; a page may still offer the last."""
     found: list[np.ndarray] = []
+    names: list[str] = []
 
     def ask() -> None:
         button = page.locator(".st-key-download_realizations_npz button").first
@@ -86,9 +88,13 @@ def downloaded(page) -> np.ndarray:
             page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()
         with page.expect_download(timeout=SLOW) as waiting:
             button.click()
+        names.append(waiting.value.suggested_filename)
         found.append(np.load(waiting.value.path())["realizations"])
 
-    until(ask, lambda wait: None)
+    def seen(wait: int) -> None:
+        assert names[-1].endswith(f"_L{level}_seed{LAST_SEED}.npz")
+
+    until(ask, seen)
     page.keyboard.press("Escape")
     return found[-1]
 
@@ -137,7 +143,7 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     changed = strip.filter(has_text="level 2 → 1")
     changed.first.wait_for(timeout=SLOW)
     complete(page)
-    assert np.array_equal(downloaded(page), own(LAST_SEED, level=1).realizations)
+    assert np.array_equal(downloaded(page, level=1), own(LAST_SEED, level=1).realizations)
     first, second = strip.nth(0), strip.nth(1)
     expect(first).to_have_attribute("aria-current", "true", timeout=SLOW)
     # with the keyboard alone
