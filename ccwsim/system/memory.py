@@ -9,8 +9,10 @@ from contextlib import suppress
 from pathlib import Path
 
 ROOT = Path("/")
-M_ARENA_MAX = -8
-"""The option's number in <malloc.h> of glibc."""
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
+"""Numbers of options in <malloc.h> of glibc."""
+OWN_PIECE = 1 << 20
+"""Bytes from which a piece of memory goes back to the system at once when it is free."""
 UNLIMITED = 1 << 60
 """Version 1 of control groups reports about this many bytes where there is no limit."""
 
@@ -39,14 +41,19 @@ def give_back_memory() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def share_arenas(n: int) -> None:
-    """Let all threads take small pieces of memory from so many places, where the C library can.
+def settle_memory(n_arenas: int) -> None:
+    """Let what threads free go back to the system, where the C library can.
 
-    By default glibc has eight for each core: what sessions free is then spread over all of them, a
-    little in each page, and cannot be given back. To be called before many threads have begun.
+    By default glibc takes pieces from eight arenas for each core: what sessions free is then spread
+    over all of them, a little in each page. And it takes larger and larger pieces from there, maps
+    of 32 MB at last, whose place it keeps. So there are `n_arenas`, and none has pieces of more
+    than `OWN_PIECE`. To be called before many threads have begun.
     """
     with suppress(OSError, AttributeError):
-        ctypes.CDLL(None).mallopt(M_ARENA_MAX, n)
+        library = ctypes.CDLL(None)
+        library.mallopt(M_ARENA_MAX, n_arenas)
+        library.mallopt(M_MMAP_THRESHOLD, OWN_PIECE)
+        library.mallopt(M_TRIM_THRESHOLD, 8 * OWN_PIECE)
 
 
 def _of_groups(root: Path) -> list[int | None]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.ui.jobs.queue import settle_memory
+from ccwsim.ui.jobs.queue import settle_server
 from ccwsim.ui.jobs.uploads import bound_uploads
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
@@ -65,7 +65,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     # the page is drawn again in the colours of the theme that the reader switches to
     canvas_component("theme")(key="theme", data={"theme": theme_name()}, on_theme_change=_nothing)
     canvas_component("cookie")(key="cookie", data={"name": COOKIE, "value": browser()})
-    settle_memory()
+    settle_server()
     bound_uploads()
     first = KEY not in st.session_state
     state = session_state()

@@ -11,9 +11,9 @@ import pytest
 
 ARENAS = """
 import ctypes, sys, threading
-from ccwsim.system.memory import share_arenas
+from ccwsim.system.memory import settle_memory
 if len(sys.argv) > 1:
-    share_arenas(int(sys.argv[1]))
+    settle_memory(int(sys.argv[1]))
 all_there = threading.Barrier(24)
 lib = ctypes.CDLL(None)
 lib.malloc.restype = ctypes.c_void_p
@@ -42,3 +42,32 @@ def test_threads_share_a_few_places_for_small_pieces_of_memory():
     assert hasattr(ctypes.CDLL(None), "mallopt")
     assert arenas() > 3
     assert arenas(3) <= 3
+
+
+LARGE = """
+import sys
+from ccwsim.system.memory import give_back_memory, settle_memory, used_memory
+import threading
+import numpy as np
+if len(sys.argv) > 1:
+    settle_memory(int(sys.argv[1]))
+before = used_memory()
+def take():
+    for n in (28, 7):  # when the first is free, glibc takes smaller ones from an arena
+        pieces = [np.ones(n << 20, np.uint8) for _ in range(5)]
+        pieces.clear()
+thread = threading.Thread(target=take)
+thread.start()
+thread.join()
+give_back_memory()
+print(used_memory() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library")
+def test_freed_maps_go_back_to_the_system():
+    def left(*n: int) -> int:
+        command = [sys.executable, "-c", LARGE, *map(str, n)]
+        return int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+    assert left(2) < 10 * 10**6 < left()

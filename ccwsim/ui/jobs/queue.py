@@ -15,7 +15,7 @@ from streamlit import config
 from streamlit.runtime import Runtime
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
-from ccwsim.system.memory import give_back_memory, share_arenas
+from ccwsim.system.memory import give_back_memory, settle_memory
 from ccwsim.system.workers import n_cores, share_cores
 from ccwsim.ui.jobs.limits import limits_of_environment
 
@@ -222,14 +222,14 @@ def forget(session: str) -> None:
 
 
 @cache
-def settle_memory() -> None:
+def settle_server() -> None:
     """Make a server's memory easy to search and to give back; call before a session.
 
     What it has imported is left out of later searches for garbage: these are nearly all of its
     objects, and a search stops every session meanwhile.
     """
     if Runtime.exists():
-        share_arenas(max(2, n_cores()))
+        settle_memory(max(2, n_cores()))
         gc.collect()
         gc.freeze()
 
