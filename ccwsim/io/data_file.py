@@ -46,13 +46,13 @@ class DataFile:
     def chosen(self, variable: str | None, preferred: tuple[str, ...] = ()) -> str:
         """Return the name of the variable to read; the only one where none is asked for."""
         names = list(self.variables)
-        there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
         if variable is not None:
             return self._named(variable, names)
         liked = [n for n in names if n.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
-        raise CCWSIMError(f"{self.name} has {len(names)} variables: {there}; pick one (variable=)")
+        listed = _listed(names)
+        raise CCWSIMError(f"{self.name} has {len(names)} variables: {listed}; pick one (variable=)")
 
     def column(self, name: str) -> str:
         """Return the name of a column, of numbers or of words."""
@@ -63,7 +63,7 @@ class DataFile:
         found = [n for n in names if n == said]
         found = found or [n for n in names if n.lower() == said.lower()]
         if len(found) != 1:
-            there = ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
+            there = _listed(names)
             raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
         return found[0]
 
@@ -92,6 +92,10 @@ class DataFile:
         for code in self.missing:
             known &= values != code
         return known
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
 
 
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:

@@ -16,13 +16,14 @@ from ccwsim.io.formats.pictures import (
     Picture,
     distinct_colours,
     grey_of,
+    is_grey,
     main_colours,
 )
 from ccwsim.io.hard_data.points import is_points
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
 from ccwsim.io.part import Part, largest_without_gaps, thinning
-from ccwsim.io.training_images import GREY, PREFERRED
+from ccwsim.io.training_images import PREFERRED
 from ccwsim.model.errors import CCWSIMError
 
 QUESTIONS = {
@@ -81,7 +82,7 @@ def guess_answers(
         asked.append("part")
         if not {"crop", "every"} & set(known):
             known["every"] = thinning(whole)
-    part = Part(known.get("crop"), known.get("every", 1)) if asked else None
+    part = Part.answered(known) if asked else None
     file = open_file(path_or_file, part, up=known.get("up"))
     if isinstance(file, Picture):
         if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
@@ -92,8 +93,7 @@ def guess_answers(
     values = _layer(file, known, asked)
     asked += ["up"] if file.asks_up else []
     _ask_gaps(file, values, known, asked)
-    row, column, ny, nx = known.get("crop") or (0, 0, *values.shape)
-    taken = values[row : row + ny, column : column + nx]
+    taken = Part(known.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
         asked.append("values")
@@ -151,8 +151,7 @@ def _squarest(n: int) -> tuple[int, int]:
 
 def _of_colours(picture: Picture) -> dict[str, Any]:
     """A threshold for a picture in grey, else how many main colours there are."""
-    spread = np.ptp(picture.rgb.astype(np.int16), axis=-1)
-    if np.percentile(spread, 99) <= GREY:
+    if is_grey(picture.rgb, percent=99.0):
         return {"threshold": otsu(grey_of(picture.rgb))}
     return {"classes": max(2, len(main_colours(picture.rgb)))}
 

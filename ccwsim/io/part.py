@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +42,12 @@ class Part:
                 f"crop = {shown(crop)} must be (row, column, rows, columns), whole numbers"
             )
         check_int("every", self.every, 1, 10**6)
+
+    @classmethod
+    def answered(cls, answers: Mapping[str, Any]) -> Part | None:
+        """Return the part that arguments of `read_training_image` ask for; None for all."""
+        crop, every = answers.get("crop"), answers.get("every", 1)
+        return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
         """Return row, column, rows and columns of whole squares; an error where there is none."""

@@ -18,6 +18,7 @@ from ccwsim.io.formats.pictures import (
     colours_for,
     facies_colours_of,
     grey_of,
+    is_grey,
     picture_as_bytes,
     picture_facies,
 )
@@ -30,9 +31,6 @@ from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, by their endings."""
-
-GREY = 24
-"""Difference of red, green and blue up to which a picture is one of greys."""
 
 PREFERRED = ("ti", "training_image")
 """Variables that are taken unasked where a file has several."""
@@ -92,7 +90,7 @@ def read_training_image(
     array([[0, 0],
            [0, 7]], dtype=uint8)
     """
-    part = _part(crop, every)
+    part = Part.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
     if isinstance(file, Picture):
         codes = picture_facies(file, threshold=threshold, classes=classes)
@@ -132,9 +130,8 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     >>> read_colours(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n"))
     {}
     """
-    up, part = answers.get("up"), _part(answers.get("crop"), answers.get("every", 1))
-    file = open_file(path_or_file, part, up=up)
-    if not isinstance(file, Picture) or np.ptp(file.rgb.astype(np.int16), axis=-1).max() <= GREY:
+    file = open_file(path_or_file, Part.answered(answers), up=answers.get("up"))
+    if not isinstance(file, Picture) or is_grey(file.rgb):
         return {}
     how = {name: answers.get(name) for name in ("threshold", "classes")}
     codes = picture_facies(file, **how)
@@ -171,7 +168,7 @@ def read_grid(
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    part = _part(crop, every)
+    part = Part.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
     if isinstance(file, Picture):
         grey = grey_of(file.rgb)
@@ -241,10 +238,6 @@ def training_image_as_bytes(
     content = BytesIO()
     np.save(content, training_image.array, allow_pickle=False)
     return content.getvalue()
-
-
-def _part(crop: Crop, every: int) -> Part | None:
-    return None if crop is None and every == 1 else Part(crop, every)
 
 
 def _values(

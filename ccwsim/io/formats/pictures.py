@@ -191,6 +191,9 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
 MAX_COLOURS = 16
 """More different colours in a picture come from blur or shading, not from facies."""
 
+GREY = 24
+"""Difference of red, green and blue up to which a colour is a grey."""
+
 DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f98")
 """Deep blue, amber, green, brick, violet, grey: one a facies, in the order of the codes."""
 
@@ -223,6 +226,11 @@ def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
     """
     weights = np.array([0.299, 0.587, 0.114])
     return np.rint(rgb @ weights * 1000) / 1000
+
+
+def is_grey(rgb: NDArray[np.uint8], percent: float = 100.0) -> bool:
+    """Return whether red, green and blue are about the same in so many per cent of the cells."""
+    return bool(np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= GREY)
 
 
 def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:

@@ -19,7 +19,7 @@ from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_da
 from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_uploader, link_to_import, use_data
+from ccwsim.ui.study.data_step import data_uploader, keep_data_button, link_to_import, use_data
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
@@ -103,9 +103,7 @@ def _report(state: State, draft: DataChoice, name: str) -> None:
         lambda grid: use_file(state, draft, grid),
     )
     link_to_import()
-    if state.data_draft is not None:
-        drop = (state, "data_draft", None)
-        button("Keep the data as they are", key="import_drop", on_click=setattr, args=drop)
+    keep_data_button(state, "import_drop")
 
 
 def draw_sampling(state: State) -> None:

@@ -29,7 +29,14 @@ from ccwsim.ui.study.image_questions import (
     image_of_file,
     picture_of_file,
 )
-from ccwsim.ui.study.image_step import FORMATS, TYPES, import_image, use_advice, use_image
+from ccwsim.ui.study.image_step import (
+    FORMATS,
+    TYPES,
+    import_image,
+    keep_button,
+    use_advice,
+    use_image,
+)
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, share_map
@@ -78,7 +85,7 @@ def draw_image_import(state: State) -> None:
             draw_facies(choice, image, write)
             draw_turns(choice, write)
         elif waits:
-            _keep(state)
+            keep_button(state)
 
 
 def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
@@ -113,12 +120,7 @@ def _decide(state: State, choice: ImageChoice) -> None:
     with st.container(horizontal=True, gap="small"):
         take = {"on_click": use_image, "args": (state, choice), "type": "primary"}
         button("Use this image", key="image_take", **take)
-        _keep(state)
-
-
-def _keep(state: State) -> None:
-    drop = (state, "image_draft", None)
-    button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
+        keep_button(state)
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:

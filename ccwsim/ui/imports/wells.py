@@ -14,7 +14,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import image_of, imported_data, placed_data, preview_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_uploader, use_data
+from ccwsim.ui.study.data_step import data_uploader, keep_data_button, use_data
 from ccwsim.ui.study.questions import ask_data, described, offer_fit, say_open, summary_of
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, plain
@@ -78,9 +78,7 @@ def _say_state(state: State, tried: Choices) -> None:
             button("Use them", key="wells_use", on_click=use_data, args=(state, choice))
         for note in report.notes:
             st.caption(plain(note))
-    if state.data_draft is not None:
-        drop = (state, "data_draft", None)
-        button("Keep the data as they are", key="wells_drop", on_click=setattr, args=drop)
+    keep_data_button(state, "wells_drop")
 
 
 def _draw_rows(preview: PointsPreview) -> None:

@@ -184,6 +184,13 @@ def _menu(state: State) -> None:
         _report(state, current)
 
 
+def keep_data_button(state: State, key: str) -> None:
+    """Draw a button that drops the data that wait, where there are any."""
+    if state.data_draft is not None:
+        drop = (state, "data_draft", None)
+        button("Keep the data as they were", key=key, on_click=setattr, args=drop)
+
+
 def _report(state: State, current: DataChoice) -> None:
     """What became of the data, and what is left to decide."""
     tried = replace(state.choices, data=current)
@@ -192,9 +199,7 @@ def _report(state: State, current: DataChoice) -> None:
     except CCWSIMError as error:
         if state.data_draft is None:  # the problem is one of the study, and said by the step
             st.error(plain(str(error)))
-        if state.data_draft is not None:
-            drop = (state, "data_draft", None)
-            button("Keep the data as they were", on_click=setattr, args=drop)
+        keep_data_button(state, "data_drop")
     else:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:

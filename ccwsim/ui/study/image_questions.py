@@ -14,19 +14,24 @@ from numpy.typing import NDArray
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, Picture, few_colours
 from ccwsim.io.guesses import QUESTIONS
-from ccwsim.io.opening import FileSummary, inspect, open_file, whole_shape
+from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import Part, thinning
 from ccwsim.model.choices import Answers, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.session.resolve import opened
+from ccwsim.ui.study.questions import (
+    MAX_LISTED,
+    answered,
+    ask_up,
+    ask_variable,
+    rounded,
+    summary_of,
+)
 from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.maps import canvas_component, reported
 from ccwsim.ui.widgets.text import step_note
 
-MAX_LISTED = 300
-"""Slices that are listed to choose from; of more a number is asked."""
 BINS = 96
-UPS = {None: "as the format has it", True: "the south", False: "the north"}
 ALL, PIECE = "all of it, thinned", "a piece"
 THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
 Write = Callable[[ImageChoice], None]
@@ -40,8 +45,8 @@ def image_of_file(upload: Upload, answers: Mapping[str, Any] | None = None) -> I
     CCWSIMError
         For a file that cannot be opened.
     """
-    guessed, _ = _guessed(upload.digest, _sorted(answers or {}), upload)
-    choice = ImageChoice(upload=upload, answers=_sorted(guessed))
+    guessed, _ = _guessed(upload.digest, answered((), **(answers or {})), upload)
+    choice = ImageChoice(upload=upload, answers=answered((), **guessed))
     try:
         return replace(choice, colours=_colours(upload.digest, choice.answers, upload))
     except CCWSIMError:  # the page says why it cannot be read
@@ -58,10 +63,6 @@ def asked_of(choice: ImageChoice) -> tuple[str, ...]:
         return ()
 
 
-def _sorted(answers: Mapping[str, Any]) -> Answers:
-    return tuple(sorted((name, value) for name, value in answers.items() if value is not None))
-
-
 @st.cache_resource(max_entries=32, show_spinner="Reading the file …")
 def _guessed(
     digest: str, answers: Answers, _upload: Upload
@@ -74,12 +75,6 @@ def _guessed(
 def _colours(digest: str, answers: Answers, _upload: Upload) -> tuple[tuple[int, str], ...]:
     with opened(_upload) as file:
         return tuple(sorted(read_colours(file, **dict(answers)).items()))
-
-
-@st.cache_resource(max_entries=16, show_spinner=False)
-def _summary(digest: str, part: Part | None, _upload: Upload) -> FileSummary:
-    with opened(_upload) as file:
-        return inspect(file, part)
 
 
 @st.cache_resource(max_entries=16, show_spinner=False)
@@ -107,9 +102,8 @@ def picture_of_file(
 ) -> tuple[NDArray[np.uint8], list[str]] | None:
     """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
     known = dict(answers)
-    part = Part(known.get("crop"), known.get("every", 1))
     with opened(_upload) as file:
-        picture = open_file(file, part, up=known.get("up"))
+        picture = open_file(file, Part.answered(known), up=known.get("up"))
     if not isinstance(picture, Picture):
         return None
     indices, colours = few_colours(picture)
@@ -129,24 +123,20 @@ def ask_about_image(choice: ImageChoice, write: Write) -> None:
         write(image_of_file(upload, {k: v for k, v in known.items() if k not in later} | new))
 
     asked = asked_of(choice)
-    part = Part(known.get("crop"), known.get("every", 1)) if "part" in asked else None
-    summary = _summary(upload.digest, part, upload)
+    summary = summary_of(upload, Part.answered(known) if "part" in asked else None)
+    if summary is None:
+        return
     if "part" in asked:
         _ask_part(choice, answer)
     if "variable" in asked:
-        names = [variable.name for variable in summary.variables]
-        chosen = {"value": known.get("variable"), "options": names}
-        chosen["write"] = lambda name: answer("variable", variable=name)
-        field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen)
+        name = known.get("variable")
+        ask_variable(summary, name, lambda name: answer("variable", variable=name))
     if "shape" in asked:
         _ask_shape(summary, known["shape"], answer)
     if "slice" in asked:
         _ask_slice(summary.n_slices, known["slice_index"], answer)
     if "up" in asked or summary.is_picture or "up" in known:
-        ups = list(UPS)
-        chosen = {"value": ups.index(known.get("up")), **options_of(dict(enumerate(UPS.values())))}
-        chosen["write"] = lambda k: answer("up", up=ups[k])
-        field(st.selectbox, "The first row of the file is", key="ask_up", **chosen)
+        ask_up(known.get("up"), lambda up: answer("up", up=up))
     if "gaps" in asked:
         _ask_gaps(choice, answer)
     if "values" in asked:
@@ -241,7 +231,7 @@ def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[...,
 
     def choose(way: str) -> None:
         start: dict[str, Any] = {classes: {"classes": 2}, CODES: {"classes": "codes"}}
-        answer("values", **start.get(way, {"threshold": round_of(float(np.median(values)))}))
+        answer("values", **start.get(way, {"threshold": rounded(float(np.median(values)))}))
 
     label = "Colours become facies by" if summary.is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
@@ -270,17 +260,6 @@ def _cut_at(edges: list[float]) -> dict[str, Any]:
     return {"threshold": edges[0]} if len(edges) == 1 else {"classes": tuple(edges)}
 
 
-def round_of(value: float) -> float:
-    """Return a value with four digits, as a reader would give it.
-
-    Examples
-    --------
-    >>> round_of(0.123456)
-    0.1235
-    """
-    return float(f"{value:.4g}")
-
-
 def _histogram(
     values: NDArray[np.float64], edges: list[float], write: Callable[[list[float]], None]
 ) -> None:
@@ -294,5 +273,5 @@ def _histogram(
             write([float(edge) for edge in found])
 
     data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
-    data["edges"] = [round_of(edge) for edge in edges]
+    data["edges"] = [rounded(edge) for edge in edges]
     canvas_component("histogram")(key=key, data=data, on_edges_change=moved)

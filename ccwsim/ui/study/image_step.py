@@ -46,12 +46,17 @@ def image_step(state: State) -> None:
         elif draft.upload is not None:
             step_note(f"{draft.upload.name} asks how it is to be read.")
         _import_link("Look at it on Import")
-        drop = (state, "image_draft", None)
-        button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
+        keep_button(state)
     if state.visit_import:
         state.visit_import = False
         with suppress(StreamlitAPIException, KeyError):
             st.switch_page(IMPORT_PAGE)
+
+
+def keep_button(state: State) -> None:
+    """Draw the button that drops the image that waits."""
+    drop = (state, "image_draft", None)
+    button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
 
 
 def problem_of_image(choice: ImageChoice) -> str:

@@ -12,6 +12,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, inspect
+from ccwsim.io.part import Part
 from ccwsim.model.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -52,15 +53,15 @@ Write = Callable[[Answers], None]
 
 
 @st.cache_resource(max_entries=8, show_spinner=False)
-def _summary(digest: str, _upload: Upload) -> FileSummary:
+def _summary(digest: str, part: Part | None, _upload: Upload) -> FileSummary:
     with opened(_upload) as file:
-        return inspect(file)
+        return inspect(file, part)
 
 
-def summary_of(upload: Upload | None) -> FileSummary | None:
+def summary_of(upload: Upload | None, part: Part | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
     try:
-        return None if upload is None else _summary(upload.digest, upload)
+        return None if upload is None else _summary(upload.digest, part, upload)
     except CCWSIMError:
         return None
 
@@ -109,6 +110,17 @@ def answered(answers: Answers, **new: Any) -> Answers:
     return tuple(sorted((name, value) for name, value in merged.items() if value is not None))
 
 
+def rounded(value: float) -> float:
+    """Return a value with four digits, as a reader would give it.
+
+    Examples
+    --------
+    >>> rounded(0.123456)
+    0.1235
+    """
+    return float(f"{value:.4g}")
+
+
 def ask_data(
     choices: Choices, write: Write, fit: Callable[[Grid], None], *, wide: bool = False
 ) -> None:
@@ -127,10 +139,12 @@ def ask_data(
         if summary.is_table:
             _ask_columns(choice, write, wide)
         else:
-            _ask_variable(summary, answers, write)
+            known = dict(answers)
+            if len(summary.variables) > 1:
+                ask_variable(summary, known.get("variable"), _answer(answers, "variable", write))
             _ask_slice(summary, answers, write)
-            if summary.asks_up or "up" in dict(answers):
-                _ask_way("up", "The first row of the file is", UPS, answers, write)
+            if summary.asks_up or "up" in known:
+                ask_up(known.get("up"), _answer(answers, "up", write))
         points = _tried(lambda: points_of(choice))
         if points is not None and points.continuous:
             _ask_threshold(points, answers, write)
@@ -151,16 +165,31 @@ def _tried(read: Callable[[], Any]) -> Any:
         return None
 
 
-def _ask_way(name: str, label: str, ways: dict[Any, str], answers: Answers, write: Write) -> None:
+def _answer(answers: Answers, name: str, write: Write) -> Callable[[Any], None]:
+    """What a widget calls with the answer to one question."""
+    return lambda value: write(answered(answers, **{name: value}))
+
+
+def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str], None]) -> None:
+    """Ask which of several variables of a file is the facies."""
+    names = [variable.name for variable in summary.variables]
+    chosen: dict[str, Any] = {"value": value, "write": write, "options": names}
+    field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
+
+
+def ask_up(value: bool | None, write: Callable[[bool | None], None]) -> None:
+    """Ask whether the first row of a file is in the south."""
+    _ask_way("up", "The first row of the file is", UPS, value, write)
+
+
+def _ask_way(
+    name: str, label: str, ways: dict[Any, str], value: Any, write: Callable[[Any], None]
+) -> None:
     """Ask for one of a few ways; None, which a widget cannot give back, is among them."""
     choices = list(ways)
-
-    def choose(k: int) -> None:
-        write(answered(answers, **{name: choices[k]}))
-
-    value = choices.index(dict(answers).get(name))
-    offered = options_of(dict(enumerate(ways.values())))
-    field(st.selectbox, label, key=f"ask_{name}", value=value, write=choose, **offered)
+    chosen: dict[str, Any] = {"value": choices.index(value), "write": lambda k: write(choices[k])}
+    chosen |= options_of(dict(enumerate(ways.values())))
+    field(st.selectbox, label, key=f"ask_{name}", **chosen)
 
 
 def _ask_columns(choice: DataChoice, write: Write, wide: bool) -> None:
@@ -183,18 +212,8 @@ def _ask_columns(choice: DataChoice, write: Write, wide: bool) -> None:
             chosen: dict[str, Any] = {"value": taken[role], "write": choose, "options": names}
             field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
     if preview.unclear or {"x", "y", "coordinates"} & known.keys():
-        _ask_way("coordinates", "x and y are", COORDINATES, choice.answers, write)
-
-
-def _ask_variable(summary: FileSummary, answers: Answers, write: Write) -> None:
-    names = [variable.name for variable in summary.variables]
-    if len(names) > 1:
-
-        def choose(name: str) -> None:
-            write(answered(answers, variable=name))
-
-        chosen = {"value": dict(answers).get("variable"), "write": choose, "options": names}
-        field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
+        answer = _answer(choice.answers, "coordinates", write)
+        _ask_way("coordinates", "x and y are", COORDINATES, known.get("coordinates"), answer)
 
 
 def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
@@ -216,7 +235,7 @@ def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
 def _ask_threshold(points: ImportedPoints, answers: Answers, write: Write) -> None:
     """Ask where to cut values that are no codes; the middle value is the guess."""
     known = dict(answers).get("threshold")
-    guess = float(f"{np.median(points.values):.4g}")
+    guess = rounded(float(np.median(points.values)))
     low, high = points.values.min(), points.values.max()
 
     def cut(value: float) -> None:
@@ -290,7 +309,8 @@ def _ask_troubles(placed: PlacedPoints, answers: Answers, write: Write, wide: bo
     }
     open_ones = {name: kind for name, kind in kinds.items() if len(kind[1])}
     for label, (name, (ways, rows)) in zip(troubles_of(placed), open_ones.items(), strict=True):
-        _ask_way(name, label[:1].upper() + label[1:], ways, answers, write)
+        value, answer = dict(answers).get(name), _answer(answers, name, write)
+        _ask_way(name, label[:1].upper() + label[1:], ways, value, answer)
         _list_rows(placed, rows, wide)
 
 
