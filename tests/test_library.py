@@ -47,6 +47,19 @@ def test_data_of_every_kind_are_the_same_data(data):
     assert not ensemble.n_mismatched.any()
 
 
+def test_names_of_facies_stand_for_their_codes():
+    image = TrainingImage(STRIPES)
+    names = [image.facies_names[list(image.codes).index(code)].upper() for code in FACIES]
+    table = pd.DataFrame({"row": [c[0] for c in CELLS], "col": [c[1] for c in CELLS]})
+    for data in (table.assign(facies=names), (CELLS, names)):
+        found = HardData.of(data, GRID, image)
+        assert found.triples == HardData(CELLS, FACIES).triples
+        with pytest.raises(CCWSIMError, match="there are: none"):
+            HardData.of(data, GRID)
+    with pytest.raises(CCWSIMError, match="'clay' is no name of a facies"):
+        run(hard_data=(CELLS, ["clay", *names[1:]]))
+
+
 @pytest.mark.parametrize(
     ("data", "said"),
     [

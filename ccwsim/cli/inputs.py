@@ -8,7 +8,14 @@ from typing import Any, NamedTuple
 
 import click
 
-from ccwsim.cli.options import classes, edges_or_codes, grid_shape, in_group, sizes
+from ccwsim.cli.options import (
+    classes,
+    edges_or_codes,
+    grid_shape,
+    in_group,
+    name_and_code,
+    sizes,
+)
 from ccwsim.model.codec import Setting, settings_of
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -31,6 +38,8 @@ IMAGE_HELP = {
     "these edges; 'codes' takes many whole numbers as facies codes",
     "--shape": "columns x rows of the image, where its file does not say them (classic GSLIB)",
     "--slice": "which slice of a 3-D image, from 0",
+    "--crop": "a piece of the image: its first row from the south, first column, rows and columns",
+    "--every": "of each N x N cells the one in the middle, for images that are too large",
     "--up/--no-up": "whether the first row of the file is the south, or the north (default: as its "
     "format has it: north in pictures and matrices, south in GSLIB and NumPy files)",
     "--first-row": "the old name: south for --up, north for --no-up",
@@ -40,7 +49,12 @@ DATA_HELP = {
     "--hard-data": "cells whose facies is known: a file (columns x, y, facies or row, col, "
     "facies; Geo-EAS points; a grid with gaps), or the name of bundled ones ('ccwsim datasets' "
     "lists them)",
-    "--hard-variable": "which column holds the facies",
+    "--hard-x": "which column is x",
+    "--hard-y": "which column is y",
+    "--hard-facies": "which column holds the facies, as codes, names or values",
+    "--facies-name": "the code of a name in the file, where it is not one of the training image; "
+    "once for each name",
+    "--hard-variable": "the old name of --hard-facies, and which of several variables of a grid",
     "--hard-coordinates": "whether two columns of unclear names are x and y, or row and column "
     "(from 0)",
     "--hard-threshold": "for continuous values: facies 1 at or above V, as for the training image",
@@ -56,10 +70,16 @@ VALUES: dict[str, dict[str, Any]] = {
     "--classes": {"metavar": "N|E1,E2…|codes", "type": classes},
     "--shape": {"metavar": "NXxNY[xNZ]", "type": sizes},
     "--slice": {"metavar": "N", "type": int},
+    "--crop": {"metavar": "R C NY NX", "type": int, "nargs": 4},
+    "--every": {"metavar": "N", "type": int},
     "--up/--no-up": {"default": None},
     "--first-row": {"type": click.Choice([NORTH, SOUTH]), "hidden": True},
     "--transpose": {"is_flag": True},
     "--hard-data": {"metavar": "F"},
+    "--hard-x": {"metavar": "NAME"},
+    "--hard-y": {"metavar": "NAME"},
+    "--hard-facies": {"metavar": "NAME"},
+    "--facies-name": {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
     "--hard-variable": {"metavar": "NAME"},
     "--hard-coordinates": {"type": click.Choice(["world", "cells"])},
     "--hard-threshold": {"metavar": "V", "type": float},
@@ -69,9 +89,13 @@ VALUES: dict[str, dict[str, Any]] = {
     "--on-unknown": {"type": click.Choice(["error", "drop"])},
 }
 """What may stand behind each option that reads the training image or hard data."""
-READING_CELLS = ("shape", "slice_index", "up", "transpose")
+READING_CELLS = ("shape", "slice_index", "crop", "every", "up", "transpose")
 READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
 READING_DATA = {
+    "hard_x": "x",
+    "hard_y": "y",
+    "hard_facies": "facies",
+    "facies_name": "facies_names",
     "hard_variable": "variable",
     "hard_coordinates": "coordinates",
     "hard_threshold": "threshold",
@@ -141,6 +165,7 @@ def _option(row: Setting, group: str) -> Any:
 def inputs_of(options: Any) -> Inputs:
     """Return what a command line says, by a project file or by its options."""
     options.transpose = options.transpose or None
+    options.facies_name = options.facies_name or None
     if options.first_row is not None:
         click.echo("ccwsim: --first-row is now --up (south) or --no-up (north)", err=True)
         options.up = options.first_row == SOUTH

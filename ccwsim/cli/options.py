@@ -85,6 +85,14 @@ def classes(text: str) -> Classes:
     return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)
 
 
+def name_and_code(text: str) -> tuple[str, int]:
+    """Return `NAME=CODE` as a name and its facies code."""
+    name, _, code = text.rpartition("=")
+    if not name.strip() or not re.fullmatch(r"\s*[+-]?\d{1,15}\s*", code, re.ASCII):
+        raise click.BadParameter(f"{text!r} must be a name and its facies code, such as Sand=1")
+    return name.strip(), int(code)
+
+
 def edges_or_codes(text: str) -> Classes:
     """Return inner edges of classes, or "codes"."""
     if text == "codes":

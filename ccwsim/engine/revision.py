@@ -56,7 +56,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     >>> after.n_mismatched.tolist()
     [0, 0, 0]
     """
-    hard_data = HardData.of(hard_data, ensemble.grid)
+    hard_data = HardData.of(hard_data, ensemble.grid, ensemble.training_image)
     study = Study(
         ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
     )

@@ -247,7 +247,7 @@ def compare(
         warnings.warn("so_far is now on_partial", DeprecationWarning, stacklevel=2)
         on_partial = so_far
     image, grid = TrainingImage.of(training_image), Grid.of(grid_shape)
-    data = HardData.of(hard_data, grid)
+    data = HardData.of(hard_data, grid, image)
     if facies is not None:
         image.index_of(facies)
     _check(image, grid, settings, data, seed)

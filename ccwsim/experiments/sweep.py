@@ -183,7 +183,8 @@ def sweep(
     if not len(settings):
         raise CCWSIMError("there is no setting to try: give ranges that fit together")
     n, grid = check_int("n_realizations", n_realizations, 1), Grid.of(grid_shape)
-    image, data = TrainingImage.of(training_image), HardData.of(hard_data, grid)
+    image = TrainingImage.of(training_image)
+    data = HardData.of(hard_data, grid, image)
     if facies is not None:
         image.index_of(facies)
     sizes = image.shape, grid.shape, image.n_facies, data.n

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen
 from ccwsim.model.drawing import notebook
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
@@ -63,7 +63,7 @@ class HardData:
         self.facies = frozen(unique[:, 2])
 
     @classmethod
-    def of(cls, data: Any, grid: Grid) -> HardData:
+    def of(cls, data: Any, grid: Grid, training_image: TrainingImage | None = None) -> HardData:
         """Return hard data as they are, or those that another object has.
 
         Parameters
@@ -74,11 +74,13 @@ class HardData:
             An array has the shape of the grid, facies codes where they are known and NaN elsewhere.
         grid : Grid
             Which the data lie on.
+        training_image : TrainingImage, optional
+            Its names of facies may stand in a pair or a table for their codes, in any case.
 
         Raises
         ------
         CCWSIMError
-            For anything else, and as for `HardData`.
+            For anything else, for a name that the image does not have, and as for `HardData`.
 
         Examples
         --------
@@ -87,15 +89,19 @@ class HardData:
         ((0, 1, 1), (1, 2, 0))
         >>> HardData.of(([[1, 2]], [0]), grid).triples
         ((1, 2, 0),)
+        >>> image = TrainingImage([[0, 1]], facies_names=("mud", "sand"))
+        >>> HardData.of(([[1, 2]], ["Sand"]), grid, image).triples
+        ((1, 2, 1),)
         """
         if isinstance(data, HardData):
             return data
         if data is None:
             return cls()
         if hasattr(data, "columns"):
-            return cls(*_of_table(data, grid))
+            cells, facies = _of_table(data, grid)
+            return cls(cells, _codes(facies, training_image))
         if isinstance(data, tuple) and len(data) == 2:
-            return cls(*data)
+            return cls(data[0], _codes(data[1], training_image))
         values = as_floats(data, "hard data")
         if values.shape != grid.shape:
             raise CCWSIMError(
@@ -182,6 +188,26 @@ def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
     if places[0] == ("x", "y"):
         return grid.cells_of(first, second), np.asarray(table[facies])
     return np.column_stack([second, first]), np.asarray(table[facies])
+
+
+def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
+    """Codes of facies that may be names; numbers as they are."""
+    values = facies.tolist() if isinstance(facies, np.ndarray) else facies
+    if not isinstance(values, (list, tuple)) or not any(isinstance(v, str) for v in values):
+        return facies
+    known: dict[str, int] = {}
+    if training_image is not None:
+        names = (name.casefold() for name in training_image.facies_names)
+        known = dict(zip(names, training_image.codes.tolist(), strict=True))
+    codes = [known.get(v.strip().casefold()) if isinstance(v, str) else v for v in values]
+    unknown = [v for v, code in zip(values, codes, strict=True) if code is None]
+    if unknown:
+        there = ", ".join(training_image.facies_names) if training_image is not None else "none"
+        raise CCWSIMError(
+            f"hard data: {shown(unknown[0])} is no name of a facies (there are: {there}); give "
+            "such names or codes"
+        )
+    return codes
 
 
 def _listed(data: HardData, which: NDArray[np.integer]) -> str:

@@ -98,11 +98,12 @@ def simulate(
     (2, 40, 50)
     """
     grid = Grid.of(grid_shape)
+    image = TrainingImage.of(training_image)
     study = Study(
-        TrainingImage.of(training_image),
+        image,
         grid,
         Parameters() if parameters is None else parameters,
-        HardData.of(hard_data, grid),
+        HardData.of(hard_data, grid, image),
         randbelow(MAX_SEED + 1) if seed is None else seed,
     )
     n = check_int("n_realizations", n_realizations, 1)

@@ -116,6 +116,27 @@ def test_bundled_data_bring_their_grid(tmp_path):
     assert data.n_mismatched(saved["realizations"][0]) == 0
 
 
+def test_columns_names_and_a_piece_are_chosen_by_options(tmp_path):
+    wells, out, ti = tmp_path / "wells.csv", tmp_path / "out.npz", tmp_path / "ti.npy"
+    wells.write_text("a,b,top,kind\n3.5,4.5,10,Sand\n20.5,30.5,11,Clay\n")
+    image = np.kron(np.indices((32, 32)).sum(axis=0) // 4 % 2, np.ones((2, 2), int))
+    np.save(ti, np.pad(image, ((3, 0), (5, 0)), constant_values=9))
+    line = ["simulate", ti, "--crop", 3, 5, 64, 64, "--every", 2, "--grid", "40x40", *SMALL]
+    line += ["--hard-data", wells, "--hard-x", "a", "--hard-y", "b", "--hard-facies", "kind"]
+    assert run(*line, "-o", out, "--facies-name", "sand=1", "--facies-name", "Clay=0") == 0
+    found = loaded(out)["realizations"][0]
+    assert found[4, 3] == 1
+    assert found[30, 20] == 0
+    assert set(np.unique(found)) == {0, 1}
+
+
+@pytest.mark.parametrize("text", ["Sand", "=1", "Sand=one", "Sand=1.5"])
+def test_a_name_without_a_code_is_told(tmp_path, capsys, text):
+    line = ["simulate", "channels", "--hard-data", "wells.csv", "--facies-name", text]
+    assert run(*line, "-o", tmp_path / "out.npz") == 2
+    assert "such as Sand=1" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("rows", "option", "n_left"),
     [
