@@ -95,7 +95,7 @@ def test_data_of_ones_own_are_asked_after_when_the_image_changes():
     app = settled(opened("simulate", State(choices=replace(STUDY, data=mine))).run())
     named(app.selectbox, "image_bundled").set_value("dunes").run()
     assert app.session_state[KEY].choices.data == DataChoice()
-    assert "Your 2 data (placed by hand) were set up with another training image" in html(app)
+    assert "Your 2 data (placed by hand) fit the study and are not in it yet" in html(app)
     named(app.button, "data_keep").click().run()
     assert app.session_state[KEY].choices.data == mine
     assert "another training image" not in html(app)

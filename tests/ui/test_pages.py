@@ -195,6 +195,10 @@ def test_an_upload_can_be_taken_turned_and_named():
     image = image_of(choice)
     assert image.array.tolist() == [[1, 1, 0], [1, 0, 0]]
     assert image.facies_names[1] == "sand"
+    as_shown = image.array[::-1]  # north at the top
+    named(app.button, "image_rotate").click().run()
+    turned = image_of(app.session_state[KEY].choices.image)
+    assert turned.array[::-1].tolist() == np.rot90(as_shown).tolist()
 
 
 def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():

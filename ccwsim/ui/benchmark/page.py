@@ -33,6 +33,7 @@ from ccwsim.ui.benchmark.run import (
     start_timing,
 )
 from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, field
@@ -82,7 +83,8 @@ def _draw_download(page_state: Benchmark) -> None:
     def content() -> bytes:
         return findings.timings_csv(runs, str(this_machine()))
 
-    name, key = "times.csv", "download_times"
+    images = {image_part(run.training_image) for run in runs}
+    name, key = f"{'_'.join(sorted(images))}_times.csv", "download_times"
     st.download_button("Download CSV", content, name, "text/csv", key, on_click="ignore")
 
 

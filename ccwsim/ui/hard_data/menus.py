@@ -17,6 +17,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.jobs.uploads import file_uploader
+from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_uploader, keep_data_button, link_to_import, use_data
@@ -75,7 +76,8 @@ def draw_export(state: State, data: HardData) -> None:
             def content(kind: str = kind) -> bytes:
                 return hard_data_as_bytes(data, kind, state.choices.grid)
 
-            file: dict[str, Any] = {"file_name": f"hard_data.{kind}", "mime": mime}
+            name = f"{grid_part(image_of(state.choices.image), state.choices.grid)}_hard_data"
+            file: dict[str, Any] = {"file_name": f"{name}.{kind}", "mime": mime}
             file |= {"key": f"export_{kind}", "on_click": "ignore", "width": "stretch"}
             st.download_button(label, content, **file)
 

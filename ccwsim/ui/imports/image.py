@@ -166,6 +166,23 @@ def draw_turns(choice: ImageChoice, write: Write) -> None:
     with st.container(horizontal=True, gap="small"):
         for name, label in TURNS.items():
             field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
+        button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
+
+
+def rotated(choice: ImageChoice) -> ImageChoice:
+    """Return the choice with its image turned by a quarter, anticlockwise.
+
+    Examples
+    --------
+    >>> rotated(rotated(ImageChoice())) == ImageChoice(flip_ew=True, flip_ns=True)
+    True
+    """
+    return replace(
+        choice,
+        transpose=not choice.transpose,
+        flip_ew=not choice.flip_ns,
+        flip_ns=choice.flip_ew,
+    )
 
 
 def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None:

@@ -60,14 +60,17 @@ def data_step(state: State) -> None:
 
 
 def _draft(state: State, draft: DataChoice) -> None:
-    """Say why data are not taken; ask whether those of another image are to be."""
+    """Say why data are not taken; ask whether those that fit are to be.
+
+    They came with another training image, or did not fit the grid and the answers before.
+    """
     tried = replace(state.choices, data=draft)
     problem, waits = problem_of_data(tried), draft.source == "file" and draft.upload is None
     if problem and not waits:
         say_open(tried, problem)
     elif not waits:
         n, name = data_of(tried).n, draft.upload.name if draft.upload else "placed by hand"
-        step_note(f"Your {n} data ({name}) were set up with another training image.")
+        step_note(f"Your {n} data ({name}) fit the study and are not in it yet.")
         with st.container(horizontal=True, gap="small"):
             use, leave = {"args": (state, draft)}, {"args": (state, "data_draft", None)}
             button("Use them", key="data_keep", on_click=use_data, **use)
