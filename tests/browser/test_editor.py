@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from ccwsim import Grid, read_hard_data
-from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu
+from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -26,6 +27,9 @@ LEFT, TOP, BOTTOM = 40, 1, 20
 LARGEST = 48
 """Pixels of a cell beyond which the map zooms no further in."""
 MUD, SAND = 0, 1
+ROW_HEIGHT = 35
+"""Pixels of a row of the table."""
+BACKGROUND = "(e) => getComputedStyle(e).backgroundColor"
 
 
 @pytest.fixture
@@ -300,6 +304,53 @@ def test_rows_pasted_over_and_below_the_table_are_data(page, address):
     page.locator('.st-key-editor [data-step="undo"]').click()
     editor.honours(1)
     assert editor.data() == {cell: SAND}
+
+
+def row_colours(page, n: int) -> list[tuple[int, int, int]]:
+    """The colour at the right end of each of the first n rows of the table."""
+    table = page.locator(".st-key-editing [data-testid=stDataFrame]")
+    table.scroll_into_view_if_needed()
+    picture = Image.open(BytesIO(table.screenshot())).convert("RGB")
+    right = picture.width - 14
+    return [picture.getpixel((right, ROW_HEIGHT * k + ROW_HEIGHT // 2)) for k in range(1, n + 1)]
+
+
+def test_rows_of_the_table_have_the_colours_of_their_facies(page, address):
+    editor = opened(page, address, 100, 80)
+    for name, share in (("sand", 0.3), ("mud", 0.6)):
+        editor.brush(name)
+        editor.click(editor.spot(share, 0.41))
+    editor.honours(2)
+    swatches = page.locator(".st-key-editor .brushes .swatch")
+    mud, sand = (
+        tuple(int(part) for part in re.findall(r"\d+", swatch.evaluate(BACKGROUND)))
+        for swatch in swatches.all()
+    )
+    wait_for(page, lambda: row_colours(page, 2) == [sand, mud])
+    table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
+    page.mouse.click(table["x"] + table["width"] - 60, table["y"] + 1.5 * ROW_HEIGHT)
+    set_cell(page, "0")  # goes to the row below
+    wait_for(page, lambda: row_colours(page, 2) == [mud, mud])
+    set_cell(page, "1")  # the table still has the focus
+    wait_for(page, lambda: row_colours(page, 2) == [mud, sand])
+    editor.honours(2)
+    assert sorted(editor.data().values()) == [MUD, SAND]
+
+
+def set_cell(page, value: str) -> None:
+    """Type over the selected cell of the table; its editor opens some time after the first key."""
+    page.keyboard.type(value)
+    page.locator("#portal input").wait_for(timeout=SOON)
+    page.keyboard.press("Enter")
+
+
+def wait_for(page, seen):
+    """Wait until something that the browser paints is seen."""
+    for _ in range(SOON // 500):
+        if seen():
+            return
+        page.wait_for_timeout(500)
+    raise AssertionError("it is never seen")
 
 
 def test_wheel_pan_and_hover_keep_cells_exact(page, address):

@@ -96,7 +96,7 @@ def _editor(state: State) -> None:
             panel_title("Realizations and E-type")
             step_note("They answer every edit here, once the study has been simulated.")
     with right:
-        draw_table(state, data, image)
+        draw_table(state, data, image, colours)
     if ensemble is not None:
         draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
 

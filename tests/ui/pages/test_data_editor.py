@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -32,7 +33,7 @@ from ccwsim.ui.hard_data.edits import (
 )
 from ccwsim.ui.hard_data.menus import reference_of, sample
 from ccwsim.ui.hard_data.page import SHARED, describe_data_status, status_of
-from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, rows_of
+from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, painted, rows_of
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import is_current
@@ -232,6 +233,21 @@ def test_edits_of_the_table_are_added_up_from_its_base():
     nothing = edited_rows(base, {"deleted_rows": [0, 1, 2]})
     data, notes = data_of_rows(nothing, SMALL.grid, TrainingImage([[0]]), False)
     assert (data.n, notes) == (0, [])
+
+
+def test_a_row_has_the_colour_of_its_facies_as_it_is_edited():
+    base = rows_of(HardData([[1, 1], [2, 2], [3, 3]], [0, 7, 9]), SMALL.grid, False)
+    colour_of = {0: "#111111", 7: "#777777"}
+
+    def colours(edits: dict) -> list[str]:
+        html = painted(base, edits, colour_of).to_html()
+        shared = re.findall(r"((?:#T_\w+?_row\d+_col3,?\s*)+)\{\s*background-color: (#\w+)", html)
+        found = {int(k): c for names, c in shared for k in re.findall(r"row(\d+)", names)}
+        return [found.get(k, "") for k in range(len(base))]
+
+    assert colours({}) == ["#111111", "#777777", ""]
+    edits = {"edited_rows": {0: {"facies": 7}, 1: {"facies": None}}, "deleted_rows": [2]}
+    assert colours(edits) == ["#777777", "", ""]
 
 
 def test_rows_that_cannot_be_taken_are_named():
