@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from ccwsim import Grid, read_hard_data
-from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu
+from tests.browser.hands import SLOW, SOON, at_rest
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -134,15 +134,9 @@ def idle(page):
 
 def opened(page, address, nx, ny) -> Editor:
     """The editor over a study without data, of three realizations."""
-    page.goto(f"{address}/simulate")
+    page.goto(f"{address}/simulate?data=none&grid={nx}x{ny}&realizations=3")
     page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     idle(page)
-    menu(page, "data_row")
-    choose(page, "data_source", "none")
-    close_menu(page)
-    fill(page, "n_realizations", 3)
-    fill(page, "grid_nx", nx)
-    fill(page, "grid_ny", ny)
     page.locator(".st-key-menu").get_by_role("link", name="Hard data").click()
     page.wait_for_url("**/data*")  # the study may stand in the address already
     editor = Editor(page, nx, ny)

@@ -281,3 +281,20 @@ def test_no_section_gets_low_while_statistics_come(tab, address):
     at_rest(tab)
     for name, heights in tab.evaluate("window.heights").items():
         assert min(heights) >= min(heights[0], heights[-1]) - 2, (name, sorted(set(heights)))
+
+
+def test_a_study_column_with_nothing_in_it_takes_no_room(tab, address):
+    tab.goto(f"{address}/simulate?{urlencode(link_of(SMALL))}")
+    tab.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
+    at_rest(tab)
+    main = tab.locator(".stMain")
+    assert main.bounding_box()["x"] > 300
+    tab.evaluate(
+        "document.querySelector('[data-testid=stSidebarUserContent] .stVerticalBlock')"
+        ".replaceChildren()"
+    )
+    tab.wait_for_timeout(500)
+    assert main.bounding_box()["x"] == 0
+    logo = tab.locator(".stSidebar .stLogo").bounding_box()
+    first = tab.locator(".st-key-menu a").first.bounding_box()
+    assert logo["x"] + logo["width"] < first["x"]
