@@ -216,6 +216,7 @@ def hard_data() -> dict[str, bytes]:
         "esri grid": esri(with_gaps(-9999)),
         "npy list": npy(POINTS),
         "npy grid": npy(with_gaps()),
+        "npz of cells and facies": npz(cells=POINTS[:, :2], facies=POINTS[:, 2]),
         "npz grid": npz(hd=with_gaps(-99), ti=FACIES),
         "mat": mat(hd=with_gaps(), ti=FACIES.astype(float)),
         "packed mat": mat(compress=True, hd=with_gaps()),

@@ -50,7 +50,7 @@ def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
-    """Return the arrays of an `.npz` file that can be grids.
+    """Return the arrays of an `.npz` file that can be grids, or a table of cells and facies.
 
     Examples
     --------
@@ -60,6 +60,9 @@ def read_npz(content: bytes, name: str) -> DataFile:
     ['ti']
     """
     with opened_archive(content, name) as archive:
+        table = _cells_and_facies(archive, name)
+        if table is not None:
+            return table
         members, reasons = _grids(archive, name)
     if not members:
         tail = f"; {reasons[0]}" if reasons else ""
@@ -103,6 +106,37 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
 
 def _as_grid(array: NDArray) -> NDArray:
     return array.reshape((1, *array.shape)) if array.ndim == 2 else array
+
+
+def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
+    """The table of an archive with what `HardData` takes: cells (n, 2) and facies (n,)."""
+    keys = ("cells", "facies")
+    if not {f"{key}.npy" for key in keys} <= archive.infos.keys():
+        return None
+    archive.check([f"{key}.npy" for key in keys])
+    files = {f"{name}, {key}": BytesIO(archive.read(f"{key}.npy")) for key in keys}
+    promises = {own: _promise(file, own) for own, file in files.items()}
+    (shape, _, kind), (of_facies, _, kind_of_facies) = promises.values()
+    if len(shape) != 2 or shape[1] != 2 or of_facies != shape[:1] or not shape[0]:
+        return None
+    if kind.kind not in "uif" or kind_of_facies.kind not in "buifU":
+        return None
+    check_cells(name, (shape[0], 3))
+    cells, facies = (_values(file, own, *promises[own]) for own, file in files.items())
+    columns = {"row": cells[:, 0], "col": cells[:, 1], "facies": facies}
+    words = {}
+    if facies.dtype.kind == "U":
+        words["facies"] = tuple(text[:200] for text in columns.pop("facies").tolist())
+    return DataFile(
+        "NumPy arrays",
+        name,
+        columns,
+        is_table=True,
+        lines=np.arange(1, shape[0] + 1),
+        words=words,
+        columns=("row", "col", "facies"),
+        counted="row",
+    )
 
 
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
