@@ -1,7 +1,8 @@
-"""Files of five origins reach a simulation in a real browser, with three answers at most."""
+"""Files of several origins reach a simulation in a real browser, with three answers at most."""
 
 from __future__ import annotations
 
+import re
 from io import BytesIO
 
 import numpy as np
@@ -10,7 +11,7 @@ from PIL import Image, ImageFilter
 from scipy.io import savemat
 from scipy.ndimage import gaussian_filter
 
-from tests.browser.hands import SLOW, SOON, at_rest, menu
+from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, menu, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -57,11 +58,25 @@ def large() -> bytes:
     return file.getvalue()
 
 
+def geotiff() -> bytes:
+    pytest.importorskip("rasterio")
+    from rasterio.io import MemoryFile
+    from rasterio.transform import from_origin
+
+    place = {"transform": from_origin(436000.0, 4506000.0, 25.0, 25.0), "crs": "EPSG:25832"}
+    size = {"height": 72, "width": 96, "count": 1, "dtype": "float32"}
+    with MemoryFile() as file:
+        with file.open(driver="GTiff", **size, **place) as band:
+            band.write(FIELD.astype(np.float32), 1)
+        return bytes(file.getbuffer())
+
+
 FILES = {
     "grey.sgems": (sgems, 2),
     "map.jpg": (map_in_colours, 3),
     "volume.mat": (matlab, 2),
     "elevation.tif": (tiff, 2),
+    "in_the_world.tif": (geotiff, 2),
     "large.png": (large, 2),
 }
 
@@ -90,6 +105,34 @@ def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
     )
     tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
     tab.screenshot(path=tmp_path / "simulated.png")
+
+
+def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
+    rng = np.random.default_rng(8)
+    corners = np.indices((6, 5)).reshape(2, -1).T * (500.0, 400.0) + np.array((436000, 4505000))
+    places = (corners + rng.uniform(0, 200, (30, 2))).round(1).tolist()
+    rows = [f"B {k};{x};{y};{rng.choice(['Sand', 'mud'])}" for k, (x, y) in enumerate(places)]
+    text = "\n".join(["Well;Easting [m];Northing [m];Lithology", *rows])
+    file = {"name": "log.csv", "mimeType": "text/csv", "buffer": text.encode()}
+    tab.goto(f"{address}/import?{STUDY}")
+    tab.get_by_text("Hard data", exact=True).last.click(timeout=SLOW)
+    tab.locator(".st-key-wells_file input[type=file]").set_input_files(file, timeout=SLOW)
+    fit = tab.locator(".st-key-ask_fit").get_by_role("button")
+    fit.wait_for(timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "asked.png", full_page=True)
+    until(
+        lambda: fit.click(timeout=GLANCE) if fit.count() else None,
+        lambda wait: tab.get_by_text("30 data of log.csv are in the study").wait_for(timeout=wait),
+    )
+    tab.screenshot(path=tmp_path / "fitted.png", full_page=True)
+    tab.locator(".st-key-menu").get_by_role("link", name="Simulate").click()
+    tab.wait_for_url("**/simulate*", timeout=SLOW)
+    honoured = re.compile(r"30 of 30 data honoured")
+    tab.locator(".facts", has_text=honoured).first.wait_for(timeout=SLOW)
+    tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
 
 
 def test_the_line_on_the_histogram_is_dragged_and_moved_with_a_key(tab, address):

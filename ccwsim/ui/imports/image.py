@@ -163,7 +163,7 @@ def draw_turns(choice: ImageChoice, write: Write) -> None:
     def turn(**turned: bool) -> None:
         write(replace(choice, **turned))
 
-    with st.container(horizontal=True, gap="small"):
+    with st.container(horizontal=True, vertical_alignment="center", gap="small"):
         for name, label in TURNS.items():
             field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
         button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))

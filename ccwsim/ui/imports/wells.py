@@ -12,7 +12,13 @@ from ccwsim.io import PlacedPoints, PointsPreview
 from ccwsim.model.choices import Choices, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.results.maps import colours_of
-from ccwsim.ui.session.resolve import image_of, imported_data, placed_data, preview_of
+from ccwsim.ui.session.resolve import (
+    grid_for_data,
+    image_of,
+    imported_data,
+    placed_data,
+    preview_of,
+)
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_uploader, keep_data_button, use_data
 from ccwsim.ui.study.questions import ask_data, described, offer_fit, say_open, summary_of
@@ -48,7 +54,7 @@ def draw_wells_import(state: State) -> None:
     preview = preview_of(choice)
     if preview.columns:
         _draw_rows(preview)
-    questions, map_ = st.columns([2, 3], gap="large")
+    map_, questions = st.columns([3, 2], gap="large")
     with questions:
         ask_data(
             tried,
@@ -96,19 +102,27 @@ def _draw_rows(preview: PointsPreview) -> None:
 
 
 def _draw_map(state: State, tried: Choices) -> None:
-    """Where the data fall in the grid; open rings are outside or of an unknown facies."""
+    """Where the data fall in the grid; open rings are outside or of an unknown facies.
+
+    Where none falls in it they would be one dot beside it: they are drawn in a grid that fits.
+    """
     try:
-        placed = placed_data(tried)
+        placed, fitting, title = placed_data(tried), grid_for_data(tried), "Where the data fall"
+        n, n_out = placed.points.n, len(placed.outside)
+        if fitting is not None and n_out == n:
+            title, tried = "Where the data would fall", replace(tried, grid=fitting)
+            placed = placed_data(tried)
     except CCWSIMError:  # said above
         return
-    panel_title("Where the data fall", f"grid of {described(tried.grid)}")
+    panel_title(title, f"grid of {described(tried.grid)}")
     step = -(-placed.points.n // MAX_DRAWN)
     colours = _colours(state, tried, placed)[::step]
     svg = placement_svg(placed.cells[::step], colours, tried.grid.shape)
     st.image(svg, alt="Where the data fall in the grid", width=520)
-    n_out = len(placed.outside)
-    if n_out:
-        st.caption(f"The frame is the grid: {n_out} of {placed.points.n} data are outside.")
+    if fitting is not None and n_out == n:
+        st.caption("The frame is a grid that holds them: none is in the study's own.")
+    elif n_out:
+        st.caption(f"The frame is the grid: {n_out} of {n} data are outside.")
 
 
 def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
