@@ -1,5 +1,11 @@
-/* Draw each chart from the figure that stands in its place. */
-(() => {
+/* Unpack plotly and draw each chart from the figure that stands in its place. */
+(async () => {
+  const packed = document.getElementById("plotly");
+  const bytes = Uint8Array.from(atob(packed.textContent), (letter) => letter.charCodeAt(0));
+  const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const plotly = document.createElement("script");
+  plotly.textContent = await new Response(plain).text();
+  packed.replaceWith(plotly);
   const drawn = [...document.querySelectorAll(".plot")].map((place) => {
     const figure = JSON.parse(place.querySelector("script").textContent);
     place.textContent = "";

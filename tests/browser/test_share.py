@@ -242,6 +242,23 @@ def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_pa
     drawn = "() => [...document.images].filter((i) => i.complete && i.naturalWidth > 0).length"
     assert report.evaluate(drawn) == 2 + 3 + 2
     assert report.locator("figcaption", has_text="Realization 2 of 3").count() == 1
+    assert file.stat().st_size < 3_000_000
     assert report.evaluate("document.documentElement.scrollWidth") <= width
     assert asked == []
     offline.close()
+
+
+def test_the_report_can_be_read_on_the_page(chromium, address):
+    from playwright.sync_api import expect
+
+    context = context_of(chromium, 1200)
+    page = opened(context, f"{address}/simulate?{SMALL}&show=2")
+    open_share(page)
+    page.locator(".st-key-share_read button").click(timeout=SLOW)
+    shown = page.frame_locator("[role=dialog] iframe")
+    expect(shown.locator(".plot:has(.main-svg)")).to_have_count(6, timeout=SLOW)
+    expect(shown.locator("figcaption", has_text="Realization 2 of 3")).to_have_count(1)
+    page.keyboard.press("Escape")
+    expect(page.locator("[role=dialog] iframe")).to_have_count(0, timeout=SLOW)
+    expect(page.locator(".st-key-map_realization canvas")).to_be_visible(timeout=SLOW)
+    context.close()

@@ -12,7 +12,6 @@ import pytest
 
 from ccwsim import CCWSIMError, HardData, TrainingImage
 from ccwsim.cli.program import main
-from ccwsim.figures import plotly_script
 from ccwsim.paper import (
     EXPERIMENTS,
     FULL,
@@ -32,6 +31,7 @@ from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.times import level_change
 from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
 from ccwsim.report import Judgement, Text, report_html
+from ccwsim.report.document import packed_plotly
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
     next(e for e in EXPERIMENTS if e.name == name)
@@ -74,8 +74,8 @@ def test_a_quick_run_reports_every_experiment(small):
         assert f'<section id="section-{k}"><h2>{k}. {experiment.title}</h2>' in page
     for stated in ("26.78", "6.52 s", "2.42 s", "3.50 s", "1.06 s", "Seed", "numba", "quick"):
         assert stated in page
-    assert not OUTSIDE.findall(page.replace(plotly_script(), ""))
-    assert page.count(plotly_script()) == 1
+    assert not OUTSIDE.findall(page.replace(packed_plotly(), ""))
+    assert page.count(packed_plotly()) == 1
 
 
 def test_small_grids_are_not_set_against_the_papers_seconds(small):

@@ -9,7 +9,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from ccwsim.figures import LIGHT, Line, lines_chart, plotly_script
+from ccwsim.figures import LIGHT, Line, lines_chart
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report import (
     Chart,
@@ -27,6 +27,7 @@ from ccwsim.report import (
     surroundings,
     write_report,
 )
+from ccwsim.report.document import packed_plotly
 
 ODD = "</script><script>alert('\"&1')</script>"
 OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)
@@ -50,7 +51,7 @@ def document(word: str) -> Document:
 
 def own_part(page: str) -> str:
     """The page without plotly's own script, which is full of addresses it never opens here."""
-    return page.replace(plotly_script(), "")
+    return page.replace(packed_plotly(), "")
 
 
 def test_every_text_is_escaped_wherever_it_stands():
@@ -66,6 +67,7 @@ def test_nothing_is_fetched_from_outside():
     assert not OUTSIDE.findall(own_part(page))
     assert "default-src 'none'" in page
     assert page.count("Plotly.newPlot(place") == 1
+    assert len(page) < 3_000_000
 
 
 def test_a_report_without_charts_carries_no_script():

@@ -37,6 +37,9 @@ from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import plain, step_note
 
+REPORT_HEIGHT = 720
+"""Pixels of a report that is read on a page; it scrolls."""
+READING = "report_is_read"
 OLD_RESULTS = (
     "Out of date: the link opens the study as it is set up now, the realizations that are shown "
     "are of the study before."
@@ -61,6 +64,8 @@ def draw_open(state: State) -> None:
 
 def _share(state: State) -> None:
     menu = st.popover("Share", key="share", on_change="rerun")
+    if st.session_state.pop(READING, False):
+        _show_report(state)
     if not menu.open:
         return
     with menu, st.container(key="share_body", gap="small"):
@@ -97,10 +102,26 @@ def _files(state: State) -> None:
         report |= {"file_name": f"{of}_report.html", "disabled": state.ensemble is None}
         report["help"] = "One HTML file that opens offline, with all maps and charts"
         st.download_button("Report", report_of(state), key="share_report", **report)
+        here: dict[str, Any] = {"on_click": _read_report, "disabled": state.ensemble is None}
+        st.button("Read it here", key="share_read", **here)
     if state.ensemble is None:
         step_note("The report can be had when there are realizations.")
     elif not is_current(state):
         step_note("The report is of the realizations that are shown; the study was changed since.")
+
+
+def _read_report() -> None:
+    """Close the menu, which would lie under the report and be closed first."""
+    st.session_state["share"], st.session_state[READING] = False, True
+
+
+@st.dialog("Report", width="large")
+def _show_report(state: State) -> None:
+    """Show the report over the page; its own policy lets it fetch nothing."""
+    with error_boundary():
+        made = report_of(state)
+        if made:
+            st.iframe(made().decode(), height=REPORT_HEIGHT, alt="The report of the realizations")
 
 
 def report_of(state: State):
