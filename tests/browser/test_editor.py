@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from ccwsim import Grid, read_hard_data
-from tests.browser.hands import SLOW, SOON, at_rest
+from tests.browser.hands import SLOW, SOON, at_rest, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -322,19 +322,25 @@ def test_rows_of_the_table_have_the_colours_of_their_facies(page, address):
     )
     wait_for(page, lambda: row_colours(page, 2) == [sand, mud])
     table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
-    page.mouse.click(table["x"] + table["width"] - 60, table["y"] + 1.5 * ROW_HEIGHT)
-    set_cell(page, "0")  # goes to the row below
+    x, y = table["x"] + table["width"] - 60, table["y"] + 1.5 * ROW_HEIGHT
+    set_cell(page, (x, y), "0")
     wait_for(page, lambda: row_colours(page, 2) == [mud, mud])
-    set_cell(page, "1")  # the table still has the focus
+    set_cell(page, (x, y + ROW_HEIGHT), "1")
     wait_for(page, lambda: row_colours(page, 2) == [mud, sand])
     editor.honours(2)
     assert sorted(editor.data().values()) == [MUD, SAND]
 
 
-def set_cell(page, value: str) -> None:
-    """Type over the selected cell of the table; its editor opens some time after the first key."""
-    page.keyboard.type(value)
-    page.locator("#portal input").wait_for(timeout=SOON)
+def set_cell(page, place: tuple[float, float], value: str) -> None:
+    """Type over a cell of the table; its editor opens some time after the first key."""
+
+    def write() -> None:
+        at_rest(page)
+        page.keyboard.press("Escape")
+        page.mouse.click(*place)
+        page.keyboard.type(value)
+
+    until(write, lambda wait: page.locator("#portal input").wait_for(timeout=wait))
     page.keyboard.press("Enter")
 
 
