@@ -76,10 +76,10 @@ def all_terms(grid, ys, xs, template, overlap, block_size, terms, n_terms):
 
 
 @kernel
-def all_scores(sums, terms, n_terms, energy, run, scores):
+def all_scores(sums, terms, n_terms, energy, weights, run, scores):
     """Score all places for each patch."""
     for i in range(len(n_terms)):
-        score_places(sums, terms[i], n_terms[i], energy, run, scores[i])
+        score_places(sums, terms[i], n_terms[i], energy, weights, run, scores[i])
 
 
 @kernel
@@ -166,7 +166,8 @@ def measure(level: int) -> list[Measured]:
     run, sources = np.zeros(n_run(sums, energy.shape[1]), energy.dtype), np.zeros((0, 0), np.int32)
     target, counts = grid.copy(), np.zeros(0, np.int64)
     terms_of = seconds_of(lambda: all_terms(grid, ys, xs, t, overlap, block_size, terms, n_terms))
-    scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, run, scores))
+    weights = np.zeros(terms.shape[2], energy.dtype)
+    scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, weights, run, scores))
     best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, places))
     tys, txs = places[np.arange(n), rng.integers(0, k, n)].T * block_size
     refined = seconds_of(lambda: all_refined(

@@ -44,7 +44,7 @@ def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
     n = overlap_terms(tile, box, 2**level, len(sums), terms)
     scores = np.empty_like(energy)
     run = np.empty(n_run(sums, scores.shape[1]), scores.dtype)
-    score_places(sums, terms, n, energy, run, scores)
+    score_places(sums, terms, n, energy, np.empty(n, scores.dtype), run, scores)
     return scores
 
 

@@ -72,6 +72,7 @@ class Workspace(NamedTuple):
     row_best: NDArray[np.int64]
     places: NDArray[np.int64]
     terms: NDArray[np.int64]
+    weights: NDArray[np.signedinteger]
     choice: NDArray[np.int64]
     after: NDArray[np.int64]
     at_stake: NDArray[np.int64]
@@ -130,6 +131,7 @@ def make_workspace(oriented: OrientedImage, search: Search, data: PlacedData) ->
         row_best=np.zeros(ny, np.int64),
         places=np.zeros((search.n_candidates, 2), np.int64),
         terms=np.zeros((4, n_terms), np.int64),
+        weights=np.zeros(n_terms, energies.dtype),
         choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
         at_stake=np.zeros((min(len(data.columns), template**2), 3), np.int64),
@@ -154,7 +156,7 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
         box = Box(patch[0], patch[1], patch[2], patch[3], search.overlap)
         n_terms = overlap_terms(grid, box, block_size, len(sums), work.terms)
         energy = oriented.energies[patch[4], box.sides]
-        score_places(sums, work.terms, n_terms, energy, work.run, scores)
+        score_places(sums, work.terms, n_terms, energy, work.weights, work.run, scores)
         ahead = search.co_template * box.size
         has_data = data_ahead(data, box.y0, box.x0, ahead)
         n = len(places)

@@ -88,15 +88,18 @@ def n_run(sums: NDArray[np.integer], n_columns: int) -> int:
 
 
 @part_of_kernel
-def score_places(sums, terms, n_terms, energy, run, scores):
+def score_places(sums, terms, n_terms, energy, weights, run, scores):
     """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
 
     Several rows are one run of numbers, as rows of locations alone are short; what comes out at
-    the columns between them, where no location is, is left behind.
+    the columns between them, where no location is, is left behind. `weights`, as many as `terms`,
+    and `run` are workspace of the type of the scores.
     """
     ny, nx = scores.shape
-    n_planes, my, mx = sums.shape
-    planes = sums.reshape(n_planes, my * mx)
+    mx = sums.shape[2]
+    flat = sums.ravel()
+    for n in range(n_terms):  # of a wider type, they would keep the loops below from vectors
+        weights[n] = terms[3, n]
     at_once = _rows_at_once(nx, mx)
     for first in range(0, ny, at_once):
         rows = min(at_once, ny - first)
@@ -105,16 +108,16 @@ def score_places(sums, terms, n_terms, energy, run, scores):
             run[x] = 0
         whole = n_terms - n_terms % 4
         for n in range(0, whole, 4):
-            a = _run_of(planes, terms, n, first, mx, length)
-            b = _run_of(planes, terms, n + 1, first, mx, length)
-            c = _run_of(planes, terms, n + 2, first, mx, length)
-            d = _run_of(planes, terms, n + 3, first, mx, length)
-            wa, wb, wc, wd = terms[3, n], terms[3, n + 1], terms[3, n + 2], terms[3, n + 3]
+            a = _run_of(flat, sums.shape, terms, n, first, length)
+            b = _run_of(flat, sums.shape, terms, n + 1, first, length)
+            c = _run_of(flat, sums.shape, terms, n + 2, first, length)
+            d = _run_of(flat, sums.shape, terms, n + 3, first, length)
+            wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
             for x in range(length):
                 run[x] += wa * a[x] + wb * b[x] + wc * c[x] + wd * d[x]
         for n in range(whole, n_terms):
-            a = _run_of(planes, terms, n, first, mx, length)
-            wa = terms[3, n]
+            a = _run_of(flat, sums.shape, terms, n, first, length)
+            wa = weights[n]
             for x in range(length):
                 run[x] += wa * a[x]
         for y in range(rows):
@@ -129,7 +132,11 @@ def _rows_at_once(nx, mx):
 
 
 @part_of_kernel
-def _run_of(planes, terms, n, first, mx, length):
-    """Return the block sums that a term meets at the locations of row `first` on."""
-    start = (first + terms[1, n]) * mx + terms[2, n]
-    return planes[terms[0, n], start : start + length]
+def _run_of(flat, shape, terms, n, first, length):
+    """Return the block sums that a term meets at the locations of row `first` on.
+
+    They are a slice of all sums in one row: one of two dimensions has a stride that is not known
+    when the kernel is compiled.
+    """
+    start = ((terms[0, n] * shape[1]) + first + terms[1, n]) * shape[2] + terms[2, n]
+    return flat[start : start + length]

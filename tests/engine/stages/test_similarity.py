@@ -36,7 +36,7 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
     n = overlap_terms(grid, Box(*place, template, shape, overlap), unit, n_planes, terms)
     scores = np.empty_like(energy)
     run = np.empty(n_run(sums, scores.shape[1]), scores.dtype)
-    score_places(sums, terms, n, energy, run, scores)
+    score_places(sums, terms, n, energy, np.empty(n, scores.dtype), run, scores)
     return scores, int((terms[3, :n] ** 2).sum())
 
 
