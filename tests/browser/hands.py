@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from time import monotonic, sleep
 
 SOON, SLOW = 30_000, 180_000
 """Milliseconds to wait for an answer that is at hand, and for one that is worked out."""
@@ -34,6 +35,19 @@ def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
         except (AssertionError, Error):
             if attempt + 1 == TRIES:
                 raise
+
+
+def soon(holds: Callable[[], object], within: float = SOON) -> None:
+    """Repeat a function of asserts until they hold; what a page draws comes a moment later."""
+    end = monotonic() + within / 1000
+    while True:
+        try:
+            holds()
+            return
+        except AssertionError:
+            if monotonic() > end:
+                raise
+        sleep(0.1)
 
 
 def menu(page, key: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 from ccwsim import Parameters, datasets, read_hard_data, read_training_image, simulate
 from ccwsim.io import write_training_image
 from ccwsim.model.grid import Grid
-from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu, upload
+from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu, soon, upload
 from tests.browser.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -203,13 +203,17 @@ def test_hover_says_cell_and_facies(page, address):
     page.wait_for_timeout(1000)
     canvas = page.locator(".st-key-map_realization canvas")
     canvas.scroll_into_view_if_needed()
-    box = canvas.bounding_box()
-    page.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.4)
-    readout = page.locator(".st-key-map_realization .readout")
-    assert re.fullmatch(r"\(\d+, \d+\) (mud|sand)", readout.inner_text())
-    linked = page.locator(".st-key-map_e_type .readout").inner_text()
-    assert linked.split(") ")[0] == readout.inner_text().split(") ")[0]
-    assert re.search(r"P\((mud|sand)\) = [01]\.\d\d", linked)
+
+    def both_say_the_cell() -> None:
+        box = canvas.bounding_box()
+        page.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.4)
+        readout = page.locator(".st-key-map_realization .readout").inner_text()
+        assert re.fullmatch(r"\(\d+, \d+\) (mud|sand)", readout)
+        linked = page.locator(".st-key-map_e_type .readout").inner_text()
+        assert linked.split(") ")[0] == readout.split(") ")[0]
+        assert re.search(r"P\((mud|sand)\) = [01]\.\d\d", linked)
+
+    soon(both_say_the_cell)
 
 
 @pytest.mark.slow

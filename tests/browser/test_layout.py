@@ -12,7 +12,7 @@ import pytest
 from ccwsim import Grid, HardData, Parameters
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.sharing import link_of
-from tests.browser.hands import SLOW, SOON, at_rest, fill
+from tests.browser.hands import SLOW, SOON, at_rest, fill, soon
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -162,10 +162,14 @@ def test_a_realization_and_the_e_type_have_one_top_and_one_size(tab, address, pa
     opened(tab, address, path)
     left = ".st-key-editor canvas" if path == "data" else ".st-key-map_realization canvas"
     below, beside = (0, 0) if path == "validate" else (19, 39)  # the coordinates
-    first, second = box(tab, left), box(tab, ".st-key-map_e_type canvas")
-    assert first["y"] == pytest.approx(second["y"], abs=0.6)
-    assert first["height"] - below == pytest.approx(second["height"], abs=1)
-    assert first["width"] - beside == pytest.approx(second["width"], abs=1)
+
+    def alike() -> None:
+        first, second = box(tab, left), box(tab, ".st-key-map_e_type canvas")
+        assert first["y"] == pytest.approx(second["y"], abs=0.6)
+        assert first["height"] - below == pytest.approx(second["height"], abs=1)
+        assert first["width"] - beside == pytest.approx(second["width"], abs=1)
+
+    soon(alike)
 
 
 @pytest.mark.parametrize("path", ["simulate", "validate", "data"])

@@ -227,7 +227,7 @@ def test_a_large_ensemble_settles_on_the_page(judged):
     judged.locator(".st-key-long_progress", has_text="of 200 realizations").wait_for(timeout=SOON)
     judged.locator(".note", has_text="After 200 realizations").wait_for(timeout=SLOW)
     assert drawn(judged, "convergence")["standard error"] >= 1
-    assert judged.evaluate(INK, "map_long_entropy") > 2
+    judged.wait_for_function(f"(key) => ({INK})(key) > 2", arg="map_long_entropy", timeout=SOON)
 
 
 def test_it_opens_cold_on_a_phone_and_in_the_dark(phone, address):
