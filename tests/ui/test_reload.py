@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ccwsim.io import project_as_bytes
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.hard_data import HardData
 from ccwsim.sharing import link_of, own_choices, read_link
 from ccwsim.ui.session import kept
 from ccwsim.ui.session.kept import KeptChoices, size_of
+from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.share.menu import open_project, project_of
 from tests.ui.test_pages import SMALL, a_file, settled
 from tests.ui.widgets import opened, texts
 
@@ -45,6 +48,22 @@ def test_a_reload_of_the_same_browser_has_the_same_study():
     again = reloaded(link_of(OWN), "ann")
     assert again.session_state[KEY].choices == OWN
     assert not texts(again)
+
+
+def test_a_reload_keeps_the_answers_to_a_file_of_wells_and_a_project_its_data():
+    wells = Upload("wells.csv", b"x;y;facies\n3,5;4;Ton\n8;12,5;Sand\n")
+    answers = (("facies_names", (("Sand", 1), ("Ton", 0))), ("on_collision", "majority"))
+    own = replace(OWN, data=DataChoice("file", upload=wells, answers=answers))
+    app = opened("simulate", State(choices=own))
+    app.session_state[kept.COOKIE] = "ann"
+    settled(app.run())
+    again = reloaded(link_of(own), "ann").session_state[KEY]
+    assert again.choices == own
+    assert data_of(again.choices).triples == ((4, 3, 0), (12, 8, 1))
+    state = State()
+    content = project_as_bytes(project_of(app.session_state[KEY]))
+    open_project(state, Upload("study.ccwsim", content))
+    assert data_of(state.choices).triples == ((4, 3, 0), (12, 8, 1))
 
 
 def test_another_browser_with_the_same_address_gets_nothing_of_it(store):
