@@ -210,7 +210,7 @@ def anodi(
     ensembles: Images | Mapping[str, Images],
     training_image: TrainingImage | ArrayLike,
     codes: Codes | None = None,
-    pattern_size: int = PATTERN_SIZE,
+    size: int = PATTERN_SIZE,
     factors: Sequence[int] = FACTORS,
     weights: Sequence[float] | None = None,
     progress: Fraction | None = None,
@@ -229,7 +229,7 @@ def anodi(
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes; those of the training image where left out.
-    pattern_size : int
+    size : int
         Side of the patterns in cells.
     factors : sequence of int
         Resolutions, 1 for the full one.
@@ -261,19 +261,17 @@ def anodi(
     stacks = {str(name): as_stack(images, own.codes) for name, images in named.items()}
     if not stacks:
         raise CCWSIMError("no ensemble was given; ANODI needs at least one")
-    rows = pyramid_histograms(own, None, pattern_size, factors)
+    rows = pyramid_histograms(own, None, size, factors)
     total = sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
         rows += pyramid_histograms(
-            stack, None, pattern_size, factors, _part(progress, done, len(stack), total)
+            stack, None, size, factors, _part(progress, done, len(stack), total)
         )
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
     divergence = divergences(rows, _after(progress))
     between, within = _means(divergence, owner, len(stacks))
-    return Anodi(
-        tuple(stacks), tuple(factors), weight, pattern_size, divergence, owner, between, within
-    )
+    return Anodi(tuple(stacks), tuple(factors), weight, size, divergence, owner, between, within)
 
 
 def _means(divergence: NDArray, owner: NDArray, n_ensembles: int) -> tuple[NDArray, NDArray]:
