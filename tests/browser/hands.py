@@ -39,15 +39,41 @@ def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
 
 def soon(holds: Callable[[], object], within: float = SOON) -> None:
     """Repeat a function of asserts until they hold; what a page draws comes a moment later."""
+    from playwright.sync_api import Error
+
     end = monotonic() + within / 1000
     while True:
         try:
             holds()
             return
-        except AssertionError:
+        except (AssertionError, Error):  # a part of the page may be replaced while it is read
             if monotonic() > end:
                 raise
         sleep(0.1)
+
+
+def run(page) -> None:
+    """Press Run until the page no more says that a run is wanted."""
+    from playwright.sync_api import expect
+
+    outdated = page.locator("i.results-outdated")
+    button = page.locator(".st-key-run").get_by_role("button", name="Run")
+    outdated.first.wait_for(state="attached", timeout=SLOW)
+    until(
+        lambda: button.click(timeout=SOON) if outdated.count() else None,
+        lambda wait: expect(outdated).to_have_count(0, timeout=wait),
+    )
+
+
+def fits_a_phone(page, title: str) -> None:
+    """See that a page with this title is no wider than a phone, and warns of nothing."""
+
+    def fits() -> None:
+        assert page.title() == title
+        assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+        assert not page.locator("[data-testid=stException], [data-testid=stAlert]").count()
+
+    soon(fits)
 
 
 def menu(page, key: str) -> None:
@@ -81,6 +107,27 @@ def choose(page, key: str, option: str) -> None:
     at_rest(page)
     until(pick, lambda wait: expect(box).to_have_value(option, timeout=wait))
     at_rest(page)
+
+
+def switch_on(page, key: str) -> None:
+    """Switch on what is off."""
+    from playwright.sync_api import expect
+
+    box, label = page.locator(f".st-key-{key} input"), page.locator(f".st-key-{key} label")
+    at_rest(page)
+    until(
+        lambda: None if box.is_checked() else label.first.click(timeout=SOON),
+        lambda wait: expect(box).to_be_checked(timeout=wait),
+    )
+    at_rest(page)
+
+
+def follow(page, link, to: str) -> None:
+    """Click a link until the page of this name is there."""
+    until(
+        lambda: None if f"/{to}" in page.url else link.click(timeout=SOON),
+        lambda wait: page.wait_for_url(f"**/{to}*", timeout=wait),
+    )
 
 
 def fill(page, key: str, value: object) -> None:
