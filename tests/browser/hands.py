@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from time import monotonic, sleep
+from typing import Any
 
 SOON, SLOW = 30_000, 180_000
 """Milliseconds to wait for an answer that is at hand, and for one that is worked out."""
@@ -50,6 +51,20 @@ def soon(holds: Callable[[], object], within: float = SOON) -> None:
             if monotonic() > end:
                 raise
         sleep(0.1)
+
+
+def settled(page, read: Callable[[], Any], pause: float = 500) -> Any:
+    """Return what is read of a page, once it is something and stays so for a moment."""
+    found: list[Any] = [None]
+
+    def stays() -> None:
+        found.append(read())
+        page.wait_for_timeout(pause)
+        assert found[-1]
+        assert found[-1] == read()
+
+    soon(stays, SLOW)
+    return found[-1]
 
 
 def run(page) -> None:

@@ -12,6 +12,7 @@ import pytest
 from ccwsim import Parameters, datasets
 from ccwsim.experiments.comparison import compare
 from ccwsim.ui.compare.findings import sentences
+from tests.browser.hands import GLANCE, SLOW, SOON, choose, fill, follow, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -20,7 +21,6 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-SLOW = 180_000
 N = 4
 SETTINGS = {
     "A": Parameters(),
@@ -63,24 +63,10 @@ def page(tab):
     return tab
 
 
-def see(locator):
+def see(locator, wait: float = SLOW):
     from playwright.sync_api import expect
 
-    expect(locator.first).to_be_visible(timeout=SLOW)
-
-
-def fill(page, key: str, value: int) -> None:
-    """Give a number and wait until the program has it."""
-    box = page.locator(f".st-key-{key} input")
-    box.fill(str(value))
-    box.press("Enter")
-    page.wait_for_selector(IDLE, timeout=SLOW)
-
-
-def choose(page, key: str, option: str) -> None:
-    page.locator(f".st-key-{key} input").click()
-    page.get_by_role("option", name=option, exact=True).click()
-    page.wait_for_selector(IDLE, timeout=SLOW)
+    expect(locator.first).to_be_visible(timeout=wait)
 
 
 def compared(page, address: str) -> None:
@@ -93,8 +79,14 @@ def compared(page, address: str) -> None:
     see(page.locator(".st-key-setting_C .setting", has_text="level 1, K 5"))
     fill(page, "n_compared", N)
     see(page.locator(".st-key-outdated", has_text="Out of date"))
-    page.locator(".st-key-compare").get_by_role("button", name="Compare").click()
-    see(page.get_by_text(f"Realization 1 of {N}"))
+    button = page.locator(".st-key-compare").get_by_role("button", name="Compare")
+    shown = page.get_by_text(f"Realization 1 of {N}")
+    begun = page.locator(".st-key-progress").or_(shown)
+    until(
+        lambda: None if begun.count() else button.click(timeout=SOON),
+        lambda wait: see(begun, wait),
+    )
+    see(shown)
     see(page.locator(".st-key-results .setting", has_text="level 1, K 5"))
     page.wait_for_function(f"() => ({SERIES})('compared_mds')?.C?.x.length === {N}", timeout=SLOW)
     see(page.locator("table.ratios"))
@@ -102,6 +94,8 @@ def compared(page, address: str) -> None:
 
 
 def test_three_settings_are_compared_and_one_is_used(page, address, core):
+    from playwright.sync_api import expect
+
     compared(page, address)
 
     settings = saved(page, "Settings")
@@ -109,30 +103,39 @@ def test_three_settings_are_compared_and_one_is_used(page, address, core):
     for k, row in enumerate(settings):
         assert float(row["distance_to_image_bits"]) == pytest.approx(core.distance[k], rel=1e-4)
         assert float(row["variety_bits"]) == pytest.approx(core.variety[k], rel=1e-4)
+    soon(lambda: ratios_are_those_of(page, core))
+    expect(page.locator(".summary p")).to_have_count(len(sentences(core)), timeout=SOON)
+    page.wait_for_function(f"() => ({SERIES})('variogram_E')", timeout=SLOW)
+    soon(lambda: curves_are_those_of(page, core))
+
+    clicked_point_shows_its_realization(page)
+    use = page.locator(".st-key-use_C").get_by_role("button")
+    follow(page, use, "simulate")
+    expect(page.locator(".st-key-n_candidates input")).to_have_value("5", timeout=SLOW)
+    expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
+    follow(page, page.locator(".st-key-menu").get_by_role("link", name="Compare"), "compare")
+    see(page.locator(".st-key-outdated", has_text="Out of date"))
+    see(page.locator(".st-key-setting_C .setting", has_text="level 2, K 20"))
+
+
+def ratios_are_those_of(page, core) -> None:
     lines = page.locator("table.ratios tr").all_inner_texts()[1:]
+    assert len(lines) == len(core.ratios)
     for line, ratio in zip(lines, core.ratios, strict=True):
         words = line.split("\t")
         assert words[0].strip() == f"{ratio.name} : {ratio.other}"
         assert [float(w) for w in words[1:4]] == pytest.approx(
             [ratio.between, ratio.within, ratio.ratio], abs=0.006
         )
-    assert page.locator(".summary p").count() == len(sentences(core))
 
+
+def curves_are_those_of(page, core) -> None:
     drawn = page.evaluate(SERIES, "variogram_E")
     curves = core.curves[1, "variogram", "E-W"]
+    assert {"training image", *SETTINGS} <= set(drawn)
     assert drawn["training image"]["y"] == pytest.approx(curves.reference.tolist())
     for k, name in enumerate(SETTINGS):
         assert drawn[name]["y"] == pytest.approx(curves.bands[k].median.tolist())
-
-    clicked_point_shows_its_realization(page)
-    page.locator(".st-key-use_C").get_by_role("button").click()
-    page.wait_for_url(re.compile("/simulate"), timeout=SLOW)
-    see(page.locator(".st-key-n_candidates input"))
-    assert page.locator(".st-key-n_candidates input").input_value() == "5"
-    assert page.locator(".st-key-wavelet_level input").input_value() == "1"
-    page.locator(".st-key-menu").get_by_role("link", name="Compare").click()
-    see(page.locator(".st-key-outdated", has_text="Out of date"))
-    see(page.locator(".st-key-setting_C .setting", has_text="level 2, K 20"))
 
 
 def clicked_point_shows_its_realization(page) -> None:
@@ -148,20 +151,28 @@ def clicked_point_shows_its_realization(page) -> None:
         return sorted((x - a) ** 2 + (y - b) ** 2 for a, b in places)[1]
 
     k = max(range(1, N), key=alone)
-    page.evaluate(PLACE, ["compared_mds", 1, k])  # brings it into view first
-    page.wait_for_timeout(300)
-    x, y = page.evaluate(PLACE, ["compared_mds", 1, k])
-    page.mouse.move(x, y)
-    see(page.locator(".st-key-chart_compared_mds .hovertext"))
-    page.mouse.click(x, y)
-    see(page.get_by_text(f"Realization {k + 1} of {N}"))
+
+    def click() -> None:
+        page.mouse.move(4, 4)
+        page.evaluate(PLACE, ["compared_mds", 1, k])  # brings it into view first
+        x, y = page.evaluate(PLACE, ["compared_mds", 1, k])
+        page.mouse.move(x, y)
+        see(page.locator(".st-key-chart_compared_mds .hovertext"), GLANCE)
+        page.mouse.click(x, y)
+
+    until(click, lambda wait: see(page.get_by_text(f"Realization {k + 1} of {N}"), wait))
     page.wait_for_selector(IDLE, timeout=SLOW)
 
 
 def saved(page, label: str) -> list[dict[str, str]]:
-    page.locator(".st-key-downloads").get_by_role("button", name="Download").click()
+    menu = page.locator(".st-key-downloads").get_by_role("button", name="Download")
+    file = page.get_by_role("button", name=re.compile(label))
+    until(
+        lambda: None if file.is_visible() else menu.click(timeout=GLANCE),
+        lambda wait: see(file, wait),
+    )
     with page.expect_download(timeout=SLOW) as waiting:
-        page.get_by_role("button", name=re.compile(label)).click()
+        file.click()
     page.keyboard.press("Escape")
     return list(csv.DictReader(StringIO(Path(waiting.value.path()).read_text("utf-8"))))
 
@@ -171,8 +182,16 @@ def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(phone, address):
     page.goto(f"{address}/compare")
     see(page.locator(".st-key-setting_A"))
     page.wait_for_function(OWN_NAME, timeout=SLOW)
-    assert page.locator(".st-key-menu").bounding_box()["height"] < 60
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
-    see(page.locator(".st-key-progress").get_by_role("button", name="Cancel"))
-    page.locator(".st-key-progress").get_by_role("button", name="Cancel").click()
-    see(page.locator("[data-testid=stAlert]", has_text="Stopped"))
+
+    def is_one_line() -> None:
+        assert page.locator(".st-key-menu").bounding_box()["height"] < 60
+        assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+
+    soon(is_one_line)
+    cancel = page.locator(".st-key-progress").get_by_role("button", name="Cancel")
+    see(cancel)
+    stopped = page.locator("[data-testid=stAlert]", has_text="Stopped")
+    until(
+        lambda: cancel.click(timeout=GLANCE) if cancel.count() else None,
+        lambda wait: see(stopped, wait),
+    )

@@ -9,7 +9,21 @@ import numpy as np
 import pytest
 from streamlit.proto.BackMsg_pb2 import BackMsg
 
-from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, menu, until, upload
+from tests.browser.hands import (
+    SLOW,
+    SOON,
+    at_rest,
+    choose,
+    fill,
+    follow,
+    menu,
+    run,
+    settled,
+    soon,
+    switch_on,
+    until,
+    upload,
+)
 from tests.browser.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -80,46 +94,51 @@ def cells(page, folder: Path) -> str:
 
 
 def picture(page) -> str:
-    page.wait_for_function(f"() => ({PIXELS})('map_realization')", timeout=SLOW)
-    page.wait_for_timeout(700)  # for the last drawing of the canvas
-    return page.evaluate(PIXELS, "map_realization")
+    """The large realization as it is drawn, once it stays so."""
+    return settled(page, lambda: page.evaluate(PIXELS, "map_realization"), pause=700)
 
 
-def run(page, number: int, of: int) -> None:
-    page.locator(".st-key-run button").first.click(timeout=SOON)
+def run_to(page, number: int, of: int) -> None:
+    run(page)
     large(page, number, of)
     at_rest(page)
 
 
 def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
+    from playwright.sync_api import expect
+
     mine, other = context_of(chromium), context_of(chromium)
     page = opened(mine, f"{address}/simulate?{SMALL}")
     menu(page, "image_row")
-    page.get_by_role("link", name="Facies, colours, turns, advice").click(timeout=SOON)
-    page.locator(".st-key-image_flip_ew label").first.click(timeout=SLOW)
+    follow(page, page.get_by_role("link", name="Facies, colours, turns, advice"), "import")
+    page.locator(".st-key-image_flip_ew label").first.wait_for(timeout=SLOW)
+    switch_on(page, "image_flip_ew")
     page.wait_for_function("() => location.search.includes('turn=ew')", timeout=SLOW)
-    page.get_by_role("link", name="Simulate", exact=True).click(timeout=SOON)
-    page.wait_for_url("**/simulate*", timeout=SLOW)
+    follow(page, page.get_by_role("link", name="Simulate", exact=True), "simulate")
     page.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
     at_rest(page)
     entries = page.evaluate("history.length")
     choose(page, "template_size", "24")
     fill(page, "seed", 31)
     fill(page, "n_realizations", 4)
-    run(page, 1, 4)
+    run_to(page, 1, 4)
     show_third(page)
-    link = page.url
     for part in ("template=24", "seed=31", "realizations=4", "turn=ew", "show=3", "grid=64x48"):
-        assert part in link
+        page.wait_for_function("(part) => location.search.includes(part)", arg=part, timeout=SOON)
+    link = page.url
     assert page.evaluate("history.length") == entries
     again = opened(other, link)
     large(again, 3, 4)
     assert again.url == link
-    assert picture(again) == picture(page)
+
+    def alike() -> None:
+        assert picture(again) == picture(page)
+
+    soon(alike)
     assert cells(again, tmp_path) == cells(page, tmp_path)
     open_share(again)
     said = again.locator(".st-key-share_body .stCode code").first
-    assert said.inner_text() == link
+    expect(said).to_have_text(link, timeout=SOON)
     mine.close()
     other.close()
 
@@ -152,8 +171,7 @@ def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chr
     at_rest(page)
     page.locator(".st-key-editor .brushes button").first.click(timeout=SOON)
     before = len(asked)
-    box = canvas.bounding_box()
-    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    canvas.click(timeout=SOON)
     page.wait_for_function("() => location.search.includes('points=')", timeout=SLOW)
     at_rest(page)
     page.wait_for_timeout(1000)
@@ -169,8 +187,7 @@ def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chr
 def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chromium, address):
     context = context_of(chromium)
     page = opened(context, f"{address}/simulate?{SMALL}")
-    page.locator(".st-key-live label").first.click(timeout=SOON)
-    at_rest(page)
+    switch_on(page, "live")
     for seed in (3, 14, 15):
         fill(page, "seed", seed)
         page.wait_for_function(f"() => location.search.includes('seed={seed}')", timeout=SLOW)
@@ -188,6 +205,8 @@ def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chrom
 
 
 def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_path):
+    from playwright.sync_api import expect
+
     array = np.kron(np.random.default_rng(2).integers(0, 2, (10, 12)) * 5, np.ones((5, 5), int))
     np.save(tmp_path / "wall.npy", array)
     lines = [f"{k % 8 * 7},{k // 8 * 5},{k % 2 * 5}" for k in range(40)]
@@ -198,24 +217,27 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
         page = opened(context, f"{before}/simulate?{SMALL}&seed=5")
         upload(page, "image", tmp_path / "wall.npy", "wall")
         upload(page, "data", tmp_path / "wells.csv", "40 data")
-        run(page, 1, 3)
+        run_to(page, 1, 3)
         page.locator(".facts", has_text="40 of 40 data honoured").wait_for(timeout=SLOW)
         numbers = cells(page, tmp_path)
         open_share(page)
-        said = page.locator(".st-key-share_body").inner_text()
-        assert "cannot carry the training image wall.npy and the hard data wells.csv" in said
+        words = "cannot carry the training image wall.npy and the hard data wells.csv"
+        expect(page.locator(".st-key-share_body")).to_contain_text(words, timeout=SOON)
         taken(page, "share_save", file)
         page.close()
     with served() as after:
         page = opened(context, f"{after}/simulate?{SMALL}")
-        page.locator(".st-key-open button").first.click()
         box = page.locator(".st-key-share_open input[type=file]")
+        until(
+            lambda: None if box.count() else page.locator(".st-key-open button").first.click(),
+            lambda wait: box.wait_for(state="attached", timeout=wait),
+        )
         box.set_input_files(file, timeout=SLOW)
         page.locator(".facts", has_text="40 of 40 data honoured").wait_for(timeout=SLOW)
         page.locator(".st-key-image_row .note", has_text="wall").wait_for(timeout=SLOW)
         page.keyboard.press("Escape")
         assert cells(page, tmp_path) == numbers
-        assert "seed=5" in page.url
+        page.wait_for_function("() => location.search.includes('seed=5')", timeout=SOON)
     context.close()
 
 
@@ -226,10 +248,14 @@ def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_pa
     context = context_of(chromium, width)
     page = opened(context, f"{address}/simulate?{SMALL}&show=2")
     open_share(page)
-    box = page.locator(".st-key-share_body").bounding_box()
-    assert box["x"] >= 0
-    assert box["x"] + box["width"] <= width
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+    def fits() -> None:
+        box = page.locator(".st-key-share_body").bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+    soon(fits)
     file = taken(page, "share_report", tmp_path / "report.html")
     context.close()
     offline = chromium.new_context(viewport={"width": width, "height": 900}, offline=True)
@@ -240,10 +266,12 @@ def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_pa
     expect(report.locator(".plot .main-svg").first).to_be_visible(timeout=SLOW)
     expect(report.locator(".plot:has(.main-svg)")).to_have_count(6, timeout=SLOW)
     drawn = "() => [...document.images].filter((i) => i.complete && i.naturalWidth > 0).length"
-    assert report.evaluate(drawn) == 2 + 3 + 2
-    assert report.locator("figcaption", has_text="Realization 2 of 3").count() == 1
+    report.wait_for_function(f"() => ({drawn})() === 2 + 3 + 2", timeout=SOON)
+    shown = report.locator("figcaption", has_text="Realization 2 of 3")
+    expect(shown).to_have_count(1, timeout=SOON)
     assert file.stat().st_size < 3_000_000
-    assert report.evaluate("document.documentElement.scrollWidth") <= width
+    narrow = f"() => document.documentElement.scrollWidth <= {width}"
+    report.wait_for_function(narrow, timeout=SOON)
     assert asked == []
     offline.close()
 
@@ -254,11 +282,19 @@ def test_the_report_can_be_read_on_the_page(chromium, address):
     context = context_of(chromium, 1200)
     page = opened(context, f"{address}/simulate?{SMALL}&show=2")
     open_share(page)
-    page.locator(".st-key-share_read button").click(timeout=SLOW)
+    read, dialog = page.locator(".st-key-share_read button"), page.locator("[role=dialog] iframe")
+    until(
+        lambda: None if dialog.count() else read.click(timeout=SOON),
+        lambda wait: dialog.wait_for(timeout=wait),
+    )
     shown = page.frame_locator("[role=dialog] iframe")
     expect(shown.locator(".plot:has(.main-svg)")).to_have_count(6, timeout=SLOW)
-    expect(shown.locator("figcaption", has_text="Realization 2 of 3")).to_have_count(1)
-    page.keyboard.press("Escape")
-    expect(page.locator("[role=dialog] iframe")).to_have_count(0, timeout=SLOW)
+    expect(shown.locator("figcaption", has_text="Realization 2 of 3")).to_have_count(
+        1, timeout=SLOW
+    )
+    until(
+        lambda: page.keyboard.press("Escape"),
+        lambda wait: expect(dialog).to_have_count(0, timeout=wait),
+    )
     expect(page.locator(".st-key-map_realization canvas")).to_be_visible(timeout=SLOW)
     context.close()
