@@ -33,7 +33,7 @@ def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
             act()
             seen(GLANCE if attempt + 1 < TRIES else SOON)
             return
-        except (AssertionError, Error):
+        except (AssertionError, Error, TypeError):  # what is being replaced has no box
             if attempt + 1 == TRIES:
                 raise
 
@@ -47,7 +47,7 @@ def soon(holds: Callable[[], object], within: float = SOON) -> None:
         try:
             holds()
             return
-        except (AssertionError, Error):  # a part of the page may be replaced while it is read
+        except (AssertionError, Error, TypeError):  # what is being replaced has no box
             if monotonic() > end:
                 raise
         sleep(0.1)

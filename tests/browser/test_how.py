@@ -14,7 +14,17 @@ from ccwsim.model.study import Study
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.words import describe_fate, describe_shape, xy_of
 from ccwsim.ui.session.resolve import data_of, image_of
-from tests.browser.hands import SLOW, at_rest, choose, fill, until
+from tests.browser.hands import (
+    GLANCE,
+    SLOW,
+    SOON,
+    at_rest,
+    choose,
+    fill,
+    follow,
+    soon,
+    until,
+)
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -59,9 +69,28 @@ def shows(page, number: int, n: int):
 
 
 def number_of(page) -> int:
-    found = re.search(r"Patch (\d+) of", page.locator(WHERE).inner_text())
-    assert found is not None
-    return int(found[1]) - 1
+    numbers: list[str] = []
+
+    def said() -> None:
+        numbers[:] = re.findall(r"Patch (\d+) of", page.locator(WHERE).inner_text())
+        assert len(numbers) == 1
+
+    soon(said)
+    return int(numbers[0]) - 1
+
+
+def move(page, act, number: int, n: int) -> None:
+    """Act, after which this patch is shown."""
+    at_rest(page)
+    before = page.locator(WHERE).inner_text()
+
+    def once() -> None:
+        at_rest(page)
+        if page.locator(WHERE).inner_text() == before:
+            act()
+
+    until(once, shows(page, number, n))
+    at_rest(page)
 
 
 def own_cell(trace: Trace, number: int) -> tuple[int, int]:
@@ -92,6 +121,14 @@ def click_grid(page, trace: Trace, number: int) -> None:
     at_rest(page)
 
 
+def beyond(page, number: float):
+    """Return what waits until a patch after this one is shown."""
+    return lambda wait: page.wait_for_function(
+        "([where, k]) => +document.querySelector(where)?.innerText.match(/Patch (\\d+)/)?.[1] > k",
+        arg=[WHERE, number], timeout=wait,
+    )  # fmt: skip
+
+
 def kinds(trace: Trace) -> dict[str, int]:
     """A patch of each kind."""
     shapes = [p.shape for p in trace.patches]
@@ -115,8 +152,13 @@ def text_of(page, selector: str) -> str:
 
 
 def check_step(page, trace: Trace, number: int) -> None:
-    """Compare everything that is said of a patch with the core."""
+    """Compare everything that is said of a patch with the core, and point at the drawn place."""
     step = trace.at(number)
+    soon(lambda: says_step(page, trace, number, step), SLOW)
+    hover_drawn(page, trace, number)
+
+
+def says_step(page, trace: Trace, number: int, step) -> None:
     told = fates(step)
     assert describe_shape(trace, step.patch.shape) in page.locator(WHERE).inner_text()
     said = text_of(page, ".st-key-how_steps")
@@ -135,10 +177,12 @@ def check_step(page, trace: Trace, number: int) -> None:
     kinds_told = {place.fate for place in told}
     for line in rows:
         words = [word.strip() for word in line.split("\t")]
-        place = next(
+        places = [
             p for p in told
             if xy_of(trace, p.row, p.column, step.patch.size) == words[0]
-        )  # fmt: skip
+        ]  # fmt: skip
+        assert places
+        place = places[0]
         assert words[1] == f"{place.ccw:.4g}"
         assert words[-1] == describe_fate(place, step, share)
         if step.data is not None:
@@ -146,7 +190,6 @@ def check_step(page, trace: Trace, number: int) -> None:
     assert len(rows) == min(len(told), 24)
     if kinds_told - {"drawn", "candidate"}:
         assert any("rejected" in line for line in rows)
-    hover_drawn(page, trace, number)
 
 
 def hover_drawn(page, trace: Trace, number: int) -> None:
@@ -171,7 +214,7 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
 
     said = f"CCW {place.ccw:.4g}, drawn"
     until(point, lambda wait: expect(readout).to_contain_text(said, timeout=wait))
-    expect(readout).to_contain_text(f"({at.column}, {at.row})")
+    expect(readout).to_contain_text(f"({at.column}, {at.row})", timeout=SOON)
 
 
 def test_every_kind_of_patch_says_what_the_core_says(page, trace):
@@ -184,56 +227,43 @@ def test_scrub_step_play_and_stop(page, trace):
     from playwright.sync_api import expect
 
     n, first = len(trace.patches), number_of(page)
-    page.locator(".st-key-how_next button").click()
-    shows(page, first + 1, n)(SLOW)
-    at_rest(page)
-    page.locator(".st-key-how_previous button").click()
-    shows(page, first, n)(SLOW)
-    at_rest(page)
-    page.keyboard.press("ArrowRight")
-    shows(page, first + 1, n)(SLOW)
-    at_rest(page)
-    page.keyboard.press("ArrowLeft")
-    shows(page, first, n)(SLOW)
-    at_rest(page)
+    move(page, page.locator(".st-key-how_next button").click, first + 1, n)
+    move(page, page.locator(".st-key-how_previous button").click, first, n)
+    move(page, lambda: page.keyboard.press("ArrowRight"), first + 1, n)
+    move(page, lambda: page.keyboard.press("ArrowLeft"), first, n)
+    slider = page.locator(".st-key-how_patch input[type=range]")
+    move(page, lambda: slider.press("ArrowRight"), first + 1, n)  # its own: one step, not two
 
-    slider = page.locator(".st-key-how_patch input[type=range]")
-    slider.focus()
-    slider.press("ArrowRight")  # the slider's own: one step, not two
-    shows(page, first + 1, n)(SLOW)
-    at_rest(page)
-    slider = page.locator(".st-key-how_patch input[type=range]")
-    track = page.locator(".st-key-how_patch [role=group] > div").first.bounding_box()
-    y = track["y"] + track["height"] / 2
-    page.mouse.move(track["x"] + track["width"] * (first + 1) / (n - 1), y)
-    page.mouse.down()
-    page.mouse.move(track["x"] + 0.7 * track["width"], y, steps=4)
-    page.mouse.up()
-    page.wait_for_function(
-        "([where, k]) => +document.querySelector(where).innerText.match(/Patch (\\d+)/)[1] > k",
-        arg=[WHERE, 0.6 * n], timeout=SLOW,
-    )  # fmt: skip
+    def scrub() -> None:
+        at_rest(page)
+        now = number_of(page)
+        track = page.locator(".st-key-how_patch [role=group] > div").first.bounding_box()
+        y = track["y"] + track["height"] / 2
+        page.mouse.move(track["x"] + track["width"] * now / (n - 1), y)
+        page.mouse.down()
+        page.mouse.move(track["x"] + 0.7 * track["width"], y, steps=4)
+        page.mouse.up()
+
+    until(scrub, beyond(page, 0.6 * n))
     at_rest(page)
     check_step(page, trace, number_of(page))
 
     start, play = number_of(page), page.locator(".st-key-how_play button")
     stop = page.locator(".st-key-how_stop button")
-    play.click()
-    expect(stop).to_be_visible(timeout=SLOW)
-    page.wait_for_function(
-        "([where, k]) => +document.querySelector(where).innerText.match(/Patch (\\d+)/)[1] > k",
-        arg=[WHERE, start + 2], timeout=SLOW,
-    )  # fmt: skip
     until(
-        lambda: stop.click(timeout=8000) if stop.count() else None,
+        lambda: None if stop.count() else play.click(timeout=GLANCE),
+        lambda wait: expect(stop).to_be_visible(timeout=wait),
+    )
+    beyond(page, start + 2)(SLOW)
+    until(
+        lambda: stop.click(timeout=GLANCE) if stop.count() else None,
         lambda wait: expect(play).to_be_visible(timeout=wait),
     )
     at_rest(page)
     check_step(page, trace, number_of(page))
 
     click_grid(page, trace, n - 2)
-    play.click()
-    shows(page, n - 1, n)(SLOW)
+    move(page, play.click, n - 1, n)
     expect(play).to_be_visible(timeout=SLOW)
 
 
@@ -251,10 +281,13 @@ def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
     expect(page.locator(".st-key-how_more")).to_contain_text("K = 3", timeout=SLOW)
     at_rest(page)
     check_step(page, trace_of(parameters=Parameters(wavelet_level=1, n_candidates=3)), number)
-    page.locator(".st-key-how_use").get_by_role("button").click()
-    expect(page.locator(".st-key-how_use")).to_have_count(0, timeout=SLOW)
+    use = page.locator(".st-key-how_use").get_by_role("button")
+    until(
+        lambda: use.click(timeout=GLANCE) if use.count() else None,
+        lambda wait: expect(page.locator(".st-key-how_use")).to_have_count(0, timeout=wait),
+    )
     at_rest(page)
-    page.locator(".st-key-menu").get_by_role("link", name="Simulate").click()
+    follow(page, page.locator(".st-key-menu").get_by_role("link", name="Simulate"), "simulate")
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
     expect(page.locator(".st-key-n_candidates input")).to_have_value("3", timeout=SLOW)
 
@@ -267,16 +300,19 @@ def test_local_resimulation_is_told_window_by_window(page, trace):
     expect(page.locator(".st-key-how_datum input")).to_have_value(
         re.compile(rf"at \({column}, {row}\)"), timeout=SLOW
     )
-    said = page.locator(".st-key-how_mending .caption").all_inner_texts()
-    told = [text for text in said if text.startswith("Window of")]
-    assert len(told) == len([w for w in windows if w.size > 1])
-    for text, window in zip(told, windows, strict=False):
-        assert text.startswith(f"Window of {window.size} cells")
-        assert ("no patch" not in text) == window.fits
-    data_status = trace.realization.data_status
-    assert f"{int((data_status == 0).sum())} honoured in the raster pass" in text_of(
-        page, ".st-key-how_after"
-    )
+    n_honoured = int((trace.realization.data_status == 0).sum())
+
+    def told_by_window() -> None:
+        said = page.locator(".st-key-how_mending .caption").all_inner_texts()
+        told = [text for text in said if text.startswith("Window of")]
+        assert len(told) == len([w for w in windows if w.size > 1])
+        for text, window in zip(told, windows, strict=False):
+            assert text.startswith(f"Window of {window.size} cells")
+            assert ("no patch" not in text) == window.fits
+        after = text_of(page, ".st-key-how_after")
+        assert f"{n_honoured} honoured in the raster pass" in after
+
+    soon(told_by_window, SLOW)
 
 
 def test_it_works_on_a_phone(phone, address, trace):
@@ -285,8 +321,7 @@ def test_it_works_on_a_phone(phone, address, trace):
     page.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
     at_rest(page)
     first = number_of(page)
-    page.locator(".st-key-how_next button").click()
-    shows(page, first + 1, len(trace.patches))(SLOW)
-    at_rest(page)
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    move(page, page.locator(".st-key-how_next button").click, first + 1, len(trace.patches))
+    narrow = "() => document.scrollingElement.scrollWidth <= 390"
+    page.wait_for_function(narrow, timeout=SOON)
     click_grid(page, trace, first - 40)
