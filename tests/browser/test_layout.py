@@ -12,7 +12,7 @@ import pytest
 from ccwsim import Grid, HardData, Parameters
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.sharing import link_of
-from tests.browser.hands import SLOW, SOON, at_rest, fill, soon
+from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, fill, run, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -122,16 +122,23 @@ def test_at_1024_pixels_no_page_leaves_the_menu_and_no_chart_is_cut(tab, address
     tab.set_viewport_size(NARROW)
     opened(tab, address, "simulate")
     tab.wait_for_selector(".st-key-chart_times .xtick text", timeout=SLOW)
-    share = box(tab, ".st-key-share")
-    for link in tab.locator(".st-key-menu a").all():
-        at = link.evaluate(BOX)
-        assert at["right"] <= share["x"] or at["y"] >= share["bottom"]
-        middle = [at["x"] + at["width"] / 2, at["y"] + at["height"] / 2]
-        on_top = "([x, y]) => document.elementFromPoint(x, y)?.closest('a')?.innerText"
-        assert tab.evaluate(on_top, middle) == link.inner_text()
+
+    def no_page_is_left_out() -> None:
+        share = box(tab, ".st-key-share")
+        links = tab.locator(".st-key-menu a").all()
+        assert links
+        for link in links:
+            at = link.evaluate(BOX)
+            assert at["right"] <= share["x"] or at["y"] >= share["bottom"]
+            middle = [at["x"] + at["width"] / 2, at["y"] + at["height"] / 2]
+            on_top = "([x, y]) => document.elementFromPoint(x, y)?.closest('a')?.innerText"
+            assert tab.evaluate(on_top, middle) == link.inner_text()
+
+    soon(no_page_is_left_out)
     tab.wait_for_function(f"() => ({CUT})().length === 0", timeout=SOON)
     titles = "[...document.querySelectorAll('.panel')]"
-    assert tab.evaluate(f"{titles}.filter((e) => e.scrollWidth > e.clientWidth + 1).length") == 0
+    fit = f"() => {titles}.every((e) => e.scrollWidth <= e.clientWidth + 1)"
+    tab.wait_for_function(fit, timeout=SOON)
 
 
 def test_at_1024_pixels_the_table_of_data_has_its_column_of_facies(tab, address):
@@ -149,10 +156,14 @@ def test_coordinates_are_written_whole(tab, address, path):
     tab.add_init_script(f"({WRITTEN})()")
     grid = Grid(96, 96, cell_size=(25.0, 25.0), origin=(436000.0, 4505000.0))
     opened(tab, address, path, replace(SMALL, grid=grid))
-    numbers = tab.evaluate("window.written")
-    north = {one["text"] for one in numbers if one["axis"] == "y"}
-    assert {"4505000", "4506000", "4507000"} <= north
-    assert all(one["left"] >= 0 and one["right"] <= one["wide"] + 0.5 for one in numbers)
+
+    def whole() -> None:
+        numbers = tab.evaluate("window.written")
+        north = {one["text"] for one in numbers if one["axis"] == "y"}
+        assert {"4505000", "4506000", "4507000"} <= north
+        assert all(one["left"] >= 0 and one["right"] <= one["wide"] + 0.5 for one in numbers)
+
+    soon(whole)
 
 
 @pytest.mark.parametrize("path", ["simulate", "validate", "data"])
@@ -176,31 +187,44 @@ def test_a_realization_and_the_e_type_have_one_top_and_one_size(tab, address, pa
 def test_maps_of_a_wide_grid_are_below_each_other(tab, address, path):
     opened(tab, address, path, replace(SMALL, grid=Grid(100, 300)))
     left = ".st-key-editor canvas" if path == "data" else ".st-key-map_realization canvas"
-    first, second = box(tab, left), box(tab, ".st-key-map_e_type canvas")
-    page = box(tab, ".st-key-maps")
-    assert first["width"] > 0.6 * page["width"]
-    assert second["y"] > first["bottom"]
-    assert second["width"] == pytest.approx(first["width"], rel=0.08)
+
+    def below() -> None:
+        first, second = box(tab, left), box(tab, ".st-key-map_e_type canvas")
+        page = box(tab, ".st-key-maps")
+        assert first["width"] > 0.6 * page["width"]
+        assert second["y"] > first["bottom"]
+        assert second["width"] == pytest.approx(first["width"], rel=0.08)
+
+    soon(below)
 
 
 @pytest.mark.parametrize("path", ["simulate", "validate", "data"])
 def test_tools_cover_no_map_and_no_chart(tab, address, path):
     opened(tab, address, path)
-    tab.locator(".st-key-map_e_type canvas").hover()
-    found = tab.evaluate(COVERED)
-    assert found["tools"] >= 2
-    assert found["covered"] == []
+
+    def cover_nothing() -> None:
+        tab.locator(".st-key-map_e_type canvas").hover()
+        found = tab.evaluate(COVERED)
+        assert found["tools"] >= 2
+        assert found["covered"] == []
+
+    soon(cover_nothing)
 
 
 def test_nothing_scrolls_through_the_logo(tab, address):
     opened(tab, address, "validate")
-    assert box(tab, "[data-testid=stHeaderLogo]")["y"] < 40
+
+    def at_the_top() -> None:
+        for part in ("[data-testid=stHeaderLogo]", ".st-key-menu"):
+            assert box(tab, part)["y"] < 40
+
+    soon(at_the_top)
     tab.evaluate("document.querySelector('[data-testid=stMain]').scrollTop = 700")
     # what is at the logo's height, beside it, belongs to the menu and not to a chart below
     under = "() => [4, 300, 700].map((x) => document.elementFromPoint(x, 46)"
     under += ".closest('.st-key-maps, .st-key-charts, [class*=st-key-section_]') === null)"
     tab.wait_for_function(f"() => ({under})().every(Boolean)", timeout=SOON)
-    assert box(tab, ".st-key-menu")["y"] < 40
+    soon(at_the_top)
 
 
 @pytest.mark.parametrize("path", ["benchmark", "paper"])
@@ -214,11 +238,17 @@ def test_controls_and_their_labels_are_on_two_lines(tab, address, path):
       const all = (what) => [...new Set([...row.querySelectorAll(what)].map(middle))].sort();
       return [all('[data-testid=stWidgetLabel] p'), all('.stNumberInput > div, .stSelectbox > div,'
         + '[role=toolbar], [role=radiogroup], [data-testid=stBaseButton-primary]')]; })"""
-    rows = tab.evaluate(middles)
-    assert rows
-    for labels, controls in rows:
-        assert max(labels) - min(labels) <= 1
-        assert max(controls) - min(controls) <= 1
+
+    def on_two_lines() -> None:
+        rows = tab.evaluate(middles)
+        assert rows
+        for labels, controls in rows:
+            assert labels
+            assert controls
+            assert max(labels) - min(labels) <= 1
+            assert max(controls) - min(controls) <= 1
+
+    soon(on_two_lines)
 
 
 def test_marks_of_a_line_of_data_leave_each_other_room(tab, address):
@@ -227,12 +257,17 @@ def test_marks_of_a_line_of_data_leave_each_other_room(tab, address):
     study = replace(SMALL, data=DataChoice("placed", placed=line), grid=Grid(200, 200))
     tab.add_init_script(f"({DISCS})()")
     opened(tab, address, "data", study)
-    discs = tab.evaluate("window.discs")[-3 * line.n :]
-    outlines, fills = discs[: line.n], discs[-line.n :]
-    step = abs(fills[1]["x"] - fills[0]["x"])
-    assert {one["colour"] for one in outlines} == {"#14181d"}  # below all that is filled
-    assert "#14181d" not in {one["colour"] for one in fills}
-    assert max(one["radius"] for one in outlines) <= max(step, 2.2) + 1e-6
+
+    def have_room() -> None:
+        discs = tab.evaluate("window.discs")[-3 * line.n :]
+        assert len(discs) == 3 * line.n
+        outlines, fills = discs[: line.n], discs[-line.n :]
+        step = abs(fills[1]["x"] - fills[0]["x"])
+        assert {one["colour"] for one in outlines} == {"#14181d"}  # below all that is filled
+        assert "#14181d" not in {one["colour"] for one in fills}
+        assert max(one["radius"] for one in outlines) <= max(step, 2.2) + 1e-6
+
+    soon(have_room)
 
 
 def test_the_study_is_not_dimmed_while_it_runs(tab, address):
@@ -241,7 +276,7 @@ def test_the_study_is_not_dimmed_while_it_runs(tab, address):
     fill(tab, "grid_nx", 512)
     fill(tab, "grid_ny", 512)
     tab.evaluate(DIMMEST)
-    tab.locator(".st-key-run button").click()
+    run(tab)
     tab.locator(".panel", has_text="of 40").first.wait_for(timeout=SLOW)
     at_rest(tab)
     assert tab.evaluate("window.dimmest") == 1
@@ -249,11 +284,18 @@ def test_the_study_is_not_dimmed_while_it_runs(tab, address):
 
 def test_a_project_is_opened_beside_share(tab, address):
     opened(tab, address, "simulate")
-    share, beside = box(tab, ".st-key-share button"), box(tab, ".st-key-open button")
-    assert share["y"] == pytest.approx(beside["y"], abs=0.6)
-    assert share["right"] <= beside["x"] <= share["right"] + 24
-    tab.locator(".st-key-open button").click()
-    tab.locator(".st-key-share_open input[type=file]").wait_for(state="attached", timeout=SOON)
+
+    def stand_together() -> None:
+        share, beside = box(tab, ".st-key-share button"), box(tab, ".st-key-open button")
+        assert share["y"] == pytest.approx(beside["y"], abs=0.6)
+        assert share["right"] <= beside["x"] <= share["right"] + 24
+
+    soon(stand_together)
+    given = tab.locator(".st-key-share_open input[type=file]")
+    until(
+        lambda: None if given.count() else tab.locator(".st-key-open button").click(timeout=GLANCE),
+        lambda wait: given.wait_for(state="attached", timeout=wait),
+    )
     tab.keyboard.press("Escape")
 
 
@@ -268,8 +310,12 @@ def test_what_is_said_of_the_connection_leaves_the_menu_free(tab, address):
     opened(tab, address, "simulate")
     tab.route("**/_stcore/**", lambda route: route.abort())  # the server is not found again
     sockets[0].close(code=1011, reason="lost")
-    status = box(tab, "[data-testid=stStatusWidget]")
-    assert status["y"] > box(tab, ".st-key-share")["bottom"] + 100
+
+    def below_the_menu() -> None:
+        status = box(tab, "[data-testid=stStatusWidget]")
+        assert status["y"] > box(tab, ".st-key-share")["bottom"] + 100
+
+    soon(below_the_menu)
 
 
 def test_no_section_gets_low_while_statistics_come(tab, address):
@@ -292,13 +338,19 @@ def test_a_study_column_with_nothing_in_it_takes_no_room(tab, address):
     tab.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     at_rest(tab)
     main = tab.locator(".stMain")
-    assert main.bounding_box()["x"] > 300
+
+    def room_for_it() -> None:
+        assert main.bounding_box()["x"] > 300
+
+    def room_for_nothing() -> None:
+        assert main.bounding_box()["x"] == 0
+        logo = tab.locator(".stSidebar .stLogo").bounding_box()
+        first = tab.locator(".st-key-menu a").first.bounding_box()
+        assert logo["x"] + logo["width"] < first["x"]
+
+    soon(room_for_it)
     tab.evaluate(
         "document.querySelector('[data-testid=stSidebarUserContent] .stVerticalBlock')"
         ".replaceChildren()"
     )
-    tab.wait_for_timeout(500)
-    assert main.bounding_box()["x"] == 0
-    logo = tab.locator(".stSidebar .stLogo").bounding_box()
-    first = tab.locator(".st-key-menu a").first.bounding_box()
-    assert logo["x"] + logo["width"] < first["x"]
+    soon(room_for_nothing)
