@@ -68,7 +68,7 @@ def settled(page, read: Callable[[], Any], pause: float = 500) -> Any:
 
 
 def run(page) -> None:
-    """Press Run until the page no more says that a run is wanted."""
+    """Press Run until the page no longer says that its results are out of date."""
     from playwright.sync_api import expect
 
     outdated = page.locator("i.results-outdated")

@@ -11,7 +11,21 @@ import pytest
 from ccwsim import Parameters, datasets, read_hard_data, read_training_image, simulate
 from ccwsim.io import write_training_image
 from ccwsim.model.grid import Grid
-from tests.browser.hands import SLOW, SOON, at_rest, choose, close_menu, fill, menu, soon, upload
+from tests.browser.hands import (
+    GLANCE,
+    SLOW,
+    SOON,
+    at_rest,
+    choose,
+    close_menu,
+    fill,
+    menu,
+    run,
+    soon,
+    switch_on,
+    until,
+    upload,
+)
 from tests.browser.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -27,9 +41,7 @@ def opened(page, address, path="/simulate?grid=200x150&data=none"):
     page.goto(address + path)
     page.wait_for_selector(".facts", timeout=SLOW)
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
-    page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
-    page.wait_for_timeout(500)  # the charts draw once more when their panel has its size
-    page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
+    at_rest(page)
     return page
 
 
@@ -45,10 +57,6 @@ def sees(locator, timeout=SOON):
     from playwright.sync_api import expect
 
     expect(locator.first).to_be_visible(timeout=timeout)
-
-
-def run(page):
-    page.locator(".st-key-run").get_by_role("button", name="Run").click()
 
 
 @pytest.fixture
@@ -100,11 +108,16 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
     from playwright.sync_api import expect
 
-    expect(tiles).to_have_count(4)  # the old ones stand there for a moment
-    tiles.nth(2).click()
-    sees(page.get_by_text("Realization 3 of 4"))
-    page.keyboard.press("ArrowRight")
-    sees(page.get_by_text("Realization 4 of 4"))
+    expect(tiles).to_have_count(4, timeout=SOON)  # the old ones stand there for a moment
+    until(
+        lambda: tiles.nth(2).click(timeout=GLANCE),
+        lambda wait: sees(page.get_by_text("Realization 3 of 4"), wait),
+    )
+    fourth = page.get_by_text("Realization 4 of 4")
+    until(
+        lambda: None if fourth.count() else page.keyboard.press("ArrowRight"),
+        lambda wait: sees(fourth, wait),
+    )
     sees(page.locator(".st-key-map_e_type canvas"))
     sees(page.locator(".st-key-chart_times .js-plotly-plot"))
 
@@ -125,9 +138,15 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
 
 
 def downloaded(page, key):
-    page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()
+    opens = page.locator(".st-key-facts_row").get_by_role("button", name="Download")
+    file = page.locator(f".st-key-download_{key} button").first
+    at_rest(page)
+    until(
+        lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
+        lambda wait: file.wait_for(timeout=wait),
+    )
     with page.expect_download(timeout=SLOW) as waiting:
-        page.locator(f".st-key-download_{key} button").first.click()
+        file.click()
     return np.load(waiting.value.path())
 
 
@@ -139,10 +158,17 @@ def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
     run(page)
     sees(page.locator(".st-key-progress", has_text="of 1,000 realizations"))
     page.wait_for_selector("i.results-partly", state="attached", timeout=SLOW)
-    page.get_by_role("button", name="Cancel").click()
-    sees(page.get_by_text(re.compile("[Ss]topped")), SLOW)
-    after = page.locator(".facts").inner_text()
-    assert after == before or re.search(r"\b\d{1,3} realizations? in", after)
+    cancel, stopped = page.get_by_role("button", name="Cancel"), re.compile("[Ss]topped")
+    until(
+        lambda: cancel.click(timeout=GLANCE) if cancel.count() else None,
+        lambda wait: sees(page.get_by_text(stopped), wait),
+    )
+
+    def keeps_what_there_is() -> None:
+        after = page.locator(".facts").inner_text()
+        assert after == before or re.search(r"\b\d{1,3} realizations? in", after)
+
+    soon(keeps_what_there_is)
     page.wait_for_selector("i.results-current", state="attached", timeout=SOON)
 
 
@@ -158,32 +184,44 @@ def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
     sees(page.locator("[data-testid=stAlert]", has_text="broken.dat"))
     sees(page.locator("[data-testid=stAlert]", has_text="keeps the image"))
     close_menu(page)
-    assert "channels" in page.locator(".st-key-image_row .note").first.inner_text()
-    assert page.locator(".st-key-seed input").input_value() == "7"
-    assert page.locator(".facts").inner_text() == before
+
+    def nothing_is_lost() -> None:
+        assert "channels" in page.locator(".st-key-image_row .note").first.inner_text()
+        assert page.locator(".st-key-seed input").input_value() == "7"
+        assert page.locator(".facts").inner_text() == before
+
+    soon(nothing_is_lost)
     run(page)
-    page.wait_for_timeout(300)
     facts(page, "12 realizations in")
 
 
 @pytest.mark.slow
 def test_a_menu_opens_with_what_the_study_says_and_changes_nothing(page, address):
+    from playwright.sync_api import expect
+
     opened(page, address, "/simulate")
     menu(page, "data_row")
-    assert page.locator(".st-key-data_source input").input_value() == "bundled"
-    assert page.locator(".st-key-data_bundled input").input_value() == "channels 400 data"
+    source, bundled = (page.locator(f".st-key-data_{key} input") for key in ("source", "bundled"))
+    expect(source).to_have_value("bundled", timeout=SOON)
+    expect(bundled).to_have_value("channels 400 data", timeout=SOON)
     close_menu(page)
-    page.get_by_role("button", name="Advanced").click()
-    assert page.locator(".st-key-p_random_path input").is_checked()
-    assert page.locator(".st-key-p_refine input").is_checked()
+    advanced = page.get_by_role("button", name="Advanced")
+    path = page.locator(".st-key-p_random_path input")
+    until(
+        lambda: None if path.count() else advanced.click(timeout=GLANCE),
+        lambda wait: expect(path).to_be_checked(timeout=wait),
+    )
+    expect(page.locator(".st-key-p_refine input")).to_be_checked(timeout=SOON)
     close_menu(page)
-    page.locator(".st-key-live label").click()
+    switch_on(page, "live")
     fill(page, "n_realizations", 4)
     facts(page, "400 of 400 data honoured.*4 realizations in")
 
 
 @pytest.mark.slow
 def test_quick_changes_are_all_kept(page, address):
+    from playwright.sync_api import expect
+
     opened(page, address)
     edits = {"grid_nx": 300, "grid_ny": 200, "n_candidates": 5, "n_realizations": 2, "seed": 99}
     for key, value in edits.items():
@@ -191,16 +229,15 @@ def test_quick_changes_are_all_kept(page, address):
         box.fill(str(value))
         box.press("Enter")
         page.wait_for_timeout(250)  # as fast as hands are
-    page.wait_for_timeout(3000)
+    page.wait_for_timeout(3000)  # none of them is taken back
     at_rest(page)
     for key, value in edits.items():
-        assert page.locator(f".st-key-{key} input").input_value() == str(value)
+        expect(page.locator(f".st-key-{key} input")).to_have_value(str(value), timeout=SOON)
 
 
 @pytest.mark.slow
 def test_hover_says_cell_and_facies(page, address):
     opened(page, address)
-    page.wait_for_timeout(1000)
     canvas = page.locator(".st-key-map_realization canvas")
     canvas.scroll_into_view_if_needed()
 
@@ -219,17 +256,19 @@ def test_hover_says_cell_and_facies(page, address):
 @pytest.mark.slow
 def test_live_runs_after_a_change(page, address):
     opened(page, address)
-    page.locator(".st-key-live label").click()
+    switch_on(page, "live")
     fill(page, "n_realizations", 3)
     facts(page, "3 realizations in")
 
 
 @pytest.mark.slow
 def test_the_plain_address_opens_cold(chromium):
+    from playwright.sync_api import expect
+
     with served() as fresh:
         context = chromium.new_context()
         page = opened(context.new_page(), fresh, "/")
-        assert page.title() == "Simulate · CCWSIM"
+        expect(page).to_have_title("Simulate · CCWSIM", timeout=SOON)
         sees(page.locator(".st-key-menu", has_text="Simulate"))
         sees(page.locator(".st-key-run").get_by_role("button", name="Run"))
         context.close()
@@ -248,8 +287,11 @@ def test_nothing_leaves_the_machine(page, address):
 @pytest.mark.slow
 def test_on_a_phone_the_study_is_a_sheet_and_run_is_in_reach(phone, address):
     page = opened(phone, address)
-    wide = page.evaluate("document.scrollingElement.scrollWidth")
-    assert wide <= 390
+    narrow = "() => document.scrollingElement.scrollWidth <= 390"
+    page.wait_for_function(narrow, timeout=SOON)
     sees(page.locator(".st-key-run_bar").get_by_role("button", name="Run"))
-    page.locator("[data-testid=stExpandSidebarButton]").click()
-    sees(page.locator(".st-key-n_realizations input"))
+    expand = page.locator("[data-testid=stExpandSidebarButton]")
+    until(
+        lambda: expand.click(timeout=GLANCE) if expand.is_visible() else None,
+        lambda wait: sees(page.locator(".st-key-n_realizations input"), wait),
+    )
