@@ -11,7 +11,7 @@ from PIL import Image, ImageFilter
 from scipy.io import savemat
 from scipy.ndimage import gaussian_filter
 
-from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, menu, until
+from tests.browser.hands import GLANCE, SLOW, at_rest, follow, menu, settled, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -94,9 +94,13 @@ def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
     tab.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "asked.png")
-    tab.get_by_role("button", name="Use this image").click(timeout=SOON)
-    tab.get_by_role("button", name="Simulate", exact=True).click(timeout=SLOW)
-    tab.wait_for_url("**/simulate*", timeout=SLOW)
+    use = tab.get_by_role("button", name="Use this image")
+    on = tab.get_by_role("button", name="Simulate", exact=True)
+    until(
+        lambda: None if on.count() else use.click(timeout=GLANCE),
+        lambda wait: on.wait_for(timeout=wait),
+    )
+    follow(tab, on, "simulate")
     note = tab.locator(".st-key-image_row .note", has_text=f"{n_facies} facies")
     note.first.wait_for(timeout=SLOW)
     tab.wait_for_function(
@@ -115,8 +119,14 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
     text = "\n".join(["Well;Easting [m];Northing [m];Lithology", *rows])
     file = {"name": "log.csv", "mimeType": "text/csv", "buffer": text.encode()}
     tab.goto(f"{address}/import?{STUDY}")
-    tab.get_by_text("Hard data", exact=True).last.click(timeout=SLOW)
-    tab.locator(".st-key-wells_file input[type=file]").set_input_files(file, timeout=SLOW)
+    kind = tab.get_by_text("Hard data", exact=True).last
+    given = tab.locator(".st-key-wells_file input[type=file]")
+    kind.wait_for(timeout=SLOW)
+    until(
+        lambda: None if given.count() else kind.click(timeout=GLANCE),
+        lambda wait: given.wait_for(state="attached", timeout=wait),
+    )
+    given.set_input_files(file, timeout=SLOW)
     fit = tab.locator(".st-key-ask_fit").get_by_role("button")
     fit.wait_for(timeout=SLOW)
     at_rest(tab)
@@ -126,8 +136,7 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
         lambda wait: tab.get_by_text("30 data of log.csv are in the study").wait_for(timeout=wait),
     )
     tab.screenshot(path=tmp_path / "fitted.png", full_page=True)
-    tab.locator(".st-key-menu").get_by_role("link", name="Simulate").click()
-    tab.wait_for_url("**/simulate*", timeout=SLOW)
+    follow(tab, tab.locator(".st-key-menu").get_by_role("link", name="Simulate"), "simulate")
     honoured = re.compile(r"30 of 30 data honoured")
     tab.locator(".facts", has_text=honoured).first.wait_for(timeout=SLOW)
     tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
@@ -144,20 +153,31 @@ def test_the_line_on_the_histogram_is_dragged_and_moved_with_a_key(tab, address)
     line.wait_for(timeout=SLOW)
     at_rest(tab)
     number = tab.locator(".st-key-ask_threshold input").first
-    guessed = float(number.input_value())
-    assert float(line.get_attribute("aria-valuenow")) == pytest.approx(guessed, rel=1e-3)
-    place = line.bounding_box()
-    x, y = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
-    tab.mouse.move(x, y)
-    tab.mouse.down()
-    tab.mouse.move(x + 60, y, steps=4)
-    tab.mouse.up()
-    tab.wait_for_function(f"() => {NUMBER} > {guessed} + 0.02", timeout=SLOW)
+    guessed = float(settled(tab, number.input_value))
+
+    def is_at_the_guess() -> None:
+        assert float(line.get_attribute("aria-valuenow")) == pytest.approx(guessed, rel=1e-3)
+
+    soon(is_at_the_guess)
+
+    def drag() -> None:
+        at_rest(tab)
+        place = line.bounding_box()
+        x, y = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
+        tab.mouse.move(x, y)
+        tab.mouse.down()
+        tab.mouse.move(x + 60, y, steps=4)
+        tab.mouse.up()
+
+    more = f"() => {NUMBER} > {guessed} + 0.02"
+    until(drag, lambda wait: tab.wait_for_function(more, timeout=wait))
     at_rest(tab)
-    dragged = float(number.input_value())
-    line.focus()
-    tab.keyboard.press("ArrowLeft")
-    tab.wait_for_function(f"() => {NUMBER} < {dragged}", timeout=SLOW)
+    dragged = float(settled(tab, number.input_value))
+    less = f"() => {NUMBER} < {dragged}"
+    until(
+        lambda: line.press("ArrowLeft"),
+        lambda wait: tab.wait_for_function(less, timeout=wait),
+    )
 
 
 NUMBER = "Number(document.querySelector('[class*=st-key-ask_threshold] input').value)"

@@ -8,7 +8,19 @@ import numpy as np
 import pytest
 
 from ccwsim import Parameters, datasets, simulate
-from tests.browser.hands import SLOW, at_rest, choose, close_menu, fill, menu, until
+from tests.browser.hands import (
+    GLANCE,
+    SLOW,
+    at_rest,
+    choose,
+    close_menu,
+    fill,
+    menu,
+    settled,
+    soon,
+    switch_on,
+    until,
+)
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -61,7 +73,7 @@ def page(desktop, address):
     close_menu(page)
     for key, value in (("grid_nx", SIDE), ("grid_ny", SIDE), ("n_realizations", N)):
         fill(page, key, value)
-    page.locator(".st-key-live label").click()
+    switch_on(page, "live")
     complete(page)
     yield page
     page.close()
@@ -80,21 +92,20 @@ def complete(page) -> None:
 def downloaded(page, level: int = 2) -> np.ndarray:
     """The realizations of the file called by this level; a page may still offer the last."""
     found: list[np.ndarray] = []
-    names: list[str] = []
+    opens = page.locator(".st-key-facts_row").get_by_role("button", name="Download")
+    file = page.locator(".st-key-download_realizations_npz button").first
 
     def ask() -> None:
-        button = page.locator(".st-key-download_realizations_npz button").first
-        if not button.is_visible():
-            page.locator(".st-key-facts_row").get_by_role("button", name="Download").click()
+        until(
+            lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
+            lambda wait: file.wait_for(timeout=wait),
+        )
         with page.expect_download(timeout=SLOW) as waiting:
-            button.click()
-        names.append(waiting.value.suggested_filename)
+            file.click(timeout=GLANCE)
+        assert waiting.value.suggested_filename.endswith(f"_L{level}_seed{LAST_SEED}.npz")
         found.append(np.load(waiting.value.path())["realizations"])
 
-    def seen(wait: int) -> None:
-        assert names[-1].endswith(f"_L{level}_seed{LAST_SEED}.npz")
-
-    until(ask, seen)
+    soon(ask, SLOW)
     page.keyboard.press("Escape")
     return found[-1]
 
@@ -125,7 +136,8 @@ def test_five_quick_changes_end_in_the_picture_of_the_last(page):
     complete(page)
     assert np.array_equal(downloaded(page), expected.realizations)
     # nothing of an older run comes after: picture and facts stay as they are
-    picture, facts = page.evaluate(PICTURE), page.locator(".facts").first.inner_text()
+    picture = settled(page, lambda: page.evaluate(PICTURE))
+    facts = settled(page, page.locator(".facts").first.inner_text)
     page.wait_for_timeout(1500)
     at_rest(page)
     assert page.evaluate(PICTURE) == picture
@@ -146,11 +158,16 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     assert np.array_equal(downloaded(page, level=1), own(LAST_SEED, level=1).realizations)
     first, second = strip.nth(0), strip.nth(1)
     expect(first).to_have_attribute("aria-current", "true", timeout=SLOW)
-    # with the keyboard alone
-    first.focus()
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("Enter")
-    expect(second).to_have_attribute("aria-current", "true", timeout=SLOW)
+
+    def with_the_keyboard_alone() -> None:
+        first.focus()
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("Enter")
+
+    until(
+        with_the_keyboard_alone,
+        lambda wait: expect(second).to_have_attribute("aria-current", "true", timeout=wait),
+    )
     complete(page)
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("2", timeout=SLOW)
     assert np.array_equal(downloaded(page), before)
@@ -168,9 +185,15 @@ def test_on_a_phone_the_history_scrolls_in_its_own_row(page):
     page.set_viewport_size({"width": 390, "height": 844})
     strip = page.locator(".st-key-history button")
     strip.first.scroll_into_view_if_needed(timeout=SLOW)
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
-    assert strip.first.bounding_box()["x"] >= 0
-    strip.last.focus()
-    box = strip.last.bounding_box()
-    assert 0 <= box["x"] <= 390 - 40
+
+    def starts_in_view() -> None:
+        assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+        assert strip.first.bounding_box()["x"] >= 0
+
+    def brings_the_last_into_view() -> None:
+        strip.last.focus()
+        assert 0 <= strip.last.bounding_box()["x"] <= 390 - 40
+
+    soon(starts_in_view)
+    soon(brings_the_last_into_view)
     page.set_viewport_size(size)
