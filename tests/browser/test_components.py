@@ -11,6 +11,7 @@ import pytest
 from ccwsim import Grid
 from ccwsim.ui.hard_data.page import SHARED
 from ccwsim.ui.widgets.maps import CANVAS, CellMap, map_content
+from tests.browser.hands import SOON, soon
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -28,6 +29,7 @@ BEGIN = """async ([html, js, data]) => {
   const setTriggerValue = (kind, value) => window.told.push(structuredClone([kind, value]));
   window.call = () => draw({ parentElement, setTriggerValue, data: structuredClone(data) });
 }"""
+FRAMES = "() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))"
 CALLS = {
     "late end": "() => { const end = call(); call(); end?.(); }",
     "early end": "() => { call()?.(); call(); }",
@@ -63,7 +65,7 @@ def begin(tab, name: str, data: dict) -> None:
 
 def width(tab, expected: str) -> None:
     tab.wait_for_function(
-        f"() => parseInt(document.querySelector('canvas').style.width) {expected}"
+        f"() => parseInt(document.querySelector('canvas').style.width) {expected}", timeout=SOON
     )
 
 
@@ -75,7 +77,8 @@ def test_a_canvas_follows_the_size_of_the_window_and_of_other_maps(tab, put_up, 
     tab.set_viewport_size({"width": 500, "height": 600})
     put_up(name, content | extra)
     width(tab, "> 400")
-    assert tab.evaluate("[...window[Symbol.for('ccwsim-map')].get('maps')].length") == 1
+    one = "() => [...window[Symbol.for('ccwsim-map')].get('maps')].length === 1"
+    tab.wait_for_function(one, timeout=SOON)
     tab.set_viewport_size({"width": 300, "height": 600})
     width(tab, "< 300")
 
@@ -87,11 +90,18 @@ def test_a_click_and_an_undo_are_told_once(tab, put_up):
     put_up("editor", map_content(EMPTY, grid=Grid(8, 16)) | extra)
     width(tab, "> 400")
     tab.locator("canvas").click(position={"x": 100, "y": 100})
-    [[kind, queue]] = tab.evaluate("told")
-    assert kind == "edits"
-    assert [list(edit) for edit in queue] == [["seq", "set"]]
+
+    def one_edit() -> None:
+        told = tab.evaluate("told")
+        assert [kind for kind, _ in told] == ["edits"]
+        assert [list(edit) for edit in told[0][1]] == [["seq", "set"]]
+
+    def and_its_undo() -> None:
+        assert [len(queue) for _, queue in tab.evaluate("told")] == [1, 2]
+
+    soon(one_edit)
     tab.keyboard.press("Control+z")
-    assert [len(queue) for _, queue in tab.evaluate("told")] == [1, 2]
+    soon(and_its_undo)
 
 
 @pytest.fixture
@@ -133,8 +143,26 @@ def sets(tab) -> list:
     return tab.evaluate("told.length ? told.at(-1)[1].map((edit) => edit.set || edit.do) : []")
 
 
+def has_sets(tab, *expected: list, since: int = 0) -> None:
+    """See that these are the cells of each edit that was told of, since some."""
+
+    def has() -> None:
+        assert sets(tab)[since:] == list(expected)
+
+    soon(has)
+
+
 def press_tool(tab, name: str) -> None:
     tab.locator(f"[data-tool={name}]").click()
+
+
+def is_told(tab, *expected: list) -> None:
+    """See what the page is told, once it is told something."""
+
+    def is_so() -> None:
+        assert tab.evaluate("told") == list(expected)
+
+    soon(is_so)
 
 
 ERASED = -1
@@ -145,11 +173,15 @@ def test_a_datum_is_dragged_to_another_cell_in_one_edit(tab, editing):
     drag(tab, middle(2, 3), middle(6, 12))
     assert sets(tab) == []  # until it is dropped
     tab.mouse.up()
-    assert sets(tab) == [[[2, 3, ERASED], [6, 12, 1]]]
+    has_sets(tab, [[2, 3, ERASED], [6, 12, 1]])
     drag(tab, middle(6, 12), middle(5, 9))  # over the other datum, which it replaces
     tab.mouse.up()
-    assert sets(tab)[1:] == [[[6, 12, ERASED], [5, 9, 1]]]
-    assert tab.locator(".legend").inner_text().count("1 datum") == 1
+    has_sets(tab, [[6, 12, ERASED], [5, 9, 1]], since=1)
+
+    def one_is_left() -> None:
+        assert tab.locator(".legend").inner_text().count("1 datum") == 1
+
+    soon(one_is_left)
 
 
 def test_escape_and_a_drop_beside_the_map_leave_a_datum_where_it_is(tab, editing):
@@ -170,39 +202,47 @@ def test_a_click_on_a_datum_sets_its_facies_and_lines_may_begin_there(tab, editi
     tab.locator(".brushes button", has_text="sand").click()
     drag(tab, (x, y), (x + 2, y + 1))
     tab.mouse.up()
-    assert sets(tab) == [[[2, 3, 1]]]
+    has_sets(tab, [[2, 3, 1]])
     press_tool(tab, "straight")
     drag(tab, (x, y), middle(2, 6))
     tab.mouse.up()
-    assert sets(tab)[1:] == [[[2, 4, 1], [2, 5, 1], [2, 6, 1]]]
+    has_sets(tab, [[2, 4, 1], [2, 5, 1], [2, 6, 1]], since=1)
 
 
 def test_each_tool_does_what_its_name_says(tab, editing):
+    from playwright.sync_api import expect
+
     middle = editing()
     tab.locator(".brushes button", has_text="mud").click()
     drag(tab, middle(1, 1), middle(1, 5))
     tab.mouse.up()
-    assert sets(tab) == [[[1, 5, 0]]]  # draw: one, where the pointer is released
+    has_sets(tab, [[1, 5, 0]])  # draw: one, where the pointer is released
     press_tool(tab, "freehand")
     drag(tab, middle(3, 1), middle(3, 3), middle(5, 3))
     tab.mouse.up()
-    assert sets(tab)[1] == [[3, 1, 0], [3, 2, 0], [3, 3, 0], [4, 3, 0], [5, 3, 0]]
+    has_sets(tab, [[3, 1, 0], [3, 2, 0], [3, 3, 0], [4, 3, 0], [5, 3, 0]], since=1)
     press_tool(tab, "erase")
     drag(tab, middle(3, 1), middle(3, 2))
     tab.mouse.up()
-    assert sorted(sets(tab)[2]) == [[3, 1, ERASED], [3, 2, ERASED]]
+
+    def erased() -> None:
+        assert [sorted(cells) for cells in sets(tab)[2:]] == [[[3, 1, ERASED], [3, 2, ERASED]]]
+
+    soon(erased)
     press_tool(tab, "pan")
     drag(tab, middle(3, 3), middle(3, 8))
     tab.mouse.up()
     tab.mouse.click(*middle(6, 6))
     assert len(sets(tab)) == 3
     checked = tab.locator("[data-tool][aria-checked=true]")
-    assert checked.all_inner_texts() == ["pan"]
+    expect(checked).to_have_text(["pan"], timeout=SOON)
     tab.locator(".brushes button", has_text="sand").click()  # who chooses a facies draws
-    assert checked.all_inner_texts() == ["draw"]
+    expect(checked).to_have_text(["draw"], timeout=SOON)
 
 
 def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
+    from playwright.sync_api import expect
+
     middle = editing([2, 3, 1, 0, 0])
     press_tool(tab, "draw")
     finger = tab.context.new_cdp_session(tab)
@@ -216,7 +256,7 @@ def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
     for k in (1, 2, 3, 4):
         touch("touchMove", (x + (to_x - x) * k / 4, y + (to_y - y) * k / 4))
     touch("touchEnd")
-    assert sets(tab) == [[[2, 3, ERASED], [6, 12, 1]]]
+    has_sets(tab, [[2, 3, ERASED], [6, 12, 1]])
 
     a, b = middle(6, 12), middle(3, 9)
     touch("touchStart", a)
@@ -224,14 +264,14 @@ def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
     for k in (1, 2, 3, 4):
         touch("touchMove", a, (b[0] - 12 * k, b[1] + 12 * k))
     touch("touchEnd")
+    expect(tab.locator("canvas.near")).to_have_count(1, timeout=SOON)
     assert len(sets(tab)) == 1  # the first finger let the datum go
-    assert tab.locator("canvas.near").count() == 1
 
 
 def test_an_arrow_key_makes_one_step(tab, put_up):
     put_up("arrows", {})
     tab.keyboard.press("ArrowRight")
-    assert tab.evaluate("told") == [["step", 1]]
+    is_told(tab, ["step", 1])
 
 
 def test_a_switch_of_the_theme_is_told_once(tab, put_up):
@@ -240,7 +280,7 @@ def test_a_switch_of_the_theme_is_told_once(tab, put_up):
         """() => { document.querySelector('.stApp').style.colorScheme = 'dark';
         document.querySelector('i').dispatchEvent(new Event('transitionend')); }"""
     )
-    assert tab.evaluate("told") == [["theme", "dark"]]
+    is_told(tab, ["theme", "dark"])
 
 
 def test_a_section_in_view_is_told_once(tab, put_up):
@@ -249,7 +289,7 @@ def test_a_section_in_view_is_told_once(tab, put_up):
         """() => { document.querySelector('.stApp').innerHTML =
         "<div class='st-key-section_facts'><div class='unseen'>…</div></div>"; }"""
     )
-    tab.wait_for_function("() => told.length")
+    tab.wait_for_function("() => told.length", timeout=SOON)
     tab.wait_for_timeout(600)  # two looks more
     assert tab.evaluate("told") == [["seen", ["facts"]]]
 
@@ -257,9 +297,9 @@ def test_a_section_in_view_is_told_once(tab, put_up):
 def test_the_menu_of_a_chart_closes_where_somewhere_else_is_clicked(tab, put_up):
     put_up("chart_menu", {"title": "CPU time", "chart": "times", "name": "times"})
     tab.locator(".open").click()
-    assert tab.locator(".choices").is_visible()
+    tab.locator(".choices").wait_for(timeout=SOON)
     tab.mouse.click(400, 400)
-    assert tab.locator(".choices").is_hidden()
+    tab.locator(".choices").wait_for(state="hidden", timeout=SOON)
 
 
 def test_a_part_of_a_page_keeps_its_height_until_the_page_rests(tab, put_up):
@@ -270,11 +310,12 @@ def test_a_part_of_a_page_keeps_its_height_until_the_page_rests(tab, put_up):
         app.innerHTML = "<div class='st-key-part'><div style='height: 300px'></div></div>"; }"""
     )
     high = "() => document.querySelector('.st-key-part').getBoundingClientRect().height"
-    tab.wait_for_timeout(100)  # a frame, in which it is measured
+    tab.wait_for_function(f"() => ({high})() === 300", timeout=SOON)
+    tab.evaluate(FRAMES)  # in which it is measured
     tab.evaluate("() => document.querySelector('.st-key-part').replaceChildren()")
     tab.wait_for_timeout(100)
     assert tab.evaluate(high) == 300
     tab.evaluate(
         "() => { document.querySelector('.stApp').dataset.testScriptState = 'notRunning'; }"
     )
-    tab.wait_for_function(f"() => ({high})() === 0")
+    tab.wait_for_function(f"() => ({high})() === 0", timeout=SOON)
