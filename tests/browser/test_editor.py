@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from ccwsim import Grid, read_hard_data
-from tests.browser.hands import SLOW, SOON, at_rest, until
+from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, follow, settled, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -53,13 +53,14 @@ class Editor:
     def box(self) -> dict[str, float] | None:
         """Where the canvas is, once its cells are the square cells of the study's grid."""
         box = self.canvas.bounding_box()
+        if box is None:
+            return None
         wide, high = (box["width"] - LEFT - 1) / self.nx, (box["height"] - TOP - BOTTOM) / self.ny
         return box if wide == pytest.approx(high, rel=0.02) else None
 
     def frame(self) -> tuple[float, float, float]:
         """Where the map's south-west corner is, and the pixels of a cell at zoom 1."""
-        box = self.box()
-        assert box is not None
+        box = settled(self.page, self.box, pause=100)
         cell = (box["width"] - LEFT - 1) / self.nx
         return box["x"] + LEFT, box["y"] + TOP + cell * self.ny, cell
 
@@ -80,10 +81,18 @@ class Editor:
         return floor(row), floor(column)
 
     def brush(self, name: str) -> None:
-        self.page.locator(".st-key-editor .brushes button", has_text=name).click()
+        self.check(self.page.locator(".st-key-editor .brushes button", has_text=name))
 
     def tool(self, name: str) -> None:
-        self.page.locator(f'.st-key-editor [data-tool="{name}"]').click()
+        self.check(self.page.locator(f'.st-key-editor [data-tool="{name}"]'))
+
+    def check(self, button) -> None:
+        from playwright.sync_api import expect
+
+        until(
+            lambda: button.click(timeout=SOON),
+            lambda wait: expect(button).to_have_attribute("aria-checked", "true", timeout=wait),
+        )
 
     def click(self, spot: tuple[int, int]) -> None:
         self.page.mouse.click(*spot)
@@ -113,9 +122,14 @@ class Editor:
 
     def data(self) -> dict[tuple[int, int], int]:
         """The data as the exported CSV has them."""
-        self.page.locator(".st-key-export_menu button").first.click()
+        menu = self.page.locator(".st-key-export_menu button").first
+        file = self.page.get_by_role("button", name=re.compile("^CSV"))
+        until(
+            lambda: None if file.is_visible() else menu.click(timeout=GLANCE),
+            lambda wait: file.wait_for(timeout=wait),
+        )
         with self.page.expect_download(timeout=SLOW) as waiting:
-            self.page.get_by_role("button", name=re.compile("^CSV")).click()
+            file.click()
         self.page.keyboard.press("Escape")
         content = BytesIO(Path(waiting.value.path()).read_bytes())
         content.name = "hard_data.csv"
@@ -123,13 +137,22 @@ class Editor:
         cells = [tuple(cell) for cell in data.cells.tolist()]
         return dict(zip(cells, data.facies.tolist(), strict=True))
 
+    def holds(self, data: dict[tuple[int, int], int]) -> None:
+        """See that the data are these; they may be as many as before an edit."""
+
+        def same() -> None:
+            self.honours(len(data))
+            assert self.data() == data
+
+        soon(same, SLOW)
+
 
 def idle(page):
     """Wait until the page has been drawn with what was asked last."""
     at_rest(page)
-    page.wait_for_function(  # what is being replaced has gone
-        "document.querySelectorAll('[data-stale=true], .st-key-clear ~ .st-key-clear').length === 0"
-    )
+    # what is being replaced has gone
+    replaced = "[data-stale=true], .st-key-clear ~ .st-key-clear"
+    page.wait_for_function(f"() => !document.querySelector('{replaced}')", timeout=SLOW)
 
 
 def opened(page, address, nx, ny) -> Editor:
@@ -137,8 +160,7 @@ def opened(page, address, nx, ny) -> Editor:
     page.goto(f"{address}/simulate?data=none&grid={nx}x{ny}&realizations=3")
     page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     idle(page)
-    page.locator(".st-key-menu").get_by_role("link", name="Hard data").click()
-    page.wait_for_url("**/data*")  # the study may stand in the address already
+    follow(page, page.locator(".st-key-menu").get_by_role("link", name="Hard data"), "data")
     editor = Editor(page, nx, ny)
     ready(editor)
     return editor
@@ -151,10 +173,7 @@ def ready(editor: Editor) -> None:
     expect(editor.page.locator(".st-key-editor")).to_be_visible(timeout=SLOW)
     expect(editor.page.locator(".brushes", has_text="as shown")).to_be_visible(timeout=SLOW)
     editor.honours(0)
-    before = None
-    while before is None or before != editor.box():
-        before = editor.box()
-        editor.page.wait_for_timeout(400)
+    settled(editor.page, editor.box)
     idle(editor.page)
 
 
@@ -196,16 +215,14 @@ def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, z
     editor.click(third)
     editor.brush("mud")
     editor.click(second)
-    editor.honours(3)
-    assert editor.data() == known
+    editor.holds(known)
 
     editor.click(first)
     known[editor.cell(first)] = MUD
     editor.tool("erase")
     editor.click(third)
     del known[editor.cell(third)]
-    editor.honours(2)
-    assert editor.data() == known
+    editor.holds(known)
 
     start, end = editor.spot(0.3, 0.5), editor.spot(0.5, 0.62)
     editor.brush("sand")
@@ -221,11 +238,9 @@ def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, z
 
     editor.canvas.focus()
     page.keyboard.press("Control+z")
-    editor.honours(2)
-    assert editor.data() == known
+    editor.holds(known)
     page.locator('.st-key-editor [data-step="redo"]').click()
-    editor.honours(2 + n)
-    assert editor.data() == drawn
+    editor.holds(drawn)
 
 
 def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
@@ -235,17 +250,14 @@ def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     cells = [editor.cell(spot) for spot in spots]  # as the page is while they are clicked
     for spot in spots:
         editor.click(spot)
-    editor.honours(12)
-    assert editor.data() == dict.fromkeys(cells, SAND)
+    editor.holds(dict.fromkeys(cells, SAND))
     for _ in range(5):
         page.keyboard.press("Control+z")
-    editor.honours(7)
-    assert editor.data() == dict.fromkeys(cells[:7], SAND)
+    editor.holds(dict.fromkeys(cells[:7], SAND))
     spots = [editor.spot(0.1 + 0.06 * k, 0.2 + 0.04 * (k % 3)) for k in range(4)]
     editor.tool("erase")
     editor.drag(*spots)
-    editor.honours(3)
-    assert editor.data() == dict.fromkeys(cells[4:7], SAND)
+    editor.holds(dict.fromkeys(cells[4:7], SAND))
 
 
 def test_a_datum_is_dragged_as_one_edit_that_can_be_undone(page, address):
@@ -257,14 +269,12 @@ def test_a_datum_is_dragged_as_one_edit_that_can_be_undone(page, address):
     editor.honours(2)
     editor.brush("mud")  # the datum keeps its own facies
     editor.drag(first, second)
-    editor.honours(2)
-    assert editor.data() == {editor.cell(second): SAND, editor.cell(third): SAND}
+    editor.holds({editor.cell(second): SAND, editor.cell(third): SAND})
     editor.drag(second, third)
     editor.honours(1)
-    for n, cells in ((2, (second, third)), (2, (first, third))):
+    for spots in ((second, third), (first, third)):
         page.locator('.st-key-editor [data-step="undo"]').click()
-        editor.honours(n)
-        assert editor.data() == {editor.cell(spot): SAND for spot in cells}
+        editor.holds({editor.cell(spot): SAND for spot in spots})
 
 
 def test_keys_alone_place_change_and_erase(page, address):
@@ -272,32 +282,36 @@ def test_keys_alone_place_change_and_erase(page, address):
     editor.canvas.focus()
     for key in ("ArrowUp", "ArrowUp", "Shift+ArrowRight", "2", "Enter", "ArrowDown", "1", "Space"):
         page.keyboard.press(key)
-    editor.honours(2)
-    assert editor.data() == {(41, 60): SAND, (40, 60): MUD}
+    editor.holds({(41, 60): SAND, (40, 60): MUD})
     editor.canvas.focus()
     page.keyboard.press("Delete")
-    editor.honours(1)
-    assert editor.data() == {(41, 60): SAND}
+    editor.holds({(41, 60): SAND})
 
 
 def test_rows_pasted_over_and_below_the_table_are_data(page, address):
+    from playwright.sync_api import expect
+
     editor = opened(page, address, 100, 80)
     spot = editor.spot(0.52, 0.53)
     cell = editor.cell(spot)  # as the page is while it is clicked
     editor.click(spot)
     editor.honours(1)
-    page.wait_for_timeout(500)
     rows = "10.5\t20.5\t1\n11.2\t20.9\t0\n"
     page.evaluate("text => navigator.clipboard.writeText(text)", rows)
-    table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
-    page.mouse.click(table["x"] + 80, table["y"] + 52)
-    page.wait_for_timeout(300)
-    page.keyboard.press("Control+v")
-    editor.honours(2)
-    assert editor.data() == {(20, 10): 1, (20, 11): 0}
+    title = page.locator(".st-key-table_row .panel")
+
+    def paste() -> None:
+        at_rest(page)
+        if title.inner_text() != "2 data":
+            table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
+            page.mouse.click(table["x"] + 80, table["y"] + 52)
+            at_rest(page)
+            page.keyboard.press("Control+v")
+
+    until(paste, lambda wait: expect(title).to_have_text("2 data", timeout=wait))
+    editor.holds({(20, 10): 1, (20, 11): 0})
     page.locator('.st-key-editor [data-step="undo"]').click()
-    editor.honours(1)
-    assert editor.data() == {cell: SAND}
+    editor.holds({cell: SAND})
 
 
 def row_colours(page, n: int) -> list[tuple[int, int, int]]:
@@ -320,37 +334,39 @@ def test_rows_of_the_table_have_the_colours_of_their_facies(page, address):
         tuple(int(part) for part in re.findall(r"\d+", swatch.evaluate(BACKGROUND)))
         for swatch in swatches.all()
     )
-    wait_for(page, lambda: row_colours(page, 2) == [sand, mud])
-    table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
-    x, y = table["x"] + table["width"] - 60, table["y"] + 1.5 * ROW_HEIGHT
-    set_cell(page, (x, y), "0")
-    wait_for(page, lambda: row_colours(page, 2) == [mud, mud])
-    set_cell(page, (x, y + ROW_HEIGHT), "1")
-    wait_for(page, lambda: row_colours(page, 2) == [mud, sand])
-    editor.honours(2)
-    assert sorted(editor.data().values()) == [MUD, SAND]
+    see_rows(page, sand, mud)
+    until(lambda: set_facies(page, 0, "0"), lambda wait: see_rows(page, mud, mud, within=wait))
+    until(lambda: set_facies(page, 1, "1"), lambda wait: see_rows(page, mud, sand, within=wait))
+
+    def has_both() -> None:
+        editor.honours(2)
+        assert sorted(editor.data().values()) == [MUD, SAND]
+
+    soon(has_both, SLOW)
 
 
-def set_cell(page, place: tuple[float, float], value: str) -> None:
+def set_facies(page, row: int, value: str) -> None:
     """Type over a cell of the table; its editor opens some time after the first key."""
 
     def write() -> None:
         at_rest(page)
         page.keyboard.press("Escape")
-        page.mouse.click(*place)
+        table = page.locator(".st-key-editing [data-testid=stDataFrame]").bounding_box()
+        x, y = table["x"] + table["width"] - 60, table["y"] + (row + 1.5) * ROW_HEIGHT
+        page.mouse.click(x, y)
         page.keyboard.type(value)
 
     until(write, lambda wait: page.locator("#portal input").wait_for(timeout=wait))
     page.keyboard.press("Enter")
 
 
-def wait_for(page, seen):
-    """Wait until something that the browser paints is seen."""
-    for _ in range(SOON // 500):
-        if seen():
-            return
-        page.wait_for_timeout(500)
-    raise AssertionError("it is never seen")
+def see_rows(page, *colours: tuple[int, ...], within: float = SOON) -> None:
+    """Wait until the first rows of the table have these colours."""
+
+    def have() -> None:
+        assert row_colours(page, len(colours)) == list(colours)
+
+    soon(have, within)
 
 
 def test_wheel_pan_and_hover_keep_cells_exact(page, address):
@@ -368,16 +384,17 @@ def test_wheel_pan_and_hover_keep_cells_exact(page, address):
     editor.honours(0)
     there = editor.spot(0.5, 0.5)
     page.mouse.move(*there)
-    readout = page.locator(".st-key-editor .readout").inner_text()
-    column, row = map(int, re.findall(r"\d+", readout)[:2])
+    readout = page.locator(".st-key-editor .readout")
+    column, row = map(int, re.findall(r"\d+", settled(page, readout.inner_text))[:2])
     editor.tool("draw")
     editor.click(there)
-    editor.honours(1)
-    assert editor.data() == {(row, column): SAND}
+    editor.holds({(row, column): SAND})
     assert (row, column) != editor.cell(there)
 
 
 def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
+    from playwright.sync_api import expect
+
     context = chromium.new_context(
         viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True,
         device_scale_factor=2, accept_downloads=True,
@@ -386,9 +403,15 @@ def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
     page.goto(f"{address}/data")
     page.wait_for_selector(".facts", timeout=SLOW)
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+    narrow = "() => document.scrollingElement.scrollWidth <= 390"
+    page.wait_for_function(narrow, timeout=SOON)
     idle(page)
-    page.locator(".st-key-clear").get_by_role("button", name="Clear").tap()
+    clear = page.locator(".st-key-clear").get_by_role("button", name="Clear")
+    title = page.locator(".st-key-table_row .panel")
+    until(
+        lambda: clear.tap(timeout=SOON) if clear.is_enabled() else None,
+        lambda wait: expect(title).to_have_text("0 data", timeout=wait),
+    )
     editor = Editor(page, 512, 512)
     editor.honours(0)
     editor.brush("sand")
@@ -397,13 +420,12 @@ def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
     page.touchscreen.tap(*spot)
     editor.honours(1)
     assert editor.cell(spot) in known, "the map moved under the finger"
-    assert editor.data() == known
+    editor.holds(known)
     beside = editor.spot(0.7, 0.3)
     moved = {editor.cell(beside): SAND}
     finger = context.new_cdp_session(page)
     stroke(finger, spot, beside)
-    editor.honours(1)
-    assert editor.data() == moved
+    editor.holds(moved)
     page.locator('.st-key-editor [data-tool="straight"]').tap()
     start, end = editor.spot(0.2, 0.7), editor.spot(0.6, 0.8)
     ends = editor.cell(start), editor.cell(end)
