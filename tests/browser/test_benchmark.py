@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser.hands import SLOW, SOON, at_rest, choose, fill, until
+from tests.browser.hands import GLANCE, SLOW, at_rest, choose, fill, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -42,18 +42,26 @@ def plan(page, largest: int, n: int, words: str) -> None:
 
 def test_the_smallest_run_becomes_a_figure_beside_the_paper(page):
     plan(page, 512, 1, "6 settings × 1 realization on one thread: about")
-    assert set(page.evaluate(DRAWN, "times_grid")) == {f"paper, level {k}" for k in (1, 2, 3)}
+
+    def shows_the_paper() -> None:
+        assert set(page.evaluate(DRAWN, "times_grid")) == {f"paper, level {k}" for k in (1, 2, 3)}
+
+    soon(shows_the_paper)
     button = page.locator(".st-key-measure_grids").get_by_role("button", name="Measure")
-    level_1 = f"() => ({DRAWN})('times_grid')?.['level 1'] > 0"
+    cancel = page.locator(".st-key-cancel_grids").get_by_role("button", name="Cancel")
+    ended = page.locator(".note", has_text="Level 3:")
+    begun = cancel.or_(ended).first
     until(
-        lambda: button.click(timeout=SOON) if button.is_enabled() else None,
-        lambda wait: page.wait_for_function(level_1, timeout=wait),
+        lambda: None if begun.count() else button.click(timeout=GLANCE),
+        lambda wait: begun.wait_for(timeout=wait),
     )
-    page.locator(".note", has_text="Level 3:").wait_for(timeout=SLOW)
+    level_1 = f"() => ({DRAWN})('times_grid')?.['level 1'] > 0"
+    page.wait_for_function(level_1, timeout=SLOW)
+    ended.wait_for(timeout=SLOW)
     for key in ("times_grid", "times_cell"):
-        page.wait_for_function(f"() => ({DRAWN})('{key}')?.['level 3'] === 2", timeout=SLOW)
-        drawn = page.evaluate(DRAWN, key)
-        assert {drawn[f"level {k}"] for k in (1, 2, 3)} == {2}
+        for k in (1, 2, 3):
+            two = f"() => ({DRAWN})('{key}')?.['level {k}'] === 2"
+            page.wait_for_function(two, timeout=SLOW)
     assert page.locator("[data-testid=stException], [data-testid=stAlert]").count() == 0
 
 
@@ -73,12 +81,12 @@ def test_a_long_run_can_be_stopped(page):
     button = page.locator(".st-key-measure_grids").get_by_role("button", name="Measure")
     cancel = page.locator(".st-key-cancel_grids").get_by_role("button", name="Cancel")
     until(
-        lambda: button.click(timeout=SOON) if button.is_enabled() else None,
+        lambda: None if cancel.count() else button.click(timeout=GLANCE),
         lambda wait: cancel.wait_for(timeout=wait),
     )
     stopped = page.get_by_text("Stopped after")
     until(
-        lambda: cancel.click(timeout=SOON) if cancel.count() else None,
+        lambda: cancel.click(timeout=GLANCE) if cancel.count() else None,
         lambda wait: stopped.wait_for(timeout=wait),
     )
     page.locator(".st-key-measure_data").get_by_role("button", disabled=False).wait_for(
