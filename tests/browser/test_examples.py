@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.browser.hands import SLOW, SOON, at_rest, choose, until
+from tests.browser.hands import SLOW, SOON, at_rest, choose, follow, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -50,7 +50,7 @@ def told(page):
 def test_an_example_opens_as_the_study_and_the_own_one_comes_back(page, address):
     page.goto(f"{address}/simulate?seed=7&realizations=3&data=none&grid=64x48")
     see(page.locator(".st-key-results .facts", has_text="3 realizations"))
-    page.get_by_role("link", name="Examples").click()
+    follow(page, page.get_by_role("link", name="Examples"), "examples")
     see(page.locator(".st-key-card_delta"))
     press(page, "open_delta", page.locator(".opened", has_text="Example 11: A delta"))
     see(page.locator(".st-key-results .facts", has_text="12 realizations"))
@@ -67,31 +67,44 @@ def test_pictures_come_and_stay_in_their_room(page, address):
         timeout=SLOW,
     )
     loaded = "() => [...document.querySelectorAll('.pictures img')].map((i) => i.naturalWidth > 0)"
-    shown = page.evaluate(loaded)
-    assert all(shown)
-    assert len(shown) >= 18 * 3
+
+    def are_shown() -> None:
+        shown = page.evaluate(loaded)
+        assert all(shown)
+        assert len(shown) >= 18 * 3
+
+    soon(are_shown)
 
 
 def test_a_round_of_the_quiz_is_told_and_counted(page, address):
+    from playwright.sync_api import expect
+
     page.goto(f"{address}/examples")
     see(page.locator(".st-key-examples_view"))
     quiz = page.locator(".st-key-examples_view button", has_text="Quiz")
     at_rest(page)
     until(lambda: quiz.click(timeout=SOON), lambda wait: see(page.locator(".quiz button"), wait))
-    pictures = page.locator(".quiz button").evaluate_all(PICTURES)
-    assert [p[0] for p in pictures] == [f"Picture {k + 1}" for k in range(6)]
-    assert len({(width, height) for _, width, height, _ in pictures}) == 1
-    assert all(p[3] for p in pictures)
+
+    def six_are_alike() -> None:
+        pictures = page.locator(".quiz button").evaluate_all(PICTURES)
+        assert [p[0] for p in pictures] == [f"Picture {k + 1}" for k in range(6)]
+        assert len({(width, height) for _, width, height, _ in pictures}) == 1
+        assert all(p[3] for p in pictures)
+
+    soon(six_are_alike, SLOW)
     third = page.locator(".quiz button").nth(2)
     until(lambda: third.click(timeout=SOON), lambda wait: see(told(page), wait))
     see(page.locator(".quiz button.answer", has_text="training image"))
     see(page.locator(".score", has_text=re.compile(r"[01] of 1 found")))
     see(page.locator(".st-key-map_quiz_seams canvas"))
-    page.locator(".st-key-quiz_next button").locator("visible=true").first.click()
-    told(page).wait_for(state="detached", timeout=SLOW)
+    following = page.locator(".st-key-quiz_next button").locator("visible=true").first
+    until(
+        lambda: following.click(timeout=SOON) if told(page).count() else None,
+        lambda wait: told(page).wait_for(state="detached", timeout=wait),
+    )
     choose(page, "quiz_level", "3")
     see(page.locator(".quiz button:not([disabled])"))
-    assert page.locator(".quiz button.answer").count() == 0
+    expect(page.locator(".quiz button.answer")).to_have_count(0, timeout=SOON)
 
 
 def test_two_students_open_one_link_and_have_different_seeds(chromium, address):
@@ -104,9 +117,10 @@ def test_two_students_open_one_link_and_have_different_seeds(chromium, address):
         student.wait_for_url(re.compile(r"seed=\d+"), timeout=SLOW)
         seeds += re.findall(r"seed=(\d+)", student.url)
         see(student.locator(".opened", has_text=seeds[-1]))
-        assert "class=1" not in student.url
+        no_class = "() => !location.search.includes('class=1')"
+        student.wait_for_function(no_class, timeout=SOON)
         student.reload()
         see(student.locator(".st-key-results .facts", has_text="2 realizations"))
-        assert f"seed={seeds[-1]}" in student.url
+        student.wait_for_url(f"**seed={seeds[-1]}*", timeout=SOON)
         context.close()
     assert seeds[0] != seeds[1]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import pytest
 
-from tests.browser.hands import SLOW, SOON, at_rest
+from tests.browser.hands import SLOW, SOON, at_rest, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -30,16 +31,21 @@ RINGED = """(e) => [e, e.closest('label')].some((at) => {
 })"""
 
 
-def tab_to(page, name: str) -> bool:
-    """Press Tab until something of that name has the focus; say whether that can be seen."""
+def tab_to(page, name: str) -> Any:
+    """Press Tab until something of that name has the focus, and return it."""
     met = []
     for _ in range(MAX_STOPS):
         page.keyboard.press("Tab")
         here = page.evaluate_handle(FOCUSED)
         met.append(here.evaluate(NAME))
         if re.fullmatch(name, met[-1], re.DOTALL):
-            return here.evaluate(RINGED)
+            return here
     raise AssertionError(f"Tab never came to {name}, but to {met}")
+
+
+def see_focus_on(page, name: str) -> None:
+    """Press Tab until something of that name has the focus, and see that it has."""
+    page.wait_for_function(RINGED, arg=tab_to(page, name), timeout=SOON)
 
 
 def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(tab, address):
@@ -56,19 +62,26 @@ def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(tab, address)
     page.keyboard.press("Control+A")
     page.keyboard.type("3")
     page.keyboard.press("Enter")
+    outdated = page.locator("i.results-outdated")
+    outdated.first.wait_for(state="attached", timeout=SOON)
     at_rest(page)
-    assert tab_to(page, "BUTTON Run")
-    page.keyboard.press("Enter")
+    see_focus_on(page, "BUTTON Run")
+    until(
+        lambda: page.keyboard.press("Enter") if outdated.count() else None,
+        lambda wait: expect(outdated).to_have_count(0, timeout=wait),
+    )
     expect(page.locator(".facts", has_text="3 realizations in").first).to_be_visible(timeout=SLOW)
     expect(page.locator(".st-key-gallery button")).to_have_count(3, timeout=SLOW)
     at_rest(page)
 
-    assert tab_to(page, "A Simulate")
-    assert tab_to(page, "CANVAS Realization 1")
-    assert tab_to(page, "BUTTON Realization 1")
-    page.keyboard.press("ArrowRight")
+    see_focus_on(page, "A Simulate")
+    see_focus_on(page, "CANVAS Realization 1")
+    see_focus_on(page, "BUTTON Realization 1")
     shown = page.locator(".panel", has_text="Realization 2 of 3").first
-    expect(shown).to_be_visible(timeout=SOON)
+    until(
+        lambda: None if shown.count() else page.keyboard.press("ArrowRight"),
+        lambda wait: expect(shown).to_be_visible(timeout=wait),
+    )
 
 
 def test_the_menu_leads_on_with_the_keyboard(phone, address):
@@ -78,6 +91,6 @@ def test_the_menu_leads_on_with_the_keyboard(phone, address):
     page.goto(f"{address}/paper")
     page.wait_for_selector(".st-key-paper_start button", timeout=SLOW)
     at_rest(page)
-    assert tab_to(page, "A Examples")
+    see_focus_on(page, "A Examples")
     page.keyboard.press("Enter")
     expect(page.locator(".st-key-examples_row")).to_be_visible(timeout=SLOW)

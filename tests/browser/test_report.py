@@ -28,7 +28,8 @@ def test_a_report_draws_itself_without_a_network(chromium, tmp_path, width):
     expect(page.locator(".plot .js-line")).to_have_count(4, timeout=SLOW)
     page.locator("nav a").last.click()
     expect(page.locator("#section-2")).to_be_in_viewport(timeout=SLOW)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    narrow = f"() => document.documentElement.scrollWidth <= {width}"
+    page.wait_for_function(narrow, timeout=SLOW)
     assert [w for w in wrong if "data:image" not in w] == []
     assert asked == []
     page.close()

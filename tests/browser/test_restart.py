@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.browser.hands import SLOW, SOON, at_rest
+from tests.browser.hands import GLANCE, SLOW, at_rest, until
 from tests.browser.served import CHROMIUM, free_port, started
 from tests.browser.test_share import PIXELS, context_of, large, opened, picture
 
@@ -25,8 +25,12 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         page = opened(context, f"{first.address}/simulate?{STUDY}")
         large(page, 1, N)
         before, link = picture(page), page.url
-        page.locator(".st-key-run button").first.click(timeout=SOON)
-        page.locator(".st-key-progress").first.wait_for(timeout=SLOW)
+        button = page.locator(".st-key-run button").first
+        progress = page.locator(".st-key-progress").first
+        until(
+            lambda: None if progress.count() else button.click(timeout=GLANCE),
+            lambda wait: progress.wait_for(timeout=wait),
+        )
         first.process.kill()
         first.process.wait(60)
         assert page.url == link
@@ -35,7 +39,7 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         again = opened(context, link)
         large(again, 1, N)
         assert again.url == link
-        assert picture(again) == before
+        again.wait_for_function(SAME, arg=before, timeout=SLOW)
         again.close()
         # the tab that was open all the time finds its way back by itself
         page.wait_for_selector("[data-test-connection-state=CONNECTED]", timeout=SLOW)
