@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.browser.hands import GLANCE, until
 from tests.browser.served import browser, served
 
 SIZES = {1440: 900, 1024: 768, 390: 844}
@@ -28,13 +29,24 @@ def fill_with_maps(page) -> None:
     page.wait_for_selector(":is(.st-key-results, .st-key-editing) canvas", timeout=SLOW)
 
 
+def press(page, button: str, begun: str) -> None:
+    """Click a button until what it begins is there."""
+    found = page.locator(button).locator("visible=true").first
+    found.wait_for(timeout=SLOW)
+    until(
+        lambda: None if page.locator(begun).count() else found.click(timeout=GLANCE),
+        lambda wait: page.locator(begun).first.wait_for(timeout=wait),
+    )
+
+
 def fill_with_times(page) -> None:
     """Take both measurements of the page of times."""
     for kind, end in (
         ("grids", ".st-key-download_times"),
         ("data", ".st-key-part_data .note:has-text('median of')"),
     ):
-        page.locator(f".st-key-measure_{kind} button:not([disabled])").click(timeout=SLOW)
+        start = f".st-key-measure_{kind} button:not([disabled])"
+        press(page, start, f".st-key-cancel_{kind}, {end}")
         page.wait_for_selector(end, timeout=SLOW)
     page.wait_for_selector(".st-key-measure_data button:not([disabled])", timeout=SLOW)
 
@@ -43,15 +55,14 @@ def fill_with_experiments(page) -> None:
     """Run the paper's experiments, quickly."""
     page.locator(".st-key-paper_extent button", has_text="Quick").click(timeout=SLOW)
     page.wait_for_function("() => document.body.innerText.includes('under a minute')", timeout=SLOW)
-    page.locator(".st-key-paper_start button").click(timeout=SLOW)
+    press(page, ".st-key-paper_start button", ".st-key-paper_cancel, .st-key-download_paper")
     page.wait_for_selector(".st-key-download_paper", timeout=SLOW)
 
 
 def fill_with_settings(page) -> None:
     """Sweep the settings that suit the study."""
-    page.locator(".st-key-sweep_first button, .st-key-sweep_below button").locator(
-        "visible=true"
-    ).first.click(timeout=SLOW)
+    start = ".st-key-sweep_first button, .st-key-sweep_below button"
+    press(page, start, ".st-key-sweep_progress, .st-key-sweep_table")
     page.wait_for_selector(".st-key-sweep_table", timeout=SLOW)
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from ccwsim.ui.page import PAGES
-from tests.browser.hands import SLOW, at_rest
+from tests.browser.hands import SLOW, at_rest, follow, soon
 from tests.browser.screenshots import FILLED, SETTLED, SIZES, fill_with_maps
 from tests.browser.served import CHROMIUM
 
@@ -17,8 +18,8 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-LOOKS = 3
-"""A finding is one that lasts."""
+LASTING = 10_000
+"""Milliseconds; a finding is one that lasts."""
 SMALL = "grid=96x64&data=sampled&data-n=30&template=16&overlap=4&realizations=3"
 LONG = ("benchmark", "import", "paper", "sweep")
 """Pages that start empty and are filled by a run of their own."""
@@ -47,12 +48,14 @@ def lasting_findings(page, width: int, theme: str, options: dict) -> list[str]:
     page.set_viewport_size({"width": width, "height": SIZES[width]})
     page.emulate_media(color_scheme=theme)
     found: list[str] = []
-    for look in range(LOOKS):
-        page.wait_for_timeout(1000 * look)
+
+    def none() -> None:
         at_rest(page)
-        found = findings(page, **options)
-        if not found:
-            break
+        found[:] = findings(page, **options)
+        assert not found
+
+    with suppress(AssertionError):
+        soon(none, LASTING)
     return [f"{width} {theme}: {each}" for each in found]
 
 
@@ -77,8 +80,7 @@ def looked_through(page) -> list[str]:
 @pytest.mark.parametrize("title", [title for title, _ in PAGES])
 def test_a_page_has_no_serious_finding(page, title):
     name = Path(dict(PAGES)[title]).stem
-    page.locator(".st-key-menu").get_by_role("link", name=title, exact=True).click(timeout=SLOW)
-    page.wait_for_url(f"**/{name}*", timeout=SLOW)
+    follow(page, page.locator(".st-key-menu").get_by_role("link", name=title, exact=True), name)
     at_rest(page)
     if name not in LONG:
         FILLED.get(name, fill_with_maps)(page)
