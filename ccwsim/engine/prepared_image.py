@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from math import prod
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.lengths import Lengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits
-from ccwsim.engine.stages.conditioning import MAX_DATA, legal_splits
-from ccwsim.engine.stages.path import to_path
+from ccwsim.engine.stages.conditioning import legal_splits
+from ccwsim.engine.stages.path import Triple, in_layers, to_path
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
@@ -22,38 +24,59 @@ class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search."""
 
     pyramid: Pyramid
-    # shape (n_splits,): into how many parts, along each axis, a tile may be split; the first is 1
+    # shape (n_splits, 3): into how many parts, along each axis, a tile may be split; the first is 1
     splits: NDArray[np.int64]
-    # shape (n_splits, 4, ny_places, nx_places): σA² by split, shape of the overlap and location;
-    # see `overlap_energies`
-    energies: NDArray[np.signedinteger]
+    # shape (n_splits, n_shapes, nz, ny, nx) of locations: ΣA² by split, shape of the overlap and
+    # location; see `overlap_energies`
+    energies: NDArray[np.number[Any]]
     proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
 
+    @property
+    def n_places(self) -> int:
+        """How many locations there are."""
+        return prod(self.energies.shape[2:])
 
-def orient_image(study: Study, image: NDArray[np.uint8], template_size: int) -> OrientedImage:
-    """Return an image, in path coordinates and at the searched scale, as the search needs it."""
-    p, scale, n_facies = study.parameters, study.parameters.scale, study.training_image.n_facies
-    level, may_split = p.level - scale, p.exact_data and study.hard_data.n > MAX_DATA
-    one_plane = p.similarity == "ssd" and n_facies <= 2
+
+def orient_image(study: Study, image: NDArray[np.uint8], lengths: Lengths) -> OrientedImage:
+    """Return an image, in path coordinates and at the searched scale, as the search needs it.
+
+    `lengths` are along the path, in cells of the image.
+    """
+    p, n_facies = study.parameters, study.training_image.n_facies
+    template, overlap, level = lengths.template, lengths.overlap, lengths.level
+    correlation = p.similarity == "correlation"
+    one_plane = not correlation and n_facies <= 2
     check_stop()  # each step takes a second for an image of many million cells
     pyramid = build_pyramid(image, level, 1 if one_plane else n_facies)
-    if level and not p.exact_data:
-        blocks = np.broadcast_to(upgrid(pyramid.image, 2**level), pyramid.phases.shape)
+    if max(level) and not p.exact_data:
+        blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
-    template, overlap = template_size >> scale, p.overlap_size >> scale
-    kind = score_type(level, template, overlap)
-    splits = legal_splits(template, overlap) if may_split else [1]
-    shape = tuple(length - (template >> level) + 1 for length in pyramid.sums.shape[1:])
-    energies = np.empty((len(splits), 4, *shape), kind)
-    for k, parts in enumerate(splits):
+    kind = score_type(level, template, overlap, correlation)
+    may_split = p.exact_data and study.hard_data.n > lengths.max_data
+    splits = legal_splits(template, overlap) if may_split else [(1, 1, 1)]
+    first = _energies(pyramid, lengths, (1, 1, 1), kind)
+    energies = np.empty((len(splits), *first.shape), kind)
+    energies[0] = first
+    for k, parts in enumerate(splits[1:], 1):
         check_stop()
-        size = (template - overlap) // parts + overlap
-        own = overlap_energies(pyramid.sums, size >> level, overlap >> level, kind)
-        energies[k] = own[:, : shape[0], : shape[1]]
-    if p.similarity == "correlation":
+        own = _energies(pyramid, lengths, parts, kind)
+        energies[k] = own[(slice(None), *(slice(length) for length in first.shape[1:]))]
+    if correlation:
         energies[:] = 0
     proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
     return OrientedImage(pyramid, np.array(splits), energies, proportions)
+
+
+def _energies(
+    pyramid: Pyramid, lengths: Lengths, parts: Triple, kind: type[np.number[Any]]
+) -> NDArray[np.number[Any]]:
+    """Return the energies of tiles that are split into `parts`."""
+    size, blocks = [], []
+    each = zip(lengths.step, lengths.overlap, lengths.level, parts, strict=True)
+    for step, overlap, level, n in each:
+        size.append((step // n + overlap) >> level)
+        blocks.append(overlap >> level)
+    return overlap_energies(pyramid.sums, tuple(size), tuple(blocks), kind)  # type: ignore[arg-type]
 
 
 class PreparedImage:
@@ -64,27 +87,38 @@ class PreparedImage:
 
     def __init__(self, study: Study) -> None:
         self._study = study
-        self._oriented: dict[tuple[int, int], OrientedImage] = {}
+        self._lengths = lengths_of(study.parameters, study.grid.shape)
+        self._oriented: dict[tuple[int, Triple], OrientedImage] = {}
         self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
         self._bits: dict[tuple[int, int], NDArray[np.uint64]] = {}
 
-    def oriented(self, orientation: int, template_size: int) -> OrientedImage:
-        """Return the image in one orientation, at the scale that is searched."""
-        key = orientation, template_size
-        if key not in self._oriented:
-            image = self.scaled(orientation, self._study.parameters.scale)
-            self._oriented[key] = orient_image(self._study, image, template_size)
-        return self._oriented[key]
+    def oriented(self, orientation: int, template: Triple) -> OrientedImage:
+        """Return the image in one orientation, at the scale that is searched.
+
+        The template is along the axes of the grid.
+        """
+        key = orientation, template
+        found = self._oriented.get(key)
+        if found is None:
+            scale = self._study.parameters.scale
+            own = self._lengths._replace(template=template).at_scale(scale).along(orientation)
+            found = orient_image(self._study, self.scaled(orientation, scale), own)
+            self._oriented[key] = found
+        return found
 
     def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
-        """Return the image in one orientation, up-gridded `scale` times."""
+        """Return the image in one orientation, up-gridded `scale` times, shape (nz, ny, nx)."""
         key = orientation, scale
         if key not in self._scaled:
             if scale == 0:
-                oriented = to_path(self._study.training_image.indices, orientation)
+                indices = self._study.training_image.indices
+                oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
                 self._scaled[key] = np.array(oriented, order="C")  # writable: kernels know one type
             else:
-                self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), 2)
+                fine, coarse = (self._lengths.at_scale(s).along(orientation).unit
+                                for s in (scale - 1, scale))  # fmt: skip
+                z, y, x = (b // a for a, b in zip(fine, coarse, strict=True))
+                self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), (z, y, x))
         return self._scaled[key]
 
     def bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
@@ -97,4 +131,4 @@ class PreparedImage:
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
         """When a datum counts as isolated, by facies index."""
-        return isolated_datum_thresholds(self._study.training_image.indices)
+        return isolated_datum_thresholds(self.scaled())

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.lengths import Lengths, lengths_of
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.bits import make_strips
-from ccwsim.engine.stages.conditioning import PlacedData, place_data, split_tiles
+from ccwsim.engine.stages.conditioning import (
+    DENSE,
+    SPARSE,
+    PlacedData,
+    place_data,
+    split_tiles,
+    total_type,
+)
 from ccwsim.engine.stages.cut import UNKNOWN, make_cut
 from ccwsim.engine.stages.path import (
+    FROM_ABOVE,
     N_ORIENTATIONS,
     RasterPath,
+    Triple,
     cells_to_path,
     from_path,
+    in_layers,
     make_path,
     to_path,
 )
@@ -24,6 +36,7 @@ from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.tiles import (
     Search,
     Simulated,
+    Workspace,
     make_patches,
     make_workspace,
     refine_patches,
@@ -48,15 +61,25 @@ class Plan(NamedTuple):
     """What is settled before the first patch of a realization."""
 
     path: RasterPath
+    lengths: Lengths  # along the path, in cells of the grid
     oriented: OrientedImage  # the training image in path coordinates, at the scale of the search
     search: Search
     data: tuple[PlacedData, ...]  # by scale, the finest first
-    patches: NDArray[np.int64]  # shape (n, 7): from `make_patches`, in cells of the searched scale
+    patches: NDArray[np.int64]  # from `make_patches`, in cells of the searched scale
+
+    def workspace(self) -> Workspace:
+        """Return the arrays that its patches need."""
+        data, scale = self.data[-1], self.search
+        cells = prod(t * scale.co_template for t in scale.template)
+        missed = min(len(data.columns), cells) * max(SPARSE.missed, DENSE.missed)
+        overlap = prod(scale.template) * prod(scale.block)
+        bound = 2 * overlap + missed * scale.datum_cost + 3 * scale.location_cost
+        return make_workspace(self.oriented, scale, data, total_type(bound))
 
 
 def simulate_raster(
     study: Study,
-    template: int,
+    template: Triple,
     image: PreparedImage,
     keep_sources: bool,
     rng: np.random.Generator,
@@ -68,46 +91,57 @@ def simulate_raster(
     finer scale places the patches again, near the locations that the coarser one chose.
     """
     p = study.parameters
-    path, oriented, search, data, patches = make_plan(study, template, image, rng)
-    n, work = len(patches), make_workspace(oriented, search, data[p.scale])
-    simulated = empty_grid(study, path, p.scale, n, keep_sources)
-    at_once = _patches_per_call(oriented, search)
+    plan = make_plan(study, template, image, rng)
+    path, oriented, patches = plan.path, plan.oriented, plan.patches
+    n, work = len(patches), plan.workspace()
+    simulated = empty_grid(study, plan, p.scale, n, keep_sources)
+    at_once = _patches_per_call(oriented, plan.search)
     for first in _reported(study, 0, n, at_once, watch):
         last = min(first + at_once, n)
         simulate_patches(
-            first, last, patches, oriented, data[p.scale], search, rng, work, simulated
+            first, last, patches, oriented, plan.data[p.scale], plan.search, rng, work, simulated
         )
-    at_once = min(max(CELLS_PER_CALL // template**2, 1), MAX_PATCHES_PER_CALL)
+    at_once = min(max(CELLS_PER_CALL // prod(plan.lengths.template), 1), MAX_PATCHES_PER_CALL)
+    coarser = plan.lengths.at_scale(p.scale)
     for scale in range(p.scale - 1, -1, -1):
-        patches = patches * np.array([2, 2, 2, 1, 1, 1, 1])
-        finer, bits = image.scaled(path.orientation, scale), image.bits(path.orientation, scale)
-        size = template >> scale
+        own = plan.lengths.at_scale(scale)
+        z, y, x = (b // a for a, b in zip(own.unit, coarser.unit, strict=True))
+        finer, coarser = (z, y, x), own
+        patches = patches * np.array([*finer, *finer, 1, 1, 1, 1])
+        scaled, bits = image.scaled(path.orientation, scale), image.bits(path.orientation, scale)
+        data, size = plan.data[scale], own.template
         work = work._replace(
-            at_stake=np.zeros((min(len(data[scale].columns), size**2), 3), np.int64),
+            at_stake=np.zeros((min(len(data.columns), prod(size)), 4), np.int64),
             strips=make_strips(bits, size),
-            cut=make_cut(size, p.overlap_size >> scale),
+            cut=make_cut(size, own.overlap),
         )
         locations = simulated.locations
-        simulated = empty_grid(study, path, scale, n, keep_sources)._replace(locations=locations)
+        simulated = empty_grid(study, plan, scale, n, keep_sources)._replace(locations=locations)
+        fixed = plan.search.missed, own.overlap, finer, p.refine, work, simulated
         for first in _reported(study, p.scale - scale, n, at_once, watch):
             last = min(first + at_once, n)
-            refine_patches(
-                first, last, patches, finer, bits, data[scale], p.refine, work, simulated
-            )
-    return to_grid(simulated.grid, simulated.sources, path, study.training_image.shape)
+            refine_patches(first, last, patches, scaled, bits, data, *fixed)
+    return to_grid(simulated.grid, simulated.sources, path, study)
 
 
 def empty_grid(
-    study: Study, path: RasterPath, scale: int, n_patches: int, keep_sources: bool
+    study: Study, plan: Plan, scale: int, n_patches: int, keep_sources: bool
 ) -> Simulated:
     """Return the grid of a scale before its first patch."""
-    p, shape = study.parameters, (path.full[0] >> scale, path.full[1] >> scale)
+    p = study.parameters
+    shape = _scaled(plan.path.full, plan.lengths.at_scale(scale))
     return Simulated(
         np.full(shape, UNKNOWN, np.uint8),
-        np.zeros(shape if keep_sources and scale == 0 else (0, 0), np.int32),
+        np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
         np.zeros(study.training_image.n_facies if p.match_proportions else 0, np.int64),
-        np.zeros((n_patches, 2), np.int32),
+        np.zeros((n_patches, 3), np.int32),
     )
+
+
+def _scaled(shape: Triple, lengths: Lengths) -> Triple:
+    """Return the shape of a grid in cells of a scale."""
+    z, y, x = (n >> s for n, s in zip(shape, lengths.scales, strict=True))
+    return z, y, x
 
 
 def _reported(study: Study, n_scales: int, n: int, at_once: int, watch: Watch) -> Iterator[int]:
@@ -118,88 +152,119 @@ def _reported(study: Study, n_scales: int, n: int, at_once: int, watch: Watch) -
         yield first
 
 
-def make_plan(study: Study, template: int, image: PreparedImage, rng: np.random.Generator) -> Plan:
+def make_plan(
+    study: Study, template: Triple, image: PreparedImage, rng: np.random.Generator
+) -> Plan:
     """Draw where the path starts (Algorithm 1, line 3), and orient everything along it."""
-    p = study.parameters
-    orientation = int(rng.integers(N_ORIENTATIONS)) if p.random_path else 0
+    p, grid_shape = study.parameters, in_layers(study.grid.shape)
+    volume = len(study.grid.shape) == 3
+    drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
+    order, orientation = divmod(drawn, 2 * FROM_ABOVE)
     oriented = image.oriented(orientation, template)
-    path = make_path(study.grid.shape, orientation, template, p.overlap_size)
-    data = tuple(_data_at(scale, study, path) for scale in range(p.scale + 1))
-    search = _search(p, template, oriented)
-    splits, overlap = oriented.splits, p.overlap_size
-    split_of = split_tiles(splits.tolist(), data[0], path, template, overlap)
-    patches = make_patches(path, search.template - search.overlap, search.overlap, splits, split_of)
-    return Plan(path, oriented, search, data, patches)
+    lengths = lengths_of(p, study.grid.shape, template).along(orientation)
+    path = make_path(grid_shape, orientation, lengths.template, lengths.overlap, order)
+    data = tuple(_data_at(scale, study, path, lengths) for scale in range(p.scale + 1))
+    search = _search(study, lengths, oriented)
+    splits = oriented.splits
+    legal = [(z, y, x) for z, y, x in splits.tolist()]
+    split_of = split_tiles(
+        legal, data[0], path, lengths.template, lengths.overlap, lengths.max_data
+    )
+    patches = make_patches(path, lengths.at_scale(p.scale), splits, split_of)
+    return Plan(path, lengths, oriented, search, data, patches)
 
 
-def _data_at(scale: int, study: Study, path: RasterPath) -> PlacedData:
+def _data_at(scale: int, study: Study, path: RasterPath, lengths: Lengths) -> PlacedData:
     """Return the data in path coordinates at a scale, as far as they count there.
 
     Data that only condition the search count there alone, each as the first cell of its block.
     """
-    p = study.parameters
-    shape = path.full[0] >> scale, path.full[1] >> scale
-    cells = cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation)
+    p, own = study.parameters, lengths.at_scale(scale)
+    shape = _scaled(path.full, own)
+    cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     if not p.exact_data and scale < p.scale:
         return place_data(cells[:0], study.facies_of_data[:0], shape, keep=False)
-    block = 1 if p.exact_data else 2 ** (p.level - p.scale)
-    blocks, facies = upgrid_data(cells, study.facies_of_data, block << scale)
-    return place_data(blocks * block, facies, shape, keep=p.exact_data)
+    block = (1, 1, 1) if p.exact_data else own.block
+    z, y, x = (b * u for b, u in zip(block, own.unit, strict=True))
+    blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x))
+    return place_data(blocks * np.array(block), facies, shape, keep=p.exact_data)
+
+
+def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return cells with their layer, 0 in a map."""
+    return np.pad(cells, ((0, 0), (3 - cells.shape[1], 0)))
 
 
 def to_grid(
-    grid: NDArray[np.uint8],
-    sources: NDArray[np.int32],
-    path: RasterPath,
-    image_shape: tuple[int, int],
+    grid: NDArray[np.uint8], sources: NDArray[np.int32], path: RasterPath, study: Study
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return a realization in grid coordinates, its sources as flat indices in the TI itself."""
-    rows, columns = path.shape
+    shape = in_layers(study.training_image.shape)
     if sources.size:
-        numbers = np.arange(image_shape[0] * image_shape[1], dtype=np.int32).reshape(image_shape)
+        numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
         oriented = np.ascontiguousarray(to_path(numbers, path.orientation))
         sources = oriented.ravel()[sources]
-    return (
-        np.ascontiguousarray(from_path(grid[:rows, :columns], path.orientation)),
-        np.ascontiguousarray(from_path(sources[:rows, :columns], path.orientation)),
-    )
+
+    def own(cells: NDArray) -> NDArray:
+        nz, ny, nx = path.shape
+        found = from_path(cells[:nz, :ny, :nx], path.orientation)
+        return np.ascontiguousarray(found if len(study.grid.shape) == 3 else found[0])
+
+    return own(grid), own(sources) if sources.size else np.zeros((0, 0), np.int32)
 
 
 def _patches_per_call(oriented: OrientedImage, search: Search) -> int:
-    cells = 2 * search.template * search.overlap * len(oriented.pyramid.sums)
-    terms = cells // search.block_size**2 * oriented.energies[0, 0].size
+    template, overlap, block = search.template, search.overlap, search.block
+    inside = prod(t - o for t, o in zip(template, overlap, strict=True))
+    cells = (prod(template) - inside) * len(oriented.pyramid.sums)
+    terms = max(cells // prod(block), 1) * oriented.n_places
     return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
 
 
-def _search(p: Parameters, template: int, oriented: OrientedImage) -> Search:
+def _search(study: Study, lengths: Lengths, oriented: OrientedImage) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
-    block_size = 2 ** (p.level - p.scale)
+    p = study.parameters
+    own = lengths.at_scale(p.scale)
     planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # in which a wrong cell counts
     # A coarse cell stands for 4^scale cells and for 2^scale along a boundary: counted as one it
     # leaves shapes broken, counted as 4^scale it leaves most data to local re-simulation.
-    cell_cost = block_size * block_size * planes / 2**p.scale
-    overlap_cost = cell_cost * 2 * p.template_size * p.overlap_size / 4**p.scale
+    cell_cost = prod(own.block) * planes / 2**p.scale
+    corner = _usual_overlap(lengths_of(p, study.grid.shape)) / 4**p.scale
+    of_data = lengths.weight_of_data
     return Search(
-        template=template >> p.scale,
-        overlap=p.overlap_size >> p.scale,
-        block_size=block_size,
-        n_candidates=min(p.n_candidates, oriented.energies[0, 0].size),
+        template=own.template,
+        overlap=own.overlap,
+        block=own.block,
+        n_candidates=min(p.n_candidates, oriented.n_places),
         co_template=p.co_template,
         share=p.search_fraction,
         refine=p.refine,
         match=p.match_proportions,
         cell_cost=cell_cost,
-        datum_cost=cell_cost * (1 if p.exact_data else DATUM_FACTOR),
-        location_cost=p.location_weight * overlap_cost,
+        datum_cost=cell_cost * of_data * (1 if p.exact_data else DATUM_FACTOR),
+        slack_cost=cell_cost * of_data,
+        missed=round(SPARSE.missed * of_data),
+        location_cost=p.location_weight * cell_cost * corner,
+        location_axes=(1.0, 1.0, 1.0),
         exact=p.exact_data,
     )
 
 
-def draw_template(p: Parameters, shape: tuple[int, int], rng: np.random.Generator) -> int:
-    """Return T, or a size within the share that `template_variation` allows."""
+def _usual_overlap(lengths: Lengths) -> int:
+    """Return the cells of overlap that a location at the other end of the image costs."""
+    if not lengths.volume:
+        return 2 * lengths.template[1] * lengths.overlap[1]
+    inside = prod(t - o for t, o in zip(lengths.template, lengths.overlap, strict=True))
+    return prod(lengths.template) - inside
+
+
+def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:
+    """Return T along z, y and x, or a size within the share that `template_variation` allows."""
+    usual = lengths_of(p, shape).template
     if p.template_variation == 0:
-        return p.template_size
+        return usual
     low = max(round(p.template_size * (1 - p.template_variation)), 2 * p.overlap_size, 4)
     high = min(round(p.template_size * (1 + p.template_variation)), *shape, MAX_TEMPLATE)
     sizes = legal_sizes(p.level, low, high)
-    return sizes[int(rng.integers(len(sizes)))]
+    size = sizes[int(rng.integers(len(sizes)))]
+    return usual[0] if usual[0] == 1 else size, size, size

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import reported_compilation
+from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import RASTER_SHARE, draw_template, simulate_raster
+from ccwsim.engine.raster import RASTER_SHARE, draw_template, in_three, simulate_raster
 from ccwsim.engine.stages.conditioning import data_grid
+from ccwsim.engine.stages.path import in_layers
 from ccwsim.engine.stages.resimulation import Target, resimulate
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.grid import Grid
@@ -25,8 +27,10 @@ from ccwsim.system.workers import Watch
 class Realization:
     """One realization of a study."""
 
-    indices: NDArray[np.uint8]  # shape (ny, nx): facies indices
-    sources: NDArray[np.int32]  # shape (ny, nx) or (0, 0): as `Ensemble.sources` has it
+    # shape (ny, nx), or (nz, ny, nx) of a volume: facies indices
+    indices: NDArray[np.uint8]
+    # the same shape, or empty: as `Ensemble.sources` has it
+    sources: NDArray[np.int32]
     data_status: NDArray[np.int16]  # shape (n_data,): as `Ensemble.data_status` has it
     cpu_seconds: float = 0.0  # CPU time of the thread that simulated it
 
@@ -44,21 +48,30 @@ def simulate_realization(
     indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
     cells = study.hard_data.cells
     if study.parameters.exact_data and study.hard_data.n:
-        data = data_grid(cells, study.facies_of_data, indices.shape)
-        target = Target(image.scaled(), image.bits(), data, indices, sources)
+        target = target_of(study, image, indices, sources)
         data_status = resimulate(
             target,
-            cells,
+            in_three(cells),
             template,
             rng,
             image.isolated_datum_thresholds,
             lambda share: watch.report(RASTER_SHARE + (1 - RASTER_SHARE) * share),
         )
     else:
-        missed = indices[cells[:, 0], cells[:, 1]] != study.facies_of_data
+        missed = indices[tuple(cells.T)] != study.facies_of_data
         data_status = np.where(missed, WRONG, 0).astype(np.int16)
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
+
+
+def target_of(
+    study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
+) -> Target:
+    """Return what local re-simulation changes: views of a realization and its sources in layers."""
+    shape = in_layers(study.grid.shape)
+    data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
+    origin = sources.reshape(shape if sources.size else (0, 0, 0))
+    return Target(image.scaled(), image.bits(), data, indices.reshape(shape), origin)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
@@ -88,10 +101,11 @@ def compile_kernels(
     """
     if is_compiled(study, image):
         return
-    cells = np.argwhere(np.ones((8, 8))) if study.hard_data.n else np.empty((0, 2), int)
+    shape = (8,) * len(study.grid.shape)
+    cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
     codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]  # none can be met at once
     data = HardData(cells, codes)
-    tiny = Study(study.training_image, Grid(8, 8), study.parameters, data, 0)
+    tiny = Study(study.training_image, Grid.of(shape), study.parameters, data, 0)
     with reported_compilation(on_kernel):
         simulate_realization(tiny, 0, image, False, watch)
     _compiled.add(_ways(study, image))
@@ -100,6 +114,7 @@ def compile_kernels(
 def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
     """Return what decides which kernels are run, and for which types."""
     p = study.parameters
-    oriented = image.oriented(0, p.template_size)
+    template = lengths_of(p, study.grid.shape).template
+    oriented = image.oriented(0, template)
     types = oriented.pyramid.sums.dtype, oriented.energies.dtype
-    return *types, study.hard_data.n > 0, p.exact_data, p.scale > 0
+    return *types, len(study.grid.shape), study.hard_data.n > 0, p.exact_data, p.scale > 0

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.bits import to_bits
-from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.resimulation import Target, isolated_datum_thresholds, resimulate
+from ccwsim.engine.lengths import lengths_of
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.raster import in_three
+from ccwsim.engine.realization import target_of
+from ccwsim.engine.stages.resimulation import resimulate
 from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
@@ -68,16 +70,17 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     sources = np.empty((ensemble.n, 0, 0), np.int32) if kept is None else kept.copy()
     data_status = _known(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
-    image = np.array(study.training_image.indices)  # writable: kernels know one type
-    thresholds, bits = isolated_datum_thresholds(image), to_bits(image)
-    data = data_grid(hard_data.cells, study.facies_of_data, study.grid.shape)
+    image = PreparedImage(study)
+    thresholds = image.isolated_datum_thresholds
+    template = lengths_of(p, study.grid.shape).template
+    cells, places = in_three(hard_data.cells), tuple(hard_data.cells.T)
 
     def task(number: int, watch: Watch) -> None:
         before = time.thread_time()
         key = int(ensemble.numbers[number]), 1
         rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=key))
-        rows, columns = hard_data.cells.T
-        wrong = indices[number, rows, columns] != study.facies_of_data
+        own = indices[number]
+        wrong = own[places] != study.facies_of_data
         if not p.exact_data:
             data_status[number, wrong] = WRONG
             return
@@ -85,14 +88,12 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         origin = sources[number]
         if forced.any() and not origin.size:  # to see which forced cells a window takes by now
             origin = np.zeros(study.grid.shape, np.int32)
-            origin[rows[forced], columns[forced]] = -1
-        target = Target(image, bits, data, indices[number], origin)
-        status = resimulate(
-            target, hard_data.cells[wrong], p.template_size, rng, thresholds, watch.report
-        )
+            origin[tuple(hard_data.cells[forced].T)] = -1
+        target = target_of(study, image, own, origin)
+        status = resimulate(target, cells[wrong], template, rng, thresholds, watch.report)
         data_status[number, wrong] = status
         if forced.any():
-            data_status[number, forced & (origin[rows, columns] != -1)] = status.max(initial=0)
+            data_status[number, forced & (origin[places] != -1)] = status.max(initial=0)
         seconds[number] = time.thread_time() - before
         watch.report(1.0)
 

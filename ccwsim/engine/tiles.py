@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from math import prod
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel
+from ccwsim.engine.lengths import Lengths
 from ccwsim.engine.prepared_image import OrientedImage
 from ccwsim.engine.stages.bits import Strips, make_strips
-from ccwsim.engine.stages.box import LEFT, TOP, Box
+from ccwsim.engine.stages.box import BELOW, LEFT, TOP, Box
 from ccwsim.engine.stages.candidates import (
     add_location,
     best_places,
     closest_to_target,
     draw_index,
     keep_within,
+    n_segments,
+    place_of,
 )
 from ccwsim.engine.stages.conditioning import (
     DENSE,
@@ -29,25 +33,24 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import RasterPath
+from ccwsim.engine.stages.path import RasterPath, Triple, in_order
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
-
-REACH = 2
-"""ms-ccsim compares locations up to REACH − 1 cells from the coarser scale's, on each axis."""
 
 
 class Search(NamedTuple):
     """The parameters as the simulation loop needs them, lengths in cells of the searched grid.
 
     `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
-    data are multiplied by. Where data are not `exact` they were only compared by blocks, so that a
-    location chosen for them must not be shifted. `location_cost` is that of one at the other end.
+    data are multiplied by, `slack_cost` what slack is; `missed` is what a datum counts in
+    refinement, in wrong cells. Where data are not `exact` they were only compared by blocks, so
+    that a location chosen for them must not be shifted. `location_cost` is that of one at the other
+    end, along the axes of `location_axes`.
     """
 
-    template: int
-    overlap: int
-    block_size: int
+    template: Triple
+    overlap: Triple
+    block: Triple
     n_candidates: int
     co_template: int
     share: float
@@ -55,7 +58,10 @@ class Search(NamedTuple):
     match: bool
     cell_cost: float
     datum_cost: float
+    slack_cost: float
+    missed: int
     location_cost: float
+    location_axes: tuple[float, float, float]
     exact: bool
 
 
@@ -66,13 +72,20 @@ class Workspace(NamedTuple):
     which of them was drawn. They are made in Python: kernels that allocate compile longer.
     """
 
-    scores: NDArray[np.signedinteger]
-    run: NDArray[np.signedinteger]
-    totals: NDArray[np.int64]
-    row_best: NDArray[np.int64]
-    places: NDArray[np.int64]
-    terms: NDArray[np.int64]
-    weights: NDArray[np.signedinteger]
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
+    totals: NDArray[np.signedinteger]  # the same with the costs of data and location
+    run: NDArray[np.number[Any]]
+    minima: NDArray[np.number[Any]]  # of the scores, and of the totals
+    total_minima: NDArray[np.signedinteger]
+    # locations with good scores, their scores, and their totals
+    found: NDArray[np.int64]
+    found_scores: NDArray[np.number[Any]]
+    found_totals: NDArray[np.signedinteger]
+    places: NDArray[np.int64]  # numbers of locations
+    # of the block sums of the overlap, where the first location meets each, and itself
+    offsets: NDArray[np.int64]
+    weights: NDArray[np.number[Any]]
+    of_block: NDArray[np.int64]
     choice: NDArray[np.int64]
     after: NDArray[np.int64]
     at_stake: NDArray[np.int64]
@@ -84,58 +97,71 @@ class Workspace(NamedTuple):
 class Simulated(NamedTuple):
     """What the simulation loop fills, in path coordinates."""
 
-    # shape (ny, nx): facies indices, UNKNOWN where not simulated; large enough for whole tiles
+    # shape (nz, ny, nx): facies indices, UNKNOWN where not simulated; large enough for whole tiles
     grid: NDArray[np.uint8]
-    # shape (ny, nx) or (0, 0): flat index in the oriented TI of each cell; not kept where it is
-    # empty
+    # shape (nz, ny, nx) or (0, 0, 0): flat index in the oriented TI of each cell; not kept where it
+    # is empty
     sources: NDArray[np.int32]
     # shape (n_facies,) or (0,): simulated cells by facies; not kept where it is empty
     counts: NDArray[np.int64]
-    # shape (n_patches, 2): first cell in the oriented TI of each patch
+    # shape (n_patches, 3): first cell in the oriented TI of each patch
     locations: NDArray[np.int32]
 
 
 def make_patches(
-    path: RasterPath,
-    step: int,
-    overlap: int,
-    splits: NDArray[np.int64],
-    split_of: NDArray[np.int64],
+    path: RasterPath, lengths: Lengths, splits: NDArray[np.int64], split_of: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the patches in the order of the path, shape (n, 7).
+    """Return the patches in the order of the path, shape (n, 10).
 
-    Columns: first row and column, side, sides of the overlap (0 for the first patch), index of the
-    split of its tile, the tile, and the part of the tile.
+    Columns: first layer, row and column, lengths along these, sides of the overlap (0 for the first
+    patch), index of the split of its tile, the tile, and the part of the tile. `lengths` are along
+    the path.
     """
-    parts_of = splits[split_of]
-    tile = np.repeat(np.arange(len(split_of)), parts_of**2)
-    parts = parts_of[tile]
-    part = np.arange(len(tile)) - np.repeat(np.cumsum(parts_of**2) - parts_of**2, parts_of**2)
-    (row, column), (down, along) = divmod(tile, path.n_columns), divmod(part, parts)
-    sides = np.where(column + along > 0, LEFT, 0) | np.where(row + down > 0, TOP, 0)
-    y0, x0 = row * step + down * (step // parts), column * step + along * (step // parts)
-    columns = y0, x0, step // parts + overlap, sides, split_of[tile], tile, part
-    return np.stack(columns, axis=1).astype(np.int64)
+    tiles = in_order(path)
+    n_parts = splits.prod(axis=1)[split_of[tiles]]
+    tile = np.repeat(tiles, n_parts)
+    part = np.arange(len(tile)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
+    parts = splits[split_of[tile]]
+    at = np.stack(np.unravel_index(tile, path.tiles), axis=1)
+    within = np.stack(
+        [part // (parts[:, 1] * parts[:, 2]), part // parts[:, 2] % parts[:, 1],
+         part % parts[:, 2]], axis=1,
+    )  # fmt: skip
+    step, overlap = np.array(lengths.step), np.array(lengths.overlap)
+    first = at * step + within * (step // parts)
+    size = step // parts + overlap
+    bits = np.array([BELOW, TOP, LEFT]) * (overlap > 0)
+    sides = ((at + within > 0) * bits).sum(axis=1)
+    return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
 
 
-def make_workspace(oriented: OrientedImage, search: Search, data: PlacedData) -> Workspace:
-    """Return the arrays that patches of a study need."""
+def make_workspace(
+    oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
+) -> Workspace:
+    """Return the arrays that patches of a study need; `totals` is the type of scores with costs."""
     energies, template = oriented.energies, search.template
-    ny, nx = energies.shape[2:]
+    kind, shape, n = energies.dtype, energies.shape[2:], oriented.n_places
     sums = oriented.pyramid.sums
-    n_terms = 2 * len(sums) * template * search.overlap // search.block_size**2
+    inside = prod(t - o for t, o in zip(template, search.overlap, strict=True))
+    n_terms = len(sums) * ((prod(template) - inside) // prod(search.block))
+    n_data = min(len(data.columns), prod(template))
     return Workspace(
-        scores=np.zeros((ny, nx), energies.dtype),
-        run=np.zeros(n_run(sums, nx), energies.dtype),
-        totals=np.zeros((ny, nx), np.int64),
-        row_best=np.zeros(ny, np.int64),
-        places=np.zeros((search.n_candidates, 2), np.int64),
-        terms=np.zeros((4, n_terms), np.int64),
-        weights=np.zeros(n_terms, energies.dtype),
+        scores=np.zeros(shape, kind),
+        totals=np.zeros(shape, totals),
+        run=np.zeros(n_run(sums, shape[2]), kind),
+        minima=np.zeros(n_segments(n), kind),
+        total_minima=np.zeros(n_segments(n), totals),
+        found=np.zeros(n, np.int64),
+        found_scores=np.zeros(n, kind),
+        found_totals=np.zeros(n, totals),
+        places=np.zeros(search.n_candidates, np.int64),
+        offsets=np.zeros(n_terms, np.int64),
+        weights=np.zeros(n_terms, kind),
+        of_block=np.zeros(256, np.int64),
         choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
-        at_stake=np.zeros((min(len(data.columns), template**2), 3), np.int64),
-        misses=make_misses(len(data.columns), sums.shape[2], (ny, nx)),
+        at_stake=np.zeros((n_data, 4), np.int64),
+        misses=make_misses(len(data.columns), sums.shape[1:], shape),
         strips=make_strips(oriented.pyramid.bits, template),
         cut=make_cut(template, search.overlap),
     )
@@ -149,47 +175,50 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
     """
     image, bits, sums, phases = oriented.pyramid
     grid, sources, counts, locations = simulated
-    block_size = search.block_size
     scores, totals, places = work.scores, work.totals, work.places
+    n_places = scores.shape[1], scores.shape[2]
+    oz, oy, ox = search.overlap
+    block = search.block
     for number in range(first, last):
-        patch = patches[number]
-        box = Box(patch[0], patch[1], patch[2], patch[3], search.overlap)
-        n_terms = overlap_terms(grid, box, block_size, len(sums), work.terms)
-        energy = oriented.energies[patch[4], box.sides]
-        score_places(sums, work.terms, n_terms, energy, work.weights, work.run, scores)
-        ahead = search.co_template * box.size
-        has_data = data_ahead(data, box.y0, box.x0, ahead)
+        p = patches[number]
+        box = Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], oz, oy, ox)
+        n_terms = overlap_terms(grid, box, block, sums, work.of_block, work.offsets, work.weights)
+        energy = oriented.energies[p[7], box.sides]
+        score_places(sums, work.offsets, work.weights, n_terms, energy, work.run, scores)
+        has_data = data_ahead(data, box, search.co_template)
         n = len(places)
         if has_data or search.location_cost > 0:
-            weights = SPARSE if box.size == search.template else DENSE
+            weights = SPARSE if box.nx == search.template[2] else DENSE
             everywhere = weights.everywhere or not has_data
-            start_totals(scores, 1.0 if everywhere else search.share, totals)
+            start_totals(scores.ravel(), 1.0 if everywhere else search.share, totals.ravel())
             if search.location_cost > 0:
-                add_location(box, grid.shape, search.location_cost, totals)
-            cost = search.datum_cost
+                add_location(box, grid.shape, search.location_cost, search.location_axes, totals)
             add_missed(
                 phases,
                 grid,
                 data,
                 box,
-                ahead,
+                search.co_template,
                 oriented.proportions,
                 weights,
-                cost,
+                search.datum_cost,
                 work.misses,
                 totals,
             )
-            best_places(totals, n, rng, work.row_best, places)
+            flat = totals.ravel()
+            best_places(flat, n, rng, work.total_minima, work.found, work.found_totals, places)
             if has_data:
-                n = keep_within(totals, places, np.int64(weights.slack * search.cell_cost))
+                n = keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
         else:
-            best_places(scores, n, rng, work.row_best, places)
+            flat_scores = scores.ravel()
+            best_places(flat_scores, n, rng, work.minima, work.found, work.found_scores, places)
         if search.match:
             drawn = closest_to_target(
                 image,
                 places[:n],
-                block_size,
-                box.size,
+                box,
+                block,
+                n_places,
                 oriented.proportions,
                 counts,
                 work.after,
@@ -198,32 +227,49 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
         else:
             drawn = draw_index(rng, n)
         work.choice[0], work.choice[1], work.choice[2] = n_terms, n, drawn
-        ty, tx = places[drawn, 0] * block_size, places[drawn, 1] * block_size
-        free = search.exact or not data_ahead(data, box.y0, box.x0, box.size)
-        if search.refine and block_size > 1 and free:
-            ty, tx = refine_place(
-                image, bits, grid, data, box, block_size, ty, tx, work.strips, work.at_stake
+        place = place_of(places[drawn], n_places, block)
+        coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
+        if search.refine and coarse and (search.exact or not data_ahead(data, box, 1)):
+            place = refine_place(
+                image,
+                bits,
+                grid,
+                data,
+                search.missed,
+                box,
+                block,
+                place,
+                work.strips,
+                work.at_stake,
             )
-        keep_old(grid, data.required, image, ty, tx, box, work.cut)
-        paste(image, ty, tx, box, work.cut.keep_mask, counts, grid, sources)
-        locations[number, 0], locations[number, 1] = ty, tx
+        keep_old(grid, data.required, image, place, box, work.cut)
+        paste(image, place, box, work.cut.keep_mask, counts, grid, sources)
+        locations[number, 0], locations[number, 1], locations[number, 2] = place
 
 
 @kernel
-def refine_patches(first, last, patches, image, bits, data, refine, work, simulated):
+def refine_patches(
+    first, last, patches, image, bits, data, missed, overlap, finer, refine, work, simulated
+):
     """Place patches `first` to `last` − 1 of ms-ccsim near their locations at the coarser scale.
 
-    `simulated.locations` are those of the coarser scale on entry, and stay without `refine`.
+    `finer` is how many cells of this scale a coarser one is, along each axis. `simulated.locations`
+    are those of the coarser scale on entry, and stay without `refine`.
     """
     grid, sources, counts, locations = simulated
+    oz, oy, ox = overlap
     for number in range(first, last):
-        patch = patches[number]
-        box = Box(patch[0], patch[1], patch[2], patch[3], work.cut.error.shape[1])
-        ty, tx = 2 * np.int64(locations[number, 0]), 2 * np.int64(locations[number, 1])
+        p = patches[number]
+        box = Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], oz, oy, ox)
+        place = (
+            finer[0] * np.int64(locations[number, 0]),
+            finer[1] * np.int64(locations[number, 1]),
+            finer[2] * np.int64(locations[number, 2]),
+        )
         if refine:
-            ty, tx = refine_place(
-                image, bits, grid, data, box, REACH, ty, tx, work.strips, work.at_stake
+            place = refine_place(
+                image, bits, grid, data, missed, box, finer, place, work.strips, work.at_stake
             )
-        keep_old(grid, data.required, image, ty, tx, box, work.cut)
-        paste(image, ty, tx, box, work.cut.keep_mask, counts, grid, sources)
-        locations[number, 0], locations[number, 1] = ty, tx
+        keep_old(grid, data.required, image, place, box, work.cut)
+        paste(image, place, box, work.cut.keep_mask, counts, grid, sources)
+        locations[number, 0], locations[number, 1], locations[number, 2] = place

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from math import prod
+
 import numpy as np
 
-from ccwsim.engine.stages.conditioning import MAX_DATA, legal_splits
+from ccwsim.engine.lengths import Lengths, lengths_of
+from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.model.parameters import legal_sizes
@@ -26,7 +29,7 @@ def footprint(
 
     The arguments are those of `simulate`.
     """
-    cells, threads = study.grid.ny * study.grid.nx, min(n, n_workers or n_cores())
+    cells, threads = prod(study.grid.shape), min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
     per_datum = BYTES_A_DATUM + 2 * n
@@ -44,24 +47,30 @@ def footprint(
 def _of_image(study: Study) -> int:
     """Return what the training image takes, in all orientations and template sizes drawn."""
     p, image = study.parameters, study.training_image
+    usual = lengths_of(p, study.grid.shape)
     low = max(round(p.template_size * (1 - p.template_variation)), 2 * p.overlap_size, 4)
     high = round(p.template_size * (1 + p.template_variation))
-    sizes = legal_sizes(p.level, low, high) if p.template_variation else [p.template_size]
-    oriented = sum(_of_oriented(study, size) for size in sizes)
-    making = 8 * image.indices.size * 3  # the decomposition is computed in floats
-    return (N_ORIENTATIONS if p.random_path else 1) * oriented + making
+    sizes = [usual.template]
+    if p.template_variation:
+        thin = usual.template[0] == 1
+        sizes = [(1 if thin else n, n, n) for n in legal_sizes(p.level, low, high)]
+    oriented = sum(_of_oriented(study, usual._replace(template=size)) for size in sizes)
+    ways = (2 if usual.volume else 1) * N_ORIENTATIONS
+    making = 8 * image.indices.size  # energies are summed up in whole numbers of 64 bits
+    return (ways if p.random_path else 1) * oriented + making
 
 
-def _of_oriented(study: Study, template: int) -> int:
+def _of_oriented(study: Study, lengths: Lengths) -> int:
     p, image = study.parameters, study.training_image
-    scale = p.scale
-    level, cells = p.level - scale, image.indices.size / 4**scale
-    n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
-    locations = cells / 4**level
-    split = p.exact_data and study.hard_data.n > MAX_DATA
-    size, overlap = template >> scale, p.overlap_size >> scale
-    n_splits = len(legal_splits(size, overlap)) if split else 1
-    score = np.dtype(score_type(level, size, overlap)).itemsize
-    sums = locations * n_planes * (1 if 4**level <= 255 else 2)
+    own = lengths.at_scale(p.scale)
+    cells = image.indices.size / prod(own.unit)
+    correlation = p.similarity == "correlation"
+    n_planes = 1 if not correlation and image.n_facies <= 2 else image.n_facies
+    locations = cells / prod(own.block)
+    split = p.exact_data and study.hard_data.n > own.max_data
+    n_splits = len(legal_splits(own.template, own.overlap)) if split else 1
+    score = np.dtype(score_type(own.level, own.template, own.overlap, correlation)).itemsize
+    sums = locations * n_planes * (1 if prod(own.block) <= 255 else 2)
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
-    return int(3 * cells + bits + sums + n_splits * 4 * locations * score)
+    shapes = 8 if own.overlap[0] else 4
+    return int(3 * cells + bits + sums + n_splits * shapes * locations * score)

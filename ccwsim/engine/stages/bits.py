@@ -12,59 +12,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP
+from ccwsim.engine.stages.box import inside_overlap
+from ccwsim.engine.stages.path import Triple
 
 
 class Strips(NamedTuple):
     """The cells in the overlap of a box that locations are compared with."""
 
-    # shape (n_planes, size, n_words): their facies; cell x of a row is bit x % 64 of word x // 64
+    # shape (n_planes, nz, ny, n_words): their facies; cell x of a row is bit x % 64 of word x // 64
     words: NDArray[np.uint64]
-    mask: NDArray[np.uint64]  # shape (size, n_words): which cells they are
+    mask: NDArray[np.uint64]  # shape (nz, ny, n_words): which cells they are
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the bits of facies indices, shape (n_planes, ny, n_words).
+    """Return the bits of facies indices, shape (n_planes, nz, ny, n_words).
 
     A row has one word more than it needs, so that 64 bits can be read from any cell on.
     """
-    ny, nx = image.shape
+    nz, ny, nx = image.shape
     planes = max(int(image.max()).bit_length(), 1)
-    bits = np.zeros((planes, ny, 64 * (nx // 64 + 2)), np.uint8)
+    bits = np.zeros((planes, nz, ny, 64 * (nx // 64 + 2)), np.uint8)
     for plane in range(planes):
-        bits[plane, :, :nx] = image >> plane & 1
-    return np.packbits(bits, axis=2, bitorder="little").view("<u8").astype(np.uint64)
+        bits[plane, :, :, :nx] = image >> plane & 1
+    return np.packbits(bits, axis=3, bitorder="little").view("<u8").astype(np.uint64)
 
 
-def make_strips(bits: NDArray[np.uint64], size: int) -> Strips:
+def make_strips(bits: NDArray[np.uint64], size: Triple) -> Strips:
     """Return empty strips for boxes of at most `size` cells."""
-    n_words = (size + 63) // 64
-    words = np.zeros((len(bits), size, n_words), np.uint64)
-    return Strips(words, np.zeros((size, n_words), np.uint64))
+    nz, ny, nx = size
+    n_words = (nx + 63) // 64
+    words = np.zeros((len(bits), nz, ny, n_words), np.uint64)
+    return Strips(words, np.zeros((nz, ny, n_words), np.uint64))
 
 
 @part_of_kernel
 def take_strips(grid, box, strips):
-    """Fill `strips` with the facies that `grid`, shape (ny, nx), has in the overlap of a box."""
-    n_planes, n_words = strips.words.shape[0], (box.size + 63) // 64
-    left = box.overlap if box.sides & LEFT else np.int64(0)
-    right = box.size - box.overlap if box.sides & RIGHT else box.size
-    top = box.overlap if box.sides & TOP else np.int64(0)
-    bottom = box.size - box.overlap if box.sides & BOTTOM else box.size
-    for y in range(box.size):
-        across = y < top or y >= bottom
-        for w in range(n_words):
-            strips.mask[y, w] = np.uint64(0)
-            for plane in range(n_planes):
-                strips.words[plane, y, w] = np.uint64(0)
-        for x in range(box.size):
-            if not across and left <= x < right:
-                continue
-            w, bit = x >> 6, np.uint64(x & 63)
-            strips.mask[y, w] |= np.uint64(1) << bit
-            for plane in range(n_planes):
-                digit = np.uint64(grid[box.y0 + y, box.x0 + x] >> plane & 1)
-                strips.words[plane, y, w] |= digit << bit
+    """Fill `strips` with the facies that `grid`, shape (nz, ny, nx), has in the overlap of a box."""
+    n_planes, n_words = strips.words.shape[0], (box.nx + 63) // 64
+    low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
+    for z in range(box.nz):
+        for y in range(box.ny):
+            across = z < low_z or z >= high_z or y < low_y or y >= high_y
+            row = grid[box.z0 + z, box.y0 + y, box.x0 : box.x0 + box.nx]
+            for w in range(n_words):
+                mask = np.uint64(0)
+                for x in range(64 * w, min(64 * w + 64, box.nx)):
+                    if across or x < low_x or x >= high_x:
+                        mask |= np.uint64(1) << np.uint64(x & 63)
+                strips.mask[z, y, w] = mask
+                for plane in range(n_planes):
+                    word, digit = np.uint64(0), np.uint64(plane)
+                    for x in range(64 * w, min(64 * w + 64, box.nx)):
+                        word |= (np.uint64(row[x]) >> digit & np.uint64(1)) << np.uint64(x & 63)
+                    strips.words[plane, z, y, w] = word & mask
 
 
 @part_of_kernel
@@ -78,22 +78,28 @@ def n_bits(word):
 
 
 @part_of_kernel
-def n_different(bits, ty, tx, size, strips, limit):
+def n_different(bits, place, box, strips, limit):
     """Return in how many cells of its strips a box differs from a location of the image.
 
-    Counting may end at `limit`; `bits` are the image's, shape (n_planes, ny, n_words).
+    Counting may end at `limit`; `bits` are the image's, shape (n_planes, nz, ny, n_words).
     """
+    tz, ty, tx = place
     first, shift = tx >> 6, np.uint64(tx & 63)
     back = np.uint64(63) - shift
     wrong = np.int64(0)
-    for y in range(size):
-        for w in range((size + 63) // 64):
-            differ = np.uint64(0)
-            for plane in range(strips.words.shape[0]):
-                near = bits[plane, ty + y, first + w]
-                far = bits[plane, ty + y, first + w + 1]
-                differ |= (near >> shift | far << np.uint64(1) << back) ^ strips.words[plane, y, w]
-            wrong += n_bits(differ & strips.mask[y, w])
-        if wrong >= limit:
-            break
+    for z in range(box.nz):
+        for y in range(box.ny):
+            for w in range((box.nx + 63) // 64):
+                mask = strips.mask[z, y, w]
+                if not mask:
+                    continue
+                differ = np.uint64(0)
+                for plane in range(strips.words.shape[0]):
+                    near = bits[plane, tz + z, ty + y, first + w]
+                    far = bits[plane, tz + z, ty + y, first + w + 1]
+                    own = strips.words[plane, z, y, w]
+                    differ |= (near >> shift | far << np.uint64(1) << back) ^ own
+                wrong += n_bits(differ & mask)
+            if wrong >= limit:
+                return wrong
     return wrong

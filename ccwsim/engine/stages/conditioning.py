@@ -10,6 +10,7 @@ approximation of a datum says little about the cell it lies in.
 
 from __future__ import annotations
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import RasterPath
+from ccwsim.engine.stages.path import RasterPath, Triple
 
 
 class Weights(NamedTuple):
@@ -42,197 +43,253 @@ MAX_TERMS = 1024
 """Data that are counted together: more are counted a part after the other."""
 MAX_COUNTED = 255
 """Misses that a byte holds."""
-RULED_OUT = 1 << 60
 N_CLASSES = 256
 
 
 class PlacedData(NamedTuple):
     """Hard data in path coordinates, as the kernels need them."""
 
-    # shape (ny, nx): facies index of the datum of each cell, UNKNOWN where there is none
+    # shape (nz, ny, nx): facies index of the datum of each cell, UNKNOWN where there is none
     facies: NDArray[np.uint8]
-    columns: NDArray[np.int64]  # shape (n,): column of each datum, by row
-    first: NDArray[np.int64]  # shape (ny + 1,): where the data of each row begin in `columns`
-    # shape (ny, nx): the data that refinement and cut must keep: `facies`, or none where the data
-    # only condition the choice of the location
+    columns: NDArray[np.int64]  # shape (n,): column of each datum, by layer and row
+    # shape (nz * ny + 1,): where the data of each row of each layer begin in `columns`
+    first: NDArray[np.int64]
+    # shape (nz, ny, nx): the data that refinement and cut must keep: `facies`, or none where the
+    # data only condition the choice of the location
     required: NDArray[np.uint8]
 
 
 def data_grid(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, int]
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
     """Return the facies index of the datum of each cell, UNKNOWN where there is none."""
     data = np.full(shape, UNKNOWN, np.uint8)
-    data[cells[:, 0], cells[:, 1]] = facies
+    data[tuple(cells.T)] = facies
     return data
 
 
 def place_data(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, int], keep: bool = True
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: Triple, keep: bool = True
 ) -> PlacedData:
-    """Return data on a grid of `shape`; `cells` (row, col) and `facies` (indices) have n rows.
+    """Return data on a grid of `shape`; `cells`, shape (n, 3), and `facies` (indices) have n rows.
 
     Without `keep` they only condition the choice of locations.
     """
     grid = data_grid(cells, facies, shape)
-    order = np.lexsort((cells[:, 1], cells[:, 0]))
-    first = np.searchsorted(cells[order, 0], np.arange(shape[0] + 1))
+    layers, rows, columns = cells.T
+    order = np.lexsort((columns, rows, layers))
+    own_rows = layers * shape[1] + rows
+    first = np.searchsorted(own_rows[order], np.arange(shape[0] * shape[1] + 1))
     required = grid if keep else np.full(shape, UNKNOWN, np.uint8)
-    return PlacedData(grid, np.ascontiguousarray(cells[order, 1]), first, required)
+    return PlacedData(grid, np.ascontiguousarray(columns[order]), first, required)
 
 
-def legal_splits(template: int, overlap: int) -> list[int]:
+def legal_splits(template: Triple, overlap: Triple) -> list[Triple]:
     """Return into how many parts, along each axis, a tile can be split.
 
     The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
-    T itself, the overlap is at most half of a part.
+    T itself, the overlap is at most half of a part. Rows and columns are split alike, layers as far
+    as they can be.
+
+    Examples
+    --------
+    >>> legal_splits((1, 32, 32), (0, 8, 8))
+    [(1, 1, 1), (1, 2, 2), (1, 3, 3)]
     """
-    step = template - overlap
-    return [n for n in range(1, step + 1) if step % n == 0 and step // n >= overlap]
+    steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
+
+    def legal(n: int, axis: int) -> bool:
+        step, width = steps[axis]
+        return n == 1 or (width > 0 and step % n == 0 and step // n >= width)
+
+    sizes = [n for n in range(1, steps[1][0] + 1) if legal(n, 1) and legal(n, 2)]
+    return [(max(m for m in range(1, n + 1) if legal(m, 0)), n, n) for n in sizes]
 
 
 def split_tiles(
-    splits: list[int], data: PlacedData, path: RasterPath, template: int, overlap: int
+    splits: list[Triple],
+    data: PlacedData,
+    path: RasterPath,
+    template: Triple,
+    overlap: Triple,
+    max_data: float = MAX_DATA,
 ) -> NDArray[np.int64]:
-    """Return which of `splits` each tile takes: the first with at most MAX_DATA data a part."""
-    n_tiles = path.n_rows * path.n_columns
+    """Return which of `splits` each tile takes: the first with at most `max_data` a part."""
+    n_tiles = prod(path.tiles)
     if len(splits) == 1:
         return np.zeros(n_tiles, np.int64)
-    step = template - overlap
-    rows, columns = np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), data.columns
+    steps = [t - o for t, o in zip(template, overlap, strict=True)]
+    own_rows = np.repeat(np.arange(len(data.first) - 1), np.diff(data.first))
+    places = [*np.divmod(own_rows, data.facies.shape[1]), data.columns]
     n_data = np.zeros(n_tiles, np.int64)
-    for down, along in np.ndindex(2, 2):  # a cell is in at most two tiles along each axis
-        row, column = rows // step - down, columns // step - along
-        inside = (row >= 0) & (row < path.n_rows) & (column >= 0) & (column < path.n_columns)
-        inside &= (rows - row * step < template) & (columns - column * step < template)
-        tiles = (row * path.n_columns + column)[inside]
+    for back in np.ndindex(2, 2, 2):  # a cell is in at most two tiles along each axis
+        at = [place // step - k for place, step, k in zip(places, steps, back, strict=True)]
+        inside = np.ones(len(own_rows), bool)
+        for tile, n, place, step, t in zip(at, path.tiles, places, steps, template, strict=True):
+            inside &= (tile >= 0) & (tile < n) & (place - tile * step < t)
+        layer, row, column = at
+        tiles = ((layer * path.tiles[1] + row) * path.tiles[2] + column)[inside]
         n_data += np.bincount(tiles, minlength=n_tiles)
     split_of = np.full(n_tiles, len(splits) - 1)
     for k in range(len(splits) - 2, -1, -1):
-        size = step // splits[k] + overlap
-        split_of[n_data * size * size <= MAX_DATA * template * template] = k
+        part = prod(s // n + o for s, n, o in zip(steps, splits[k], overlap, strict=True))
+        split_of[n_data * part <= max_data * prod(template)] = k
     return split_of
 
 
 class Misses(NamedTuple):
     """Arrays in which the data that locations miss are counted."""
 
-    # shape (5, n): of each datum, the first cell it meets, how many rows and columns of locations
-    # meet one, its facies, and what missing it costs
+    # shape (6, n): of each datum, the first cell it meets, how many layers, rows and columns of
+    # locations meet one, its facies, and what missing it costs
     terms: NDArray[np.int64]
     counts: NDArray[np.uint8]  # how many data each location misses, rows of the image apart
-    # shape (ny_places + 1, nx_places + 1): the cost of data beyond the end of the image, as changes
-    # from one row and column of locations to the next
+    # shape (nz + 1, ny + 1, nx + 1) of locations: the cost of data beyond the end of the image, as
+    # changes from one layer, row and column of locations to the next
     beyond: NDArray[np.int64]
 
 
-def make_misses(n_data: int, n_columns: int, shape: tuple[int, int]) -> Misses:
-    """Return the arrays for `shape` locations in an image of `n_columns` blocks."""
-    ny, nx = shape if n_data else (0, 0)
+def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
+    """Return the arrays for locations of shape `places` in an image of `blocks`."""
+    nz, ny, nx = places if n_data else (0, 0, 0)
     return Misses(
-        np.zeros((5, min(n_data, MAX_TERMS)), np.int64),
-        np.zeros(ny * n_columns, np.uint8),
-        np.zeros((ny + 1, nx + 1), np.int64),
+        np.zeros((6, min(n_data, MAX_TERMS)), np.int64),
+        np.zeros(nz * blocks[1] * blocks[2], np.uint8),
+        np.zeros((nz + 1, ny + 1, nx + 1), np.int64),
     )
 
 
 @part_of_kernel
-def data_ahead(data, y0, x0, size):
-    """Return whether any datum lies in the `size` × `size` cells from (y0, x0) on."""
-    last = min(y0 + size, len(data.first) - 1)
-    for i in range(data.first[y0], data.first[last]):
-        if x0 <= data.columns[i] < x0 + size:
-            return True
+def data_ahead(data, box, times):
+    """Return whether any datum lies in a box that is stretched `times` its lengths ahead."""
+    shape = data.facies.shape
+    for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
+        for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
+            row = z * shape[1] + y
+            for i in range(data.first[row], data.first[row + 1]):
+                if box.x0 <= data.columns[i] < box.x0 + times * box.nx:
+                    return True
     return False
 
 
 @part_of_kernel
-def add_missed(phases, grid, data, box, ahead, proportions, weights, datum_cost, work, totals):
+def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
     """Add what the missed data cost to the score of every location.
 
-    `ahead` is the side of the co-template, from the first cell of the patch. Where the training
+    The co-template is the box stretched `times` its lengths from its first cell. Where the training
     image ends before it does, `proportions` say what to expect. The weights are multiplied by
     `datum_cost`, the score of one wrong cell of overlap. `work` comes from `make_misses`.
     """
-    block_size, _, my, mx = phases.shape
-    ny, nx = totals.shape
-    cells, terms, n, some_beyond = phases.reshape(phases.size), work.terms, 0, False
-    for y in range(box.y0, min(box.y0 + ahead, len(data.first) - 1)):
-        for i in range(data.first[y], data.first[y + 1]):
-            x = data.columns[i]
-            if x < box.x0 or x >= box.x0 + ahead:
-                continue
-            facies = data.facies[y, x]
-            inside = y < box.y0 + box.size and x < box.x0 + box.size
-            weight = weights.missed if inside else weights.ahead
-            if inside and grid[y, x] == facies and data.required[y, x] == facies:
-                weight = weights.held
-            (dy, down), (dx, along) = divmod(y - box.y0, block_size), divmod(x - box.x0, block_size)
-            rows, columns = min(ny, max(my - dy, 0)), min(nx, max(mx - dx, 0))
-            if rows < ny or columns < nx:
-                expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
-                if not some_beyond:
-                    work.beyond[:] = 0
-                    some_beyond = True
-                work.beyond[0, columns] += expected
-                work.beyond[rows, 0] += expected
-                work.beyond[rows, columns] -= expected
-            cost = np.int64(weight * datum_cost)
-            if cost == 0 or rows == 0 or columns == 0:
-                continue
-            terms[0, n] = ((down * block_size + along) * my + dy) * mx + dx
-            terms[1, n], terms[2, n], terms[3, n], terms[4, n] = rows, columns, facies, cost
-            n += 1
-            if n == terms.shape[1]:
-                _count_misses(cells, mx, terms, n, work.counts, totals)
-                n = 0
-    _count_misses(cells, mx, terms, n, work.counts, totals)
+    uz, uy, ux, mz, my, mx = phases.shape
+    nz, ny, nx = totals.shape
+    shape = data.facies.shape
+    cells, terms, n, some_beyond = phases.ravel(), work.terms, 0, False
+    for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
+        for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
+            own_row = z * shape[1] + y
+            for i in range(data.first[own_row], data.first[own_row + 1]):
+                x = data.columns[i]
+                if x < box.x0 or x >= box.x0 + times * box.nx:
+                    continue
+                facies = data.facies[z, y, x]
+                inside = z < box.z0 + box.nz and y < box.y0 + box.ny and x < box.x0 + box.nx
+                weight = weights.missed if inside else weights.ahead
+                if inside and grid[z, y, x] == facies and data.required[z, y, x] == facies:
+                    weight = weights.held
+                (dz, up), (dy, down) = divmod(z - box.z0, uz), divmod(y - box.y0, uy)
+                dx, along = divmod(x - box.x0, ux)
+                layers, rows = min(nz, max(mz - dz, 0)), min(ny, max(my - dy, 0))
+                columns = min(nx, max(mx - dx, 0))
+                if layers < nz or rows < ny or columns < nx:
+                    expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
+                    if not some_beyond:
+                        work.beyond[:] = 0
+                        some_beyond = True
+                    _expect(work.beyond, layers, rows, columns, expected)
+                cost = np.int64(weight * datum_cost)
+                if cost == 0 or layers == 0 or rows == 0 or columns == 0:
+                    continue
+                phase = (up * uy + down) * ux + along
+                terms[0, n] = ((phase * mz + dz) * my + dy) * mx + dx
+                terms[1, n], terms[2, n], terms[3, n] = layers, rows, columns
+                terms[4, n], terms[5, n] = facies, cost
+                n += 1
+                if n == terms.shape[1]:
+                    _count_misses(cells, my, mx, terms, n, work.counts, totals)
+                    n = 0
+    _count_misses(cells, my, mx, terms, n, work.counts, totals)
     if some_beyond:
         _add_beyond(work.beyond, totals)
 
 
 @part_of_kernel
-def _count_misses(cells, mx, terms, n, counts, totals):
+def _expect(beyond, layers, rows, columns, cost):
+    """Note a cost of all locations but those of the first `layers`, `rows` and `columns`."""
+    for corner in range(1, 8):
+        z = layers if corner & 4 else 0
+        y = rows if corner & 2 else 0
+        x = columns if corner & 1 else 0
+        odd = (corner ^ corner >> 1 ^ corner >> 2) & 1
+        beyond[z, y, x] += cost if odd else -cost
+
+
+@part_of_kernel
+def _count_misses(cells, my, mx, terms, n, counts, totals):
     """Add the costs of `n` terms to the locations that miss them; the costs become 0.
 
     Terms of equal cost are counted together, in bytes: 32 locations at once, where totals would be
-    4. All rows of locations are one run of `cells`, as each alone is short.
+    8. All rows of locations are one run of `cells`, as each alone is short.
     """
+    ny = totals.shape[1]
     for i in range(n):
-        columns, cost, counted = terms[2, i], terms[4, i], 0
+        rows, columns, cost, counted = terms[2, i], terms[3, i], terms[5, i], 0
         if cost == 0:
             continue
-        counts[:] = 0
+        most = np.int64(0)
         for k in range(i, n):
-            if terms[4, k] != cost or terms[2, k] != columns:
+            if terms[5, k] == cost and terms[3, k] == columns and terms[2, k] == rows:
+                most = max(most, terms[1, k])
+        counts[: ((most - 1) * my + rows) * mx] = 0
+        for k in range(i, n):
+            if terms[5, k] != cost or terms[3, k] != columns or terms[2, k] != rows:
                 continue
-            length, facies = (terms[1, k] - 1) * mx + columns, np.uint8(terms[3, k])
+            length = ((terms[1, k] - 1) * my + rows - 1) * mx + columns
+            facies = np.uint8(terms[4, k])
             run = cells[terms[0, k] : terms[0, k] + length]
             for place in range(length):
                 counts[place] += run[place] != facies
-            terms[4, k] = 0
+            terms[5, k] = 0
             counted += 1
             if counted == MAX_COUNTED:
                 break
-        for py in range(len(totals)):
-            own, row = totals[py], counts[py * mx : py * mx + columns]
-            for px in range(columns):
-                own[px] += cost * row[px]
+        own_cost = totals.dtype.type(cost)
+        for pz in range(most):
+            for py in range(min(rows, ny)):
+                start = (pz * my + py) * mx
+                own, row = totals[pz, py], counts[start : start + columns]
+                for px in range(columns):
+                    own[px] += own_cost * row[px]
 
 
 @part_of_kernel
 def _add_beyond(beyond, totals):
-    """Add to the score of every location the sum of `beyond` over all rows and columns up to it."""
-    ny, nx = totals.shape
-    for py in range(ny):
-        own, cost = beyond[py], np.int64(0)
-        if py > 0:
-            above = beyond[py - 1]
+    """Add to the score of every location the sum of `beyond` over all up to it."""
+    nz, ny, nx = totals.shape
+    for pz in range(nz):
+        for py in range(ny):
             for px in range(nx):
-                own[px] += above[px]
-        for px in range(nx):
-            cost += own[px]
-            totals[py, px] += cost
+                if pz > 0:
+                    beyond[pz, py, px] += beyond[pz - 1, py, px]
+    for pz in range(nz):
+        for py in range(ny):
+            own, cost = beyond[pz, py], np.int64(0)
+            if py > 0:
+                before = beyond[pz, py - 1]
+                for px in range(nx):
+                    own[px] += before[px]
+            for px in range(nx):
+                cost += own[px]
+                totals[pz, py, px] += cost
 
 
 @part_of_kernel
@@ -240,30 +297,39 @@ def start_totals(scores, share, totals):
     """Fill `totals` with the scores, ruling out locations not among the best `share` of overlaps.
 
     The limit is a multiple of a 256th of their range, found by counting: sorting all scores would
-    take longer than the search.
+    take longer than the search. Both are raveled.
     """
-    low = high = np.int64(scores[0, 0])
-    for py in range(scores.shape[0]):
-        row = scores[py]
-        least = most = row[0]
-        for px in range(1, len(row)):
-            least, most = min(least, row[px]), max(most, row[px])
-        low, high = min(low, np.int64(least)), max(high, np.int64(most))
+    least = most = scores[0]
+    for x in range(len(scores)):
+        if scores[x] < least:
+            least = scores[x]
+        if scores[x] > most:
+            most = scores[x]
+    low, high = np.int64(least), np.int64(most)
     worst = high
     if share < 1:
         width = (high - low) // N_CLASSES + 1
         first, last = 1, N_CLASSES
         while first < last:
             middle = (first + last) // 2
-            limit, n = min(low + middle * width - 1, high), 0
-            for py in range(scores.shape[0]):
-                n += n_up_to(scores[py], limit)
-            if n < share * scores.size:
+            n = n_up_to(scores, min(low + middle * width - 1, high))
+            if n < share * len(scores):
                 first = middle + 1
             else:
                 last = middle
-        worst = low + first * width - 1
-    for py in range(scores.shape[0]):
-        row, own = scores[py], totals[py]
-        for px in range(len(row)):
-            own[px] = int(row[px]) + (RULED_OUT if row[px] > worst else 0)
+        worst = min(low + first * width - 1, high)
+    limit, out = scores.dtype.type(worst), totals.dtype.type(ruled_out(totals))
+    for x in range(len(scores)):
+        total = totals.dtype.type(scores[x])
+        totals[x] = total + out if scores[x] > limit else total
+
+
+@part_of_kernel
+def ruled_out(totals):
+    """Return what is added to the score of a location that is ruled out: above all others."""
+    return 1 << (15 * totals.itemsize // 2)
+
+
+def total_type(bound: float) -> type[np.signedinteger]:
+    """Return the smallest type for scores with costs up to `bound`, and ruled-out ones."""
+    return np.int32 if bound < 2**29 else np.int64

@@ -1,4 +1,8 @@
-"""The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14)."""
+"""The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14).
+
+Maps are cut strip by strip by dynamic programming. In volumes strips leave steps from slice to
+slice, so the exact minimum cut is taken there (see `minimum_cut`).
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP
+from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
+from ccwsim.engine.stages.minimum_cut import FlowWorkspace, make_flow, minimum_cut
+from ccwsim.engine.stages.path import Triple
 
-UNKNOWN = 255
-"""A cell without datum in the grid of data, or not simulated yet in the simulation grid."""
-
-KEEP_OLD, TAKE_NEW = 1, 2
 BROKEN = 1 << 16
 """What a cut pays for each datum it would drop: more than any path without one."""
 
@@ -20,7 +24,7 @@ BROKEN = 1 << 16
 class CutWorkspace(NamedTuple):
     """Arrays for the cuts of one patch, large enough for each of its sides."""
 
-    keep_mask: NDArray[np.bool_]  # shape (size, size): where the grid stays as it is
+    keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): where the grid stays as it is
     # shape (size, overlap): 1 where old and new cells differ; lines along the boundary, cells
     # across
     error: NDArray[np.uint8]
@@ -28,16 +32,19 @@ class CutWorkspace(NamedTuple):
     demand: NDArray[np.uint8]
     cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
+    flow: FlowWorkspace  # of the cut of a volume; empty for maps
 
 
-def make_cut(size: int, overlap: int) -> CutWorkspace:
-    """Return the workspace for boxes of at most `size` cells and overlaps of at most `overlap`."""
+def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
+    """Return the workspace for boxes of at most `template` cells and `overlap` wide strips."""
+    size, width = max(template[1:]), max(overlap[1:])
     return CutWorkspace(
-        np.zeros((size, size), np.bool_),
-        np.zeros((size, overlap), np.uint8),
-        np.zeros((size, overlap), np.uint8),
-        np.zeros((size, overlap + 1), np.int64),
+        np.zeros(template, np.bool_),
+        np.zeros((size, width), np.uint8),
+        np.zeros((size, width), np.uint8),
+        np.zeros((size, width + 1), np.int64),
         np.zeros(size, np.int64),
+        make_flow(template if template[0] > 1 else (0, 0, 0)),
     )
 
 
@@ -84,65 +91,70 @@ def boundary(cut, n, m):
 
 
 @part_of_kernel
-def wanted(old, new, datum):
-    """Return which of two facies a cut must choose to honour the datum of a cell."""
-    if datum == UNKNOWN or (old == datum) == (new == datum):
-        return 0
-    return KEEP_OLD if old == datum else TAKE_NEW
+def keep_old(grid, data, image, place, box, cut):
+    """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is."""
+    keep_mask = cut.keep_mask
+    for z in range(box.nz):
+        for y in range(box.ny):
+            for x in range(box.nx):
+                keep_mask[z, y, x] = False
+    if len(cut.flow.cells):
+        minimum_cut(grid, data, image, place, box, cut.flow, keep_mask)
+    else:
+        _cut_strips(grid[box.z0], data[box.z0], image[place[0]], place, box, cut, keep_mask[0])
 
 
 @part_of_kernel
-def keep_old(grid, data, image, ty, tx, box, cut):
-    """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is.
+def _cut_strips(grid, data, image, place, box, cut, keep_mask):
+    """Cut a layer strip by strip: what one keeps is old for the next, so that they meet in corners.
 
-    The strips are cut one after the other: what one keeps is old for the next, so that they meet in
-    the corners without a gap.
+    `grid`, `data`, `image` and `keep_mask` are the layers of the box.
     """
-    size, m, keep_mask = box.size, box.overlap, cut.keep_mask
-    for y in range(size):
-        for x in range(size):
-            keep_mask[y, x] = False
-    for side in range(4):
-        if not box.sides & (1 << side):
+    _, ty, tx = place
+    for side in (LEFT, TOP, RIGHT, BOTTOM):
+        if not box.sides & side:
             continue
-        upright, far = side == 0 or side == 2, side >= 2
-        for i in range(size):
+        upright, far = side == LEFT or side == RIGHT, side == RIGHT or side == BOTTOM
+        n, m, end = (box.ny, box.ox, box.nx) if upright else (box.nx, box.oy, box.ny)
+        for i in range(n):
             for c in range(m):
-                inwards = size - 1 - c if far else c
+                inwards = end - 1 - c if far else c
                 y, x = (i, inwards) if upright else (inwards, i)
                 old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
                 same = keep_mask[y, x] or old == new
                 cut.error[i, c] = 0 if same else 1
                 datum = data[box.y0 + y, box.x0 + x]
                 cut.demand[i, c] = 0 if same else wanted(old, new, datum)
-        boundary(cut, size, m)
-        for i in range(size):
+        boundary(cut, n, m)
+        for i in range(n):
             for c in range(cut.path[i]):
-                inwards = size - 1 - c if far else c
+                inwards = end - 1 - c if far else c
                 y, x = (i, inwards) if upright else (inwards, i)
                 keep_mask[y, x] = True
 
 
 @part_of_kernel
-def paste(image, ty, tx, box, keep_mask, counts, grid, sources):
-    """Paste the patch at (ty, tx) of the image where the grid is not kept.
+def paste(image, place, box, keep_mask, counts, grid, sources):
+    """Paste the patch at a place of the image where the grid is not kept.
 
     `counts` (cells by facies) and `sources` (flat indices in the image) are kept up to date where
     they are not empty.
     """
-    for y in range(box.size):
-        row = grid[box.y0 + y, box.x0 : box.x0 + box.size]
-        new, keep = image[ty + y, tx : tx + box.size], keep_mask[y]
-        if len(counts):
-            for x in range(box.size):
-                if not keep[x]:
-                    counts[new[x]] += 1
-                    if row[x] != UNKNOWN:
-                        counts[row[x]] -= 1
-        for x in range(box.size):
-            row[x] = row[x] if keep[x] else new[x]
-        if sources.size:
-            first = (ty + y) * image.shape[1] + tx
-            for x in range(box.size):
-                if not keep[x]:
-                    sources[box.y0 + y, box.x0 + x] = first + x
+    tz, ty, tx = place
+    for z in range(box.nz):
+        for y in range(box.ny):
+            row = grid[box.z0 + z, box.y0 + y, box.x0 : box.x0 + box.nx]
+            new, keep = image[tz + z, ty + y, tx : tx + box.nx], keep_mask[z, y]
+            if len(counts):
+                for x in range(box.nx):
+                    if not keep[x]:
+                        counts[new[x]] += 1
+                        if row[x] != UNKNOWN:
+                            counts[row[x]] -= 1
+            for x in range(box.nx):
+                row[x] = row[x] if keep[x] else new[x]
+            if sources.size:
+                first = ((tz + z) * image.shape[1] + ty + y) * image.shape[2] + tx
+                for x in range(box.nx):
+                    if not keep[x]:
+                        sources[box.z0 + z, box.y0 + y, box.x0 + x] = first + x

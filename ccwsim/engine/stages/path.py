@@ -1,8 +1,10 @@
 """The raster path: from a random origin in a random direction (section 4.1).
 
-Each of the 8 symmetries of a square is one origin and direction. Every stage works in the *path
-frame*: there the path always starts at row 0, column 0 and goes along rows, so that the overlap is
-always on the left and at the top. The images are oriented instead of the algorithm.
+A map has 8 ways, the symmetries of a square: an origin and a direction each. A volume has 48: its
+layers from below or from above, and as the slowest, the middle or the fastest axis of the path.
+Every stage works in the *path frame*: there the path always starts at layer 0, row 0, column 0, so
+that the overlap is always below, at the top and on the left. The images are oriented instead of the
+algorithm.
 """
 
 from __future__ import annotations
@@ -12,35 +14,68 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+Triple = tuple[int, int, int]
+"""Lengths, or a place, along z, y and x."""
 N_ORIENTATIONS = 8
 """Bit 0 starts at the far end of the rows, bit 1 of the columns, bit 2 goes along columns."""
+FROM_ABOVE = 8
+"""Bit 3 starts at the top layer."""
+ORDERS = ((0, 1, 2), (1, 0, 2), (1, 2, 0))
+"""Axes from the slowest to the fastest of the path: only the order of patches depends on them."""
+
+
+def in_layers(shape: tuple[int, ...]) -> Triple:
+    """Return the shape of a map or a volume with its layers.
+
+    Examples
+    --------
+    >>> in_layers((60, 100))
+    (1, 60, 100)
+    """
+    nz, ny, nx = (1, *shape)[-3:]
+    return nz, ny, nx
 
 
 def to_path(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image`, shape (ny, nx), as the path sees it."""
-    oriented = image.T if orientation & 4 else image
-    oriented = oriented[::-1] if orientation & 1 else oriented
-    return oriented[:, ::-1] if orientation & 2 else oriented
+    """Return a view of `image`, shape (ny, nx) or (nz, ny, nx), as the path sees it."""
+    oriented = image.swapaxes(-2, -1) if orientation & 4 else image
+    oriented = oriented[..., ::-1, :] if orientation & 1 else oriented
+    oriented = oriented[..., ::-1] if orientation & 2 else oriented
+    return oriented[::-1] if orientation & FROM_ABOVE else oriented
 
 
 def from_path(image: NDArray, orientation: int) -> NDArray:
     """Return a view of `image` in grid coordinates: undoes `to_path`."""
-    oriented = image[:, ::-1] if orientation & 2 else image
-    oriented = oriented[::-1] if orientation & 1 else oriented
-    return oriented.T if orientation & 4 else oriented
+    oriented = image[::-1] if orientation & FROM_ABOVE else image
+    oriented = oriented[..., ::-1] if orientation & 2 else oriented
+    oriented = oriented[..., ::-1, :] if orientation & 1 else oriented
+    return oriented.swapaxes(-2, -1) if orientation & 4 else oriented
+
+
+def along_path(lengths: Triple, orientation: int) -> Triple:
+    """Return lengths along z, y and x of the grid as the path sees them.
+
+    Examples
+    --------
+    >>> along_path((8, 32, 16), 4)
+    (8, 16, 32)
+    """
+    z, y, x = lengths
+    return (z, x, y) if orientation & 4 else (z, y, x)
 
 
 def cells_to_path(
-    cells: NDArray[np.int64], shape: tuple[int, int], orientation: int
+    cells: NDArray[np.int64], shape: tuple[int, ...], orientation: int
 ) -> NDArray[np.int64]:
-    """Return the path coordinates of cells (row, col), shape (n, 2), of a grid of `shape`."""
-    rows, columns = cells.T
-    n_rows, n_columns = shape
+    """Return the path coordinates of cells, shape (n, 2) or (n, 3), of a grid of `shape`."""
+    *layers, rows, columns = cells.T
+    n_rows, n_columns = shape[-2:]
     if orientation & 4:
         rows, columns, n_rows, n_columns = columns, rows, n_columns, n_rows
     rows = n_rows - 1 - rows if orientation & 1 else rows
     columns = n_columns - 1 - columns if orientation & 2 else columns
-    return np.stack([rows, columns], axis=1)
+    layers = [shape[0] - 1 - z if orientation & FROM_ABOVE else z for z in layers]
+    return np.stack([*layers, rows, columns], axis=1)
 
 
 def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
@@ -52,27 +87,32 @@ def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
 class RasterPath(NamedTuple):
     """A raster path over a grid."""
 
-    orientation: int  # 0 … 7
-    shape: tuple[int, int]  # rows and columns of the grid in path coordinates
-    # how many tiles cover it
-    n_rows: int
-    n_columns: int
-    full: tuple[int, int]  # rows and columns that whole tiles cover, at least `shape`
+    orientation: int  # 0 … 7 in a map, 0 … 15 in a volume
+    order: int  # which of ORDERS
+    shape: Triple  # of the grid in path coordinates
+    tiles: Triple  # how many tiles cover it along each axis
+    full: Triple  # what whole tiles cover, at least `shape`
 
 
 def make_path(
-    grid_shape: tuple[int, int], orientation: int, template_size: int, overlap_size: int
+    grid_shape: Triple, orientation: int, template: Triple, overlap: Triple, order: int = 0
 ) -> RasterPath:
-    """Return the path over a grid of (ny, nx) cells.
+    """Return the path over a grid; `template` and `overlap` are along the axes of the path.
 
     Examples
     --------
-    >>> make_path((60, 100), 4, 32, 8)
-    RasterPath(orientation=4, shape=(100, 60), n_rows=4, n_columns=3, full=(104, 80))
+    >>> path = make_path((1, 60, 100), 4, (1, 32, 32), (0, 8, 8))
+    >>> path.shape, path.tiles, path.full
+    ((1, 100, 60), (1, 4, 3), (1, 104, 80))
     """
-    ny, nx = grid_shape
-    shape = (nx, ny) if orientation & 4 else (ny, nx)
-    n_rows, n_columns = (n_tiles(length, template_size, overlap_size) for length in shape)
-    step = template_size - overlap_size
-    full = n_rows * step + overlap_size, n_columns * step + overlap_size
-    return RasterPath(orientation, shape, n_rows, n_columns, full)
+    shape = along_path(grid_shape, orientation)
+    own = [*zip(shape, template, overlap, strict=True)]
+    tiles = tuple(n_tiles(*each) for each in own)
+    full = tuple(n * (t - o) + o for n, (_, t, o) in zip(tiles, own, strict=True))
+    return RasterPath(orientation, order, shape, tiles, full)  # type: ignore[arg-type]
+
+
+def in_order(path: RasterPath) -> NDArray[np.int64]:
+    """Return the numbers of the tiles, by layer, row and column, in the order of the path."""
+    numbers = np.arange(path.tiles[0] * path.tiles[1] * path.tiles[2])
+    return numbers.reshape(path.tiles).transpose(ORDERS[path.order]).ravel()

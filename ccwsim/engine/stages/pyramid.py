@@ -1,7 +1,8 @@
 """The wavelet pyramid of the training image (sections 3.1 and 4.2; Algorithm 1, line 2).
 
 The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells. The search
-uses it as block *sums*, small integers, so that scores are exact.
+uses it as block *sums*, small integers, so that scores are exact. A volume has a level along each
+axis.
 
 MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches images that are up-gridded instead: the facies
 of most cells stands for a block, so that the facies may have any codes.
@@ -17,19 +18,21 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.engine.stages.bits import to_bits
+from ccwsim.engine.stages.path import Triple
 from ccwsim.model.errors import CCWSIMError
 
 
 class Pyramid(NamedTuple):
     """The training image in path coordinates, as the kernels need it."""
 
-    image: NDArray[np.uint8]  # shape (ny, nx): facies indices
-    bits: NDArray[np.uint64]  # shape (n, ny, n_words): the same as `to_bits` gives it
-    # shape (n_planes, ny / 2^J, nx / 2^J): how many cells of each block have each facies. Two
-    # facies need one plane.
-    sums: NDArray[np.integer]
-    # shape (2^J, 2^J, ny / 2^J, nx / 2^J): `phases[a, b, i, j]` is the cell [a, b] of block [i, j],
-    # so that the cell at a fixed offset from all locations is in one contiguous plane
+    image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
+    bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): the same as `to_bits` gives it
+    # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): how many cells of each block have each facies.
+    # Two facies need one plane.
+    sums: NDArray[np.number[Any]]
+    # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is the cell
+    # [a, b, c] of block [i, j, k], so that the cell at a fixed offset from all locations is in one
+    # contiguous part
     phases: NDArray[np.uint8]
 
 
@@ -75,73 +78,86 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     return pywt.waverec2(own, "haar", "periodization")
 
 
-def build_pyramid(indices: NDArray[np.uint8], level: int, n_planes: int) -> Pyramid:
+def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image that is already in path coordinates.
 
     One plane compares facies 1 with the rest (enough for two facies), else each facies has one.
+
+    Raises
+    ------
+    CCWSIMError
+        For an image smaller than one block.
     """
     image = np.ascontiguousarray(indices)
-    unit = 2**level
+    unit = tuple(2**n for n in level)
+    counts = tuple(length // u for length, u in zip(image.shape, unit, strict=True))
+    if min(counts) == 0:
+        raise CCWSIMError(
+            f"level {' × '.join(map(str, level))} (z, y, x) needs an image of at least "
+            f"{' × '.join(map(str, unit))} cells, not {' × '.join(map(str, image.shape))}; choose "
+            "a lower level"
+        )
+    (nz, ny, nx), (uz, uy, ux) = counts, unit
+    blocks = image[: nz * uz, : ny * uy, : nx * ux].reshape(nz, uz, ny, uy, nx, ux)
+    phases = np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
     facies = [1] if n_planes == 1 else range(n_planes)
-    planes = [decompose(image == f, level)[0] * unit for f in facies]
-    sums = np.rint(planes).astype(np.uint8 if unit * unit <= 255 else np.int16)
-    ny, nx = sums.shape[1:]
-    blocks = image[: ny * unit, : nx * unit].reshape(ny, unit, nx, unit)
-    phases = np.ascontiguousarray(blocks.transpose(1, 3, 0, 2))
-    return Pyramid(image, to_bits(image), np.ascontiguousarray(sums), phases)
+    kind = np.uint8 if uz * uy * ux <= 255 else np.int16
+    planes = [(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies]
+    return Pyramid(image, to_bits(image), np.stack(planes), phases)
 
 
 @kernel
 def upgrid(image, unit):
-    """Return the facies of most cells of each block of `unit` × `unit` cells.
+    """Return the facies of most cells of each block of `unit` cells along z, y and x.
 
-    Of facies with equally many cells the one that comes first in the block, by row and column, is
-    taken: no facies is favoured, and a boundary along the middle of blocks stays straight. Rows and
-    columns that do not fill a block are left out.
+    Of facies with equally many cells the one that comes first in the block, by layer, row and
+    column, is taken: no facies is favoured, and a boundary along the middle of blocks stays
+    straight. What does not fill a block is left out.
 
     Examples
     --------
-    >>> upgrid(np.array([[1, 0, 2, 2, 1], [1, 1, 0, 0, 1]], np.uint8), 2)
-    array([[1, 2]], dtype=uint8)
+    >>> upgrid(np.array([[[1, 0, 2, 2, 1], [1, 1, 0, 0, 1]]], np.uint8), (1, 2, 2))
+    array([[[1, 2]]], dtype=uint8)
     """
-    ny, nx = image.shape[0] // unit, image.shape[1] // unit
-    coarse = np.empty((ny, nx), np.uint8)
+    uz, uy, ux = unit
+    nz, ny, nx = image.shape[0] // uz, image.shape[1] // uy, image.shape[2] // ux
+    coarse = np.empty((nz, ny, nx), np.uint8)
     counts = np.zeros(256, np.int64)
-    for i in range(ny):
-        for j in range(nx):
-            for y in range(i * unit, (i + 1) * unit):
-                for x in range(j * unit, (j + 1) * unit):
-                    counts[image[y, x]] += 1
-            most = 0
-            for y in range(i * unit, (i + 1) * unit):
-                for x in range(j * unit, (j + 1) * unit):
-                    if counts[image[y, x]] > most:
-                        most = counts[image[y, x]]
-                        coarse[i, j] = image[y, x]
-            for y in range(i * unit, (i + 1) * unit):
-                for x in range(j * unit, (j + 1) * unit):
-                    counts[image[y, x]] = 0
+    for i in range(nz):
+        for j in range(ny):
+            for k in range(nx):
+                block = image[i * uz : (i + 1) * uz, j * uy : (j + 1) * uy, k * ux : (k + 1) * ux]
+                for facies in block.flat:
+                    counts[facies] += 1
+                most = 0
+                for facies in block.flat:
+                    if counts[facies] > most:
+                        most = counts[facies]
+                        coarse[i, j, k] = facies
+                for facies in block.flat:
+                    counts[facies] = 0
     return coarse
 
 
 def upgrid_data(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], unit: int
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], unit: Triple
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-    """Return the blocks of `unit` × `unit` cells that have data, and the facies of most of them.
+    """Return the blocks of `unit` cells that have data, and the facies of most of them.
 
     Data that fall into one block with different facies cannot all be told there: the facies of most
-    of them is taken, and of equally many that of the datum that comes first by row and column.
+    of them is taken, and of equally many that of the datum that comes first by layer, row, column.
 
     Examples
     --------
-    >>> upgrid_data(np.array([[0, 0], [0, 1], [1, 1], [5, 2]]), np.array([0, 1, 1, 2]), 2)
-    (array([[0, 0],
-           [2, 1]]), array([1, 2], dtype=uint8))
+    >>> cells = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 5, 2]])
+    >>> upgrid_data(cells, np.array([0, 1, 1, 2]), (1, 2, 2))
+    (array([[0, 0, 0],
+           [0, 2, 1]]), array([1, 2], dtype=uint8))
     """
-    if unit == 1 or not len(cells):
+    if max(unit) == 1 or not len(cells):
         return cells, facies.astype(np.uint8)
-    order = np.lexsort((cells[:, 1], cells[:, 0]))
-    blocks, block_of = np.unique(cells[order] // unit, axis=0, return_inverse=True)
+    order = np.lexsort(cells.T[::-1])
+    blocks, block_of = np.unique(cells[order] // np.array(unit), axis=0, return_inverse=True)
     block_of, own = block_of.ravel(), facies[order].astype(np.uint8)
     _, pair_of, counts = np.unique(block_of * 256 + own, return_inverse=True, return_counts=True)
     ranked = np.lexsort((np.arange(len(own)), -counts[pair_of], block_of))

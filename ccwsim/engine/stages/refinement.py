@@ -10,62 +10,78 @@ import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_different, take_strips
-from ccwsim.engine.stages.box import LEFT, TOP
-from ccwsim.engine.stages.conditioning import SPARSE
-from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.box import inside_overlap
+from ccwsim.engine.stages.demand import UNKNOWN
 
 
 @part_of_kernel
-def refine_place(image, bits, grid, data, box, block_size, ty, tx, strips, at_stake):
-    """Return the row and column of the TI, near (ty, tx), whose patch fits best.
+def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_stake):
+    """Return the layer, row and column of the TI, near `place`, whose patch fits best.
 
-    `at_stake`, shape (n, 3), is workspace for the data that the cut cannot keep.
+    A missed datum counts as `missed` wrong cells. `at_stake`, shape (n, 4), is workspace for the
+    data that the cut cannot keep.
     """
     take_strips(grid, box, strips)
     n = data_at_stake(grid, data, box, at_stake)
-    best_y, best_x, best = np.int64(ty), np.int64(tx), np.int64(1 << 60)
-    best = _misfit(image, bits, at_stake, n, best_y, best_x, box.size, strips, best)
-    stride = block_size // 2
+    best_z, best_y, best_x = place
+    best = _misfit(image, bits, at_stake, n, missed, place, box, strips, np.int64(1 << 60))
+    stride = max(block[0], block[1], block[2]) // 2
     while stride > 0:
-        middle_y, middle_x = best_y, best_x
-        for k in range(9):
-            sy, sx = middle_y + (k // 3 - 1) * stride, middle_x + (k % 3 - 1) * stride
-            if 0 <= sy <= image.shape[0] - box.size and 0 <= sx <= image.shape[1] - box.size:
-                misfit = _misfit(image, bits, at_stake, n, sy, sx, box.size, strips, best)
+        middle_z, middle_y, middle_x = best_z, best_y, best_x
+        dz, dy, dx = (min(stride, block[0] // 2), min(stride, block[1] // 2),
+                      min(stride, block[2] // 2))  # fmt: skip
+        for k in range(27):
+            i, j, m = k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1
+            if (i and not dz) or (j and not dy) or (m and not dx):
+                continue
+            z, y, x = middle_z + i * dz, middle_y + j * dy, middle_x + m * dx
+            if (
+                0 <= z <= image.shape[0] - box.nz
+                and 0 <= y <= image.shape[1] - box.ny
+                and 0 <= x <= image.shape[2] - box.nx
+            ):
+                near = z, y, x
+                misfit = _misfit(image, bits, at_stake, n, missed, near, box, strips, best)
                 if misfit < best:
-                    best, best_y, best_x = misfit, sy, sx
+                    best, best_z, best_y, best_x = misfit, z, y, x
         stride //= 2
-    return best_y, best_x
+    return best_z, best_y, best_x
 
 
 @part_of_kernel
 def data_at_stake(grid, data, box, at_stake):
     """Fill `at_stake` with the data of a box that the cut cannot keep; return how many.
 
-    Row and column in the box, and facies. Data in the overlap that the grid honours are left out.
+    Layer, row and column in the box, and facies. Data in the overlap that the grid honours are left
+    out.
     """
-    left = box.overlap if box.sides & LEFT else 0
-    top = box.overlap if box.sides & TOP else 0
-    n = 0
-    for y in range(box.y0, min(box.y0 + box.size, len(data.first) - 1)):
-        width = box.size if y < box.y0 + top else left
-        for i in range(data.first[y], data.first[y + 1]):
-            x = data.columns[i] - box.x0
-            if x < 0 or x >= box.size:
-                continue
-            facies = data.required[y, box.x0 + x]
-            if facies != UNKNOWN and (x >= width or grid[y, box.x0 + x] != facies):
-                at_stake[n, 0], at_stake[n, 1], at_stake[n, 2] = y - box.y0, x, facies
-                n += 1
+    low_z, _, low_y, _, low_x, _ = inside_overlap(box)
+    shape, n = data.facies.shape, 0
+    for z in range(box.z0, min(box.z0 + box.nz, shape[0])):
+        for y in range(box.y0, min(box.y0 + box.ny, shape[1])):
+            across = z < box.z0 + low_z or y < box.y0 + low_y
+            width = box.nx if across else low_x
+            own_row = z * shape[1] + y
+            for i in range(data.first[own_row], data.first[own_row + 1]):
+                x = data.columns[i] - box.x0
+                if x < 0 or x >= box.nx:
+                    continue
+                facies = data.required[z, y, box.x0 + x]
+                if facies != UNKNOWN and (x >= width or grid[z, y, box.x0 + x] != facies):
+                    at_stake[n, 0], at_stake[n, 1] = z - box.z0, y - box.y0
+                    at_stake[n, 2], at_stake[n, 3] = x, facies
+                    n += 1
     return n
 
 
 @part_of_kernel
-def _misfit(image, bits, at_stake, n, ty, tx, size, strips, limit):
+def _misfit(image, bits, at_stake, n, missed, place, box, strips, limit):
     """Count wrong cells in the overlap and missed data; no further than to `limit`."""
+    tz, ty, tx = place
     wrong = np.int64(0)
     for i in range(n):
-        wrong += SPARSE.missed * (image[ty + at_stake[i, 0], tx + at_stake[i, 1]] != at_stake[i, 2])
+        facies = image[tz + at_stake[i, 0], ty + at_stake[i, 1], tx + at_stake[i, 2]]
+        wrong += missed * (facies != at_stake[i, 3])
     if wrong >= limit:
         return wrong
-    return wrong + n_different(bits, ty, tx, size, strips, limit - wrong)
+    return wrong + n_different(bits, place, box, strips, limit - wrong)

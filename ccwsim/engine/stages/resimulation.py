@@ -1,8 +1,9 @@
 """Local re-simulation: windows around data that the raster pass missed are simulated anew.
 
 Not in the paper. The window takes a patch of the training image that honours *every* datum in it,
-and is cut into the grid on all four sides. As old or new cell is right at each datum, a window
-never breaks another one. Where no patch fits well the window is halved.
+and is cut into the grid on all sides. As old or new cell is right at each datum, a window never
+breaks another one. Where no patch fits well the window is halved; in a volume it loses layers
+first, as layers are where a well has its data.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.bits import Strips, make_strips, n_bits, n_different, take_strips
-from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP, Box
+from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
+from ccwsim.engine.stages.path import Triple
 from ccwsim.model.ensemble import FORCED
 
 MIN_SIZE = 4
@@ -35,6 +37,10 @@ RARE = 0.002
 training image."""
 MAX_COMPARED = 3000
 """At most so many locations that honour the data are compared, chosen at random."""
+MAX_COMPARED_VOLUME = 1000
+"""The same in a volume, where each has many more cells."""
+THIN = 2
+"""Layers of the thinnest window of a volume that has more."""
 N_BEST = 4
 """The patch is drawn from so many of the best."""
 DENSE = 0.75
@@ -48,22 +54,25 @@ LOCATIONS_PER_CALL = 10_000_000
 
 
 class Target(NamedTuple):
-    """What is simulated anew, and from what; `grid` and `sources` change in place."""
+    """What is simulated anew, and from what; `grid` and `sources` change in place.
 
-    image: NDArray[np.uint8]  # shape (my, mx): training image, facies indices
-    bits: NDArray[np.uint64]  # shape (n_planes, my, n_words): the same as `to_bits` gives it
-    # shape (ny, nx): all data, from `data_grid`: every window honours all that are in it
+    All arrays have layers; those of a map have one.
+    """
+
+    image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
+    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): the same as `to_bits` gives it
+    # shape (nz, ny, nx): all data, from `data_grid`: every window honours all that are in it
     data: NDArray[np.uint8]
-    grid: NDArray[np.uint8]  # shape (ny, nx): the realization
-    # shape (ny, nx) or (0, 0): flat index in the TI of each cell, kept up to date where it is not
-    # empty; −1 where a cell is forced
+    grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
+    # shape (nz, ny, nx) or empty: flat index in the TI of each cell, kept up to date where it is
+    # not empty; −1 where a cell is forced
     sources: NDArray[np.int32]
 
 
 class Workspace(NamedTuple):
     """Arrays for windows of at most one size."""
 
-    mask: NDArray[np.uint64]  # shape (my, n_words): the bits of locations
+    mask: NDArray[np.uint64]  # shape (mz, my, n_words): the bits of locations
     patterns: NDArray[np.bool_]  # from `known_patterns`; empty where data are not dense
     best: NDArray[np.int64]
     strips: Strips
@@ -74,11 +83,11 @@ class Workspace(NamedTuple):
 def resimulate(
     target: Target,
     cells: NDArray[np.int64],
-    template: int,
+    template: Triple,
     rng: np.random.Generator,
     isolated_below: NDArray[np.float64] | None = None,
     report: Callable[[float], None] = lambda share: None,
-    on_window: Callable[[int, int, bool], None] | None = None,
+    on_window: Callable[[int, Triple, bool], None] | None = None,
 ) -> NDArray[np.int16]:
     """Honour the data of a realization, in place; return the status of each datum.
 
@@ -86,30 +95,33 @@ def resimulate(
     even the smallest fits nowhere; larger windows again around the data that are left isolated,
     with fewer cells of their own facies around them than the training image ever has, which needs
     `isolated_below`. `report` is called now and then with the share of the windows that are done,
-    and may raise to stop; `on_window` is called with (datum, size, fits) after each window, and
-    with size 1 for each forced cell.
+    and may raise to stop; `on_window` is called with (datum, lengths, fits) after each window, and
+    with lengths of 1 for each forced cell. `cells`, shape (n, 3), are layers, rows and columns.
 
     Returns the data status, shape (n,), as `Ensemble.data_status` has it.
     """
     image, grid, sources = target.image, target.grid, target.sources
-    rows, columns = cells.T
-    facies = target.data[rows, columns]
+    places = tuple(cells.T)
+    facies = target.data[places]
     data_status = np.zeros(len(cells), np.int16)
-    max_size = min(template, *image.shape, *grid.shape)
+    nz, ny, nx = largest_window(template, image.shape, grid.shape)
+    volume = nz > 1 or image.shape[0] > 1
+    dense = len(cells) > DENSE * grid.size and not volume
     work = Workspace(
         np.empty(target.bits.shape[1:], np.uint64),
-        known_patterns(image) if len(cells) > DENSE * grid.size else np.empty(0, np.bool_),
-        np.empty((N_BEST, 3), np.int64),
-        make_strips(target.bits, max_size),
-        make_cut(max_size, max(1, max_size // 4)),
+        known_patterns(image[0]) if dense else np.empty(0, np.bool_),
+        np.empty((N_BEST, 4), np.int64),
+        make_strips(target.bits, (nz, ny, nx)),
+        make_cut((nz, ny, nx), tuple(max(1, n // 4) for n in (nz, ny, nx))),  # type: ignore[arg-type]
         np.zeros(0, np.int64),  # cells by facies are not counted here
     )
-
-    sizes, larger = _halved(max_size, MIN_SIZE), _halved(max_size, MIN_SIZE_ISOLATED)
+    most = MAX_COMPARED_VOLUME if volume else MAX_COMPARED
+    sizes = _halved((nz, ny, nx), MIN_SIZE)
+    larger = _halved((nz, ny, nx), MIN_SIZE_ISOLATED)
     n_steps = len(sizes) + (0 if isolated_below is None else len(larger))
 
     def windows(
-        step: int, which: NDArray[np.bool_], size: int, tolerance: float, anyway: bool
+        step: int, which: NDArray[np.bool_], size: Triple, tolerance: float, anyway: bool
     ) -> None:
         chosen = rng.permutation(np.flatnonzero(which))
         at_once = 1 if on_window else max(LOCATIONS_PER_CALL // image.size, 1)
@@ -117,43 +129,68 @@ def resimulate(
             report((step + first / len(chosen)) / n_steps)
             some = chosen[first : first + at_once]
             fits = np.zeros(len(some), np.bool_)
-            resimulate_windows(target, cells[some], size, tolerance, anyway, rng, work, fits)
-            data_status[some[fits]] = size
+            resimulate_windows(target, cells[some], size, tolerance, anyway, most, rng, work, fits)
+            data_status[some[fits]] = max(size)
             if on_window:
                 on_window(int(some[0]), size, bool(fits[0]))
 
     for step, size in enumerate(sizes):
-        tolerance = TOLERANCE if size > MIN_SIZE else TOLERANCE_SMALLEST
-        windows(step, grid[rows, columns] != facies, size, tolerance, anyway=False)
-    wrong = grid[rows, columns] != facies
-    grid[rows[wrong], columns[wrong]] = facies[wrong]
+        tolerance = TOLERANCE if max(size) > MIN_SIZE else TOLERANCE_SMALLEST
+        windows(step, grid[places] != facies, size, tolerance, anyway=False)
+    wrong = grid[places] != facies
+    missed = tuple(cells[wrong].T)
+    grid[missed] = facies[wrong]
     data_status[wrong] = FORCED
     if sources.size:
-        sources[rows[wrong], columns[wrong]] = -1
+        sources[missed] = -1
     if on_window:
         for datum in np.flatnonzero(wrong):
-            on_window(int(datum), 1, True)
+            on_window(int(datum), (1, 1, 1), True)
     if isolated_below is None:
         return data_status
     for step, size in enumerate(larger, len(sizes)):
-        isolated = own_counts(grid, cells) < isolated_below[facies]
+        isolated = own_counts(grid, cells, _layers_around(image)) < isolated_below[facies]
         windows(step, isolated, size, TOLERANCE_ISOLATED, anyway=True)
     return data_status
 
 
-def _halved(size: int, smallest: int) -> list[int]:
-    """Return `size`, its half and so on, down to `smallest`.
+def largest_window(
+    template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
+) -> Triple:
+    """Return the lengths of the first window: the template, as far as image and grid hold it.
+
+    Rows and columns are as many of each, so that a window is as wide as it is long.
 
     Examples
     --------
-    >>> _halved(32, 4), _halved(20, 8), _halved(3, 4)
-    ([32, 16, 8, 4], [20, 10, 8], [])
+    >>> largest_window((16, 32, 32), (50, 300, 300), (8, 100, 24))
+    (8, 24, 24)
     """
-    sizes = []
-    while size > smallest:
-        sizes.append(size)
-        size //= 2
-    return sizes + [smallest] * (bool(sizes) or size == smallest)
+    side = min(*template[1:], *image_shape[1:], *grid_shape[1:])
+    return min(template[0], image_shape[0], grid_shape[0]), side, side
+
+
+def _halved(size: Triple, smallest: int) -> list[Triple]:
+    """Return a window and its halves, down to `smallest` rows and columns.
+
+    Before rows and columns are halved, a window with many layers is tried with a quarter of them.
+
+    Examples
+    --------
+    >>> _halved((1, 32, 32), 4), _halved((1, 20, 20), 8), _halved((1, 3, 3), 4)
+    ([(1, 32, 32), (1, 16, 16), (1, 8, 8), (1, 4, 4)], [(1, 20, 20), (1, 10, 10), (1, 8, 8)], [])
+    >>> _halved((16, 32, 32), 8)
+    [(16, 32, 32), (4, 32, 32), (2, 16, 16), (2, 8, 8)]
+    """
+    nz, side = size[0], size[1]
+    sizes: list[Triple] = []
+    while side > smallest:
+        sizes.append((nz, side, side))
+        if nz > THIN and 2 * nz >= side:
+            nz = max(THIN, nz // 4)
+            continue
+        nz, side = max(nz // 2, min(nz, THIN)), side // 2
+    return sizes + [(nz, smallest, smallest)] * (bool(sizes) or side == smallest)
 
 
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
@@ -161,75 +198,98 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     flat = np.arange(image.size)
     if image.size > 10**6:
         flat = np.random.default_rng(0).integers(0, image.size, 10**6)
-    rows, columns = np.divmod(flat, image.shape[1])
-    counts = own_counts(image, np.stack([rows, columns], axis=1))
-    facies = image[rows, columns]
+    cells = np.stack(np.unravel_index(flat, image.shape), axis=1)
+    counts = own_counts(image, cells, _layers_around(image))
+    facies = image.ravel()[flat]
     thresholds = np.zeros(256)
     for index in np.unique(facies):
         thresholds[index] = np.quantile(counts[facies == index], RARE)
     return thresholds
 
 
-def own_counts(grid: NDArray[np.uint8], cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Count the cells of a cell's own facies among the 5 × 5 around it (the edge is repeated)."""
-    wide = np.pad(grid, 2, mode="edge")
-    rows, columns = cells.T
-    facies, first = grid[rows, columns], rows * wide.shape[1] + columns
+def own_counts(
+    grid: NDArray[np.uint8], cells: NDArray[np.int64], layers: int = 0
+) -> NDArray[np.int64]:
+    """Count the cells of a cell's own facies among those around it (the edge is repeated).
+
+    5 × 5 cells, of its own layer and of `layers` below and above; `cells`, shape (n, 3).
+    """
+    reach = layers, 2, 2
+    wide = np.pad(grid, [(r, r) for r in reach], mode="edge")
+    facies = grid[tuple(cells.T)]
+    first = np.ravel_multi_index(tuple(cells.T), wide.shape)
     counts = np.zeros(len(cells), np.uint8)
-    for dy, dx in np.ndindex(5, 5):
-        counts += wide.ravel()[first + (dy * wide.shape[1] + dx)] == facies
+    for offset in np.ndindex(*(2 * r + 1 for r in reach)):
+        counts += wide.ravel()[first + int(np.ravel_multi_index(offset, wide.shape))] == facies
     return counts.astype(np.int64)
 
 
-def first_cell(middle: int, size: int, length: int) -> int:
-    """Return where a window of `size` cells around `middle` begins, inside of `length` cells."""
-    return min(max(middle - size // 2, 0), length - size)
+def _layers_around(image: NDArray[np.uint8]) -> int:
+    """Return how many layers below and above count as around a cell: none in a map."""
+    return 1 if len(image) > 1 else 0
 
 
 @kernel
-def resimulate_windows(target, cells, size, tolerance, anyway, rng, work, fits):
+def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
     """Simulate windows of one size around data anew.
 
-    A share of the ring up to `tolerance` may be wrong. With `anyway` also data that the grid
-    honours by now are taken. `fits`, shape (n,), becomes True where the grid honours the datum.
+    A share of the ring up to `tolerance` may be wrong; at most `most` locations are compared. With
+    `anyway` also data that the grid honours by now are taken. `fits`, shape (n,), becomes True
+    where the grid honours the datum.
     """
     image, bits, data, grid, sources = target
-    ny, nx = grid.shape
-    ring = max(1, size // 4)
     for i in range(len(cells)):
-        y, x = cells[i, 0], cells[i, 1]
-        if grid[y, x] == data[y, x] and not anyway:
+        z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
+        if grid[z, y, x] == data[z, y, x] and not anyway:
             fits[i] = True
             continue
-        y0, x0 = min(max(y - size // 2, 0), ny - size), min(max(x - size // 2, 0), nx - size)
-        sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0)
-        sides |= (RIGHT if x0 + size < nx else 0) | (BOTTOM if y0 + size < ny else 0)
-        box = Box(y0, x0, size, sides, ring)
-        if len(work.patterns) > 0 and is_unknown(data, box, y, x, work.patterns):
+        box = window_around(z, y, x, size, grid.shape)
+        if len(work.patterns) > 0 and is_unknown(data[0], box, y, x, work.patterns):
             continue
         n_places = honouring_places(bits, data, box, image.shape, work.mask)
         if n_places == 0:
             continue
-        share = min(1.0, MAX_COMPARED / n_places)
-        width = size - ring * (x0 > 0) - ring * (x0 + size < nx)
-        height = size - ring * (y0 > 0) - ring * (y0 + size < ny)
-        limit = np.int64(tolerance * (size * size - width * height))
+        share = min(1.0, most / n_places)
+        low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
+        inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
+        limit = np.int64(tolerance * (box.nz * box.ny * box.nx - inside))
         take_strips(grid, box, work.strips)
-        rows, columns = image.shape[0] - size + 1, image.shape[1] - size + 1
         n = best_windows(
-            bits, work.mask, rows, columns, size, work.strips, share, limit, rng, work.best
+            bits, work.mask, image.shape, box, work.strips, share, limit, rng, work.best
         )
         if n == 0:
             continue
         drawn = draw_index(rng, n)
-        ty, tx = work.best[drawn, 1], work.best[drawn, 2]
-        keep_old(grid, data, image, ty, tx, box, work.cut)
-        paste(image, ty, tx, box, work.cut.keep_mask, work.counts, grid, sources)
+        place = work.best[drawn, 1], work.best[drawn, 2], work.best[drawn, 3]
+        keep_old(grid, data, image, place, box, work.cut)
+        paste(image, place, box, work.cut.keep_mask, work.counts, grid, sources)
         fits[i] = True
 
 
+@part_of_kernel
+def window_around(z, y, x, size, shape):
+    """Return the window of a size around a cell, with overlaps where the grid goes on."""
+    nz, ny, nx = size
+    z0, y0, x0 = (
+        first_cell(z, nz, shape[0]),
+        first_cell(y, ny, shape[1]),
+        first_cell(x, nx, shape[2]),
+    )
+    sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0) | (BELOW if z0 > 0 else 0)
+    sides |= (RIGHT if x0 + nx < shape[2] else 0) | (BOTTOM if y0 + ny < shape[1] else 0)
+    sides |= ABOVE if z0 + nz < shape[0] else 0
+    oz = max(1, nz // 4) if nz > 2 else 0  # a ring in a layer or two would leave nothing inside
+    return Box(z0, y0, x0, nz, ny, nx, sides, oz, max(1, ny // 4), max(1, nx // 4))
+
+
+@part_of_kernel
+def first_cell(middle, size, length):
+    """Return where a window of `size` cells around `middle` begins, inside of `length` cells."""
+    return min(max(middle - size // 2, 0), length - size)
+
+
 def known_patterns(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return which numbers the patterns of 4 × 4 cells of an image have."""
+    """Return which numbers the patterns of 4 × 4 cells of a map have."""
     ny, nx = (length - MIN_SIZE + 1 for length in image.shape)
     known = np.zeros(2**PATTERN_BITS, np.bool_)
     number = np.zeros((max(ny, 0), max(nx, 0)), np.uint32)  # products go round, as a hash may
@@ -242,8 +302,8 @@ def known_patterns(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
 @part_of_kernel
 def is_unknown(data, box, y, x, patterns):
     """Return whether the 4 × 4 cells around a datum of a box all have data as the TI never has."""
-    y0 = min(max(y - MIN_SIZE // 2, box.y0), box.y0 + box.size - MIN_SIZE)
-    x0 = min(max(x - MIN_SIZE // 2, box.x0), box.x0 + box.size - MIN_SIZE)
+    y0 = min(max(y - MIN_SIZE // 2, box.y0), box.y0 + box.ny - MIN_SIZE)
+    x0 = min(max(x - MIN_SIZE // 2, box.x0), box.x0 + box.nx - MIN_SIZE)
     number = np.uint64(0)
     for dy in range(MIN_SIZE):
         for dx in range(MIN_SIZE):
@@ -258,62 +318,70 @@ def is_unknown(data, box, y, x, patterns):
 def honouring_places(bits, data, box, shape, mask):
     """Mark in `mask` the locations of the TI whose window honours all data; return how many.
 
-    `bits` are those of the TI, of `shape`; location (y, x) is bit x % 64 of word x // 64 of row y.
-    Of many data few are looked at: hardly any location honours the first of them.
+    `bits` are those of the TI, of `shape`; location (z, y, x) is bit x % 64 of word x // 64 of row
+    y of layer z. Of many data few are looked at: hardly any location honours the first of them.
     """
     n_planes, full = len(bits), ~np.uint64(0)
-    ny, nx = shape[0] - box.size + 1, shape[1] - box.size + 1
+    nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
     n_words = (nx + 63) >> 6
-    for y in range(ny):
-        for w in range(n_words):
-            mask[y, w] = full
-        mask[y, n_words - 1] = full >> np.uint64(-nx & 63)
-    left = full
-    for dy in range(box.size):
-        for dx in range(box.size):
-            facies = data[box.y0 + dy, box.x0 + dx]
-            if facies == UNKNOWN or not left:
-                continue
-            first, shift = dx >> 6, np.uint64(dx & 63)
-            back, left = np.uint64(63) - shift, np.uint64(0)
-            for y in range(ny):
-                for w in range(n_words):
-                    honours = mask[y, w]
-                    for plane in range(n_planes):
-                        near = bits[plane, y + dy, first + w]
-                        far = bits[plane, y + dy, first + w + 1]
-                        word = near >> shift | far << np.uint64(1) << back
-                        honours &= word if facies >> plane & 1 else ~word
-                    mask[y, w] = honours
-                    left |= honours
-    n = np.int64(0)
-    if left:
+    for z in range(nz):
         for y in range(ny):
             for w in range(n_words):
-                n += n_bits(mask[y, w])
+                mask[z, y, w] = full
+            mask[z, y, n_words - 1] = full >> np.uint64(-nx & 63)
+    left = full
+    for dz in range(box.nz):
+        for dy in range(box.ny):
+            for dx in range(box.nx):
+                facies = data[box.z0 + dz, box.y0 + dy, box.x0 + dx]
+                if facies == UNKNOWN or not left:
+                    continue
+                first, shift = dx >> 6, np.uint64(dx & 63)
+                back, left = np.uint64(63) - shift, np.uint64(0)
+                for z in range(nz):
+                    for y in range(ny):
+                        for w in range(n_words):
+                            honours = mask[z, y, w]
+                            for plane in range(n_planes):
+                                near = bits[plane, z + dz, y + dy, first + w]
+                                far = bits[plane, z + dz, y + dy, first + w + 1]
+                                word = near >> shift | far << np.uint64(1) << back
+                                honours &= word if facies >> plane & 1 else ~word
+                            mask[z, y, w] = honours
+                            left |= honours
+    n = np.int64(0)
+    if left:
+        for z in range(nz):
+            for y in range(ny):
+                for w in range(n_words):
+                    n += n_bits(mask[z, y, w])
     return n
 
 
 @part_of_kernel
-def best_windows(bits, mask, rows, columns, size, strips, share, limit, rng, best):
-    """Fill `best` with (misfit, row, column) of the locations whose ring fits best.
+def best_windows(bits, mask, shape, box, strips, share, limit, rng, best):
+    """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
     Return how many. Only marked locations with at most `limit` wrong cells count, each looked at
     with chance `share`. The first of equal ones are kept, so the search begins at a random one.
     """
+    layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
+    first_z = draw_index(rng, layers) if layers > 1 else np.int64(0)
     first_y, first_x = draw_index(rng, rows), draw_index(rng, columns)
     n, one = 0, np.uint64(1)
     worst = limit + 1
-    for turn_y in range(rows):
+    for turn in range(layers * rows):
+        turn_z, turn_y = turn // rows, turn % rows
+        pz = first_z + turn_z - (layers if first_z + turn_z >= layers else 0)
         py = first_y + turn_y - (rows if first_y + turn_y >= rows else 0)
-        marks = mask[py]
+        marks = mask[pz, py]
         for turn_x in range(columns):
             px = first_x + turn_x - (columns if first_x + turn_x >= columns else 0)
             if not marks[px >> 6] >> np.uint64(px & 63) & one or (
                 share < 1 and rng.random() >= share
             ):
                 continue
-            misfit = n_different(bits, py, px, size, strips, worst)
+            misfit = n_different(bits, (pz, py, px), box, strips, worst)
             if misfit >= worst:
                 continue
             if n < len(best):
@@ -324,7 +392,7 @@ def best_windows(bits, mask, rows, columns, size, strips, share, limit, rng, bes
                 for k in range(1, n):
                     if best[k, 0] > best[at, 0]:
                         at = k
-            best[at, 0], best[at, 1], best[at, 2] = misfit, py, px
+            best[at, 0], best[at, 1], best[at, 2], best[at, 3] = misfit, pz, py, px
             if n == len(best):
                 worst = best[0, 0]
                 for k in range(1, n):

@@ -9,13 +9,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.box import LEFT, TOP, Box
+from ccwsim.engine.stages.box import Box, inside_overlap
 from ccwsim.engine.stages.conditioning import (
-    RULED_OUT,
     PlacedData,
     Weights,
     add_missed,
     make_misses,
+    ruled_out,
 )
 
 ONE_KIND = {
@@ -37,6 +37,7 @@ class SeenDatum(NamedTuple):
     facies: int
     inside: bool
     held: bool
+    layer: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +47,10 @@ class DataTerms:
     Attributes
     ----------
     seen : tuple of SeenDatum
-    missed, held, ahead : ndarray of int64, shape (ny_places, nx_places)
+    missed, held, ahead : ndarray of int64, shape ([nz_places,] ny_places, nx_places)
         How many data the patch of each location would miss: in the template, in the template where
         the cut can still keep them, and in the co-template.
-    ruled_out : ndarray of bool, shape (ny_places, nx_places)
+    ruled_out : ndarray of bool, of the same shape
         Locations whose overlap is not among the best share that is looked at.
     slack : int
         How much worse than the best a candidate may be, in scores.
@@ -74,35 +75,51 @@ def data_terms(
     grid: NDArray[np.uint8],
     data: PlacedData,
     box: Box,
-    reach: int,
+    times: int,
     weights: Weights,
     slack: int,
-    totals: NDArray[np.int64],
+    totals: NDArray[np.signedinteger],
 ) -> DataTerms:
     """Return what the data around a patch cost each place; `grid` is as it was before the patch."""
-    misses = make_misses(data.columns.size, phases.shape[3], totals.shape)
+    misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
     certain = np.ones(256)  # what the image ends before costs nothing: only sure misses count
     counts = {}
     for kind, one in ONE_KIND.items():
-        counts[kind] = np.zeros(totals.shape, np.int64)
-        add_missed(phases, grid, data, box, reach, certain, one, 1.0, misses, counts[kind])
-    ruled_out = totals >= RULED_OUT // 2
-    seen = seen_data(data, grid, box, reach)
-    return DataTerms(seen, **counts, ruled_out=ruled_out, slack=slack, weights=weights, reach=reach)
+        found = np.zeros(totals.shape, np.int64)
+        add_missed(phases, grid, data, box, times, certain, one, 1.0, misses, found)
+        counts[kind] = without_layer(found)
+    out = without_layer(totals >= ruled_out(totals) // 2)
+    seen, reach = seen_data(data, grid, box, times), times * box.nx
+    return DataTerms(seen, **counts, ruled_out=out, slack=slack, weights=weights, reach=reach)
+
+
+def without_layer(array: NDArray) -> NDArray:
+    """Return an array of a map without its one layer, and that of a volume as it is.
+
+    Examples
+    --------
+    >>> without_layer(np.zeros((1, 4, 5))).shape, without_layer(np.zeros((3, 4, 5))).shape
+    ((4, 5), (3, 4, 5))
+    """
+    return array[..., 0, :, :] if array.shape[-3] == 1 else array
 
 
 def seen_data(
-    data: PlacedData, grid: NDArray[np.uint8], box: Box, reach: int
+    data: PlacedData, grid: NDArray[np.uint8], box: Box, times: int
 ) -> tuple[SeenDatum, ...]:
-    """Return the data of template and co-template, by row."""
-    y0, x0, size = box.y0, box.x0, box.size
+    """Return the data of template and co-template, by layer and row."""
     found = []
-    for y in range(y0, min(y0 + reach, len(data.first) - 1)):
-        for x in data.columns[data.first[y] : data.first[y + 1]].tolist():
-            if x0 <= x < x0 + reach:
-                facies, inside = int(data.facies[y, x]), y < y0 + size and x < x0 + size
-                held = inside and grid[y, x] == facies == data.required[y, x]
-                found.append(SeenDatum(y, x, facies, inside, bool(held)))
+    shape = data.facies.shape
+    for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
+        for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
+            row = z * shape[1] + y
+            for x in data.columns[data.first[row] : data.first[row + 1]].tolist():
+                if not box.x0 <= x < box.x0 + times * box.nx:
+                    continue
+                inside = z < box.z0 + box.nz and y < box.y0 + box.ny and x < box.x0 + box.nx
+                facies, required = int(data.facies[z, y, x]), data.required[z, y, x]
+                held = inside and grid[z, y, x] == facies == required
+                found.append(SeenDatum(y, x, facies, inside, bool(held), z))
     return tuple(found)
 
 
@@ -124,7 +141,9 @@ class Patch(NamedTuple):
     y0, x0, size : int
         First cell and side.
     shape : int
-        Of its overlap: 0 none, 1 left, 2 top, 3 both.
+        Of its overlap: 0 none, 1 left, 2 top, 3 both; 4 more where it lies on patches below.
+    z0, layers : int
+        First layer, and how many; 0 and 1 in a map.
     """
 
     number: int
@@ -138,15 +157,21 @@ class Patch(NamedTuple):
     x0: int
     size: int
     shape: int
+    z0: int = 0
+    layers: int = 1
 
 
 @dataclass(frozen=True, eq=False)
 class TracedPatch:
     """How one patch was chosen, cut and pasted; everything in path coordinates.
 
+    Arrays of a volume have a first axis more than those of a map, which are described.
+
     Attributes
     ----------
     patch : Patch
+    box : Box
+        Its place in the grid, with the overlap.
     before, after : ndarray of uint8, shape (ny, nx)
         The grid; UNKNOWN where nothing is simulated.
     blocks : ndarray of int64, shape (n_planes, size / 2^J, size / 2^J)
@@ -155,15 +180,15 @@ class TracedPatch:
         As the search has them: SSD − ΣB², in block sums.
     energy : int
         ΣB² of the overlap, in block sums; 0 where the similarity is the correlation.
-    block_size : int
-        2^J.
+    block : triple of int
+        2^J along each axis, z first.
     places : ndarray of int64, shape (K, 2)
         The K best in blocks, the candidates first.
     n_candidates : int
         How many of them are near enough to the best to be drawn from.
     drawn : int
         Which of them was drawn.
-    place : pair of int
+    place : pair or triple of int
         Where the patch was taken from in the end, in cells.
     cells : ndarray of uint8, shape (size, size)
         The patch.
@@ -180,16 +205,17 @@ class TracedPatch:
     """
 
     patch: Patch
+    box: Box
     before: NDArray[np.uint8]
     after: NDArray[np.uint8]
     blocks: NDArray[np.int64]
     scores: NDArray[np.integer]
     energy: int
-    block_size: int
+    block: tuple[int, int, int]
     places: NDArray[np.int64]
     n_candidates: int
     drawn: int
-    place: tuple[int, int]
+    place: tuple[int, ...]
     cells: NDArray[np.uint8]
     keep_mask: NDArray[np.bool_]
     overlap: int
@@ -203,38 +229,48 @@ class TracedPatch:
         return self.places[: self.n_candidates]
 
     @property
-    def drawn_place(self) -> tuple[int, int]:
+    def drawn_place(self) -> tuple[int, ...]:
         """The drawn location in cells, before it is shifted to where it fits best."""
-        row, column = self.places[self.drawn] * self.block_size
-        return int(row), int(column)
+        return tuple((self.places[self.drawn] * self.blocks_cells).tolist())
+
+    @property
+    def blocks_cells(self) -> NDArray[np.int64]:
+        """Cells of a block along each axis of the arrays."""
+        return np.array(self.block[-self.cells.ndim :])
 
     @cached_property
     def in_overlap(self) -> NDArray[np.bool_]:
         """Which cells of the patch lie in the overlap, shape (size, size)."""
-        inside = np.zeros(self.cells.shape, bool)
-        if self.patch.shape & LEFT:
-            inside[:, : self.overlap] = True
-        if self.patch.shape & TOP:
-            inside[: self.overlap] = True
-        return inside
+        inside = np.ones((self.box.nz, self.box.ny, self.box.nx), bool)
+        low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(self.box)
+        inside[low_z:high_z, low_y:high_y, low_x:high_x] = False
+        return inside if self.cells.ndim == 3 else inside[0]
 
     @property
     def old(self) -> NDArray[np.uint8]:
         """What the grid had where the patch is placed, shape (size, size)."""
-        p = self.patch
-        return self.before[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size]
+        first = (self.box.z0, self.box.y0, self.box.x0)[-self.cells.ndim :]
+        ends = zip(first, self.cells.shape, strict=True)
+        return self.before[tuple(slice(start, start + n) for start, n in ends)]
 
     @property
     def approximation(self) -> NDArray[np.float64]:
         """Haar coefficients cA_J of the overlap, NaN outside; shape of `blocks`."""
-        n = self.blocks.shape[1]  # a part of a split tile need not be whole blocks
-        inside = self.in_overlap[:: self.block_size, :: self.block_size][:n, :n]
-        return np.where(inside, self.blocks / self.block_size, np.nan)
+        steps = tuple(slice(None, None, n) for n in self.blocks_cells)
+        inside = self.in_overlap[steps]
+        # a part of a split tile need not be whole blocks
+        inside = inside[tuple(slice(n) for n in self.blocks.shape[1:])]
+        return np.where(inside, self.blocks / np.sqrt(np.prod(self.block)), np.nan)
 
     @property
     def error(self) -> NDArray[np.bool_]:
         """Where patch and grid differ in the overlap: the error surface of the cut."""
         return self.in_overlap & (self.old != self.cells)
+
+    @property
+    def block_size(self) -> int:
+        """2^J along x."""
+        return self.block[2]
 
     @cached_property
     def ccw(self) -> NDArray[np.float64]:
@@ -245,7 +281,7 @@ class TracedPatch:
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
-        return sums / self.block_size**2
+        return sums / np.prod(self.block)
 
     def best_overlaps(self) -> NDArray[np.int64]:
         """Return the K places with the best overlaps, whatever the data say; in blocks."""
@@ -282,6 +318,7 @@ class PlaceFate(NamedTuple):
     held: int
     ahead: int
     fate: Fate
+    layer: int = 0
 
 
 def fates(step: TracedPatch) -> list[PlaceFate]:
@@ -293,12 +330,14 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     found: dict[tuple[int, ...], Fate]
     found = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
     if step.totals is not None and step.patch.shape:  # without an overlap none fits best
-        for row, column in step.best_overlaps().tolist():
-            found.setdefault((row, column), _of_rejected(step, row, column))
+        for place in map(tuple, step.best_overlaps().tolist()):
+            found.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
-    places = [_place(step, row, column, fate) for (row, column), fate in found.items()]
+    places = [_place(step, place, fate) for place, fate in found.items()]
     order = {"drawn": 0, "candidate": 1}
-    return sorted(places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.row, p.column))
+    return sorted(
+        places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.layer, p.row, p.column)
+    )
 
 
 def _of_chosen(step: TracedPatch, k: int) -> Fate:
@@ -307,18 +346,18 @@ def _of_chosen(step: TracedPatch, k: int) -> Fate:
     return "candidate" if k < step.n_candidates else "slack"
 
 
-def _of_rejected(step: TracedPatch, row: int, column: int) -> Fate:
+def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:
     assert step.totals is not None
-    if step.data is not None and step.data.ruled_out[row, column]:
+    if step.data is not None and step.data.ruled_out[place]:
         return "fraction"
-    if step.totals[row, column] <= step.totals[tuple(step.places.T)].max():
+    if step.totals[place] <= step.totals[tuple(step.places.T)].max():
         return "tie"
     return "data" if step.data is not None else "location"
 
 
-def _place(step: TracedPatch, row: int, column: int, fate: Fate) -> PlaceFate:
-    d, at = step.data, (row, column)
-    missed, held, ahead = (
-        (0, 0, 0) if d is None else (int(d.missed[at]), int(d.held[at]), int(d.ahead[at]))
-    )
-    return PlaceFate(row, column, float(step.ccw[at]), missed, held, ahead, fate)
+def _place(step: TracedPatch, place: tuple[int, ...], fate: Fate) -> PlaceFate:
+    d = step.data
+    counted = () if d is None else (d.missed, d.held, d.ahead)
+    missed, held, ahead = (int(count[place]) for count in counted) if counted else (0, 0, 0)
+    layer, row, column = (0, *place)[-3:]
+    return PlaceFate(row, column, float(step.ccw[place]), missed, held, ahead, fate, layer)

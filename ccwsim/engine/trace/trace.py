@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import Plan, draw_template, empty_grid, make_plan, to_grid
-from ccwsim.engine.realization import Realization, random_numbers
+from ccwsim.engine.raster import Plan, draw_template, empty_grid, in_three, make_plan, to_grid
+from ccwsim.engine.realization import Realization, random_numbers, target_of
 from ccwsim.engine.stages.box import Box
-from ccwsim.engine.stages.conditioning import DENSE, SPARSE, data_grid
+from ccwsim.engine.stages.conditioning import DENSE, SPARSE
+from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.pyramid import decompose, reconstruct
-from ccwsim.engine.stages.resimulation import Target, first_cell, resimulate
-from ccwsim.engine.tiles import make_workspace, simulate_patches
+from ccwsim.engine.stages.resimulation import first_cell, resimulate
+from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
-from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
+from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data, without_layer
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
@@ -40,6 +41,8 @@ class ResimulatedWindow(NamedTuple):
         Whether a patch was found that honours all data and fits; else nothing changed.
     isolated : bool
         Whether the datum was right already but isolated.
+    layer : int
+        First layer; 0 in a map.
     """
 
     datum: int
@@ -51,11 +54,12 @@ class ResimulatedWindow(NamedTuple):
     sources: NDArray[np.int32]
     fits: bool
     isolated: bool
+    layer: int = 0
 
 
 def resimulated_windows(
     study: Study,
-    template: int,
+    template: Triple,
     image: PreparedImage,
     rng: np.random.Generator,
     grid: NDArray[np.uint8],
@@ -66,29 +70,30 @@ def resimulated_windows(
     Windows around data that another window had honoured already are left out.
     """
     cells = study.hard_data.cells
-    data = data_grid(cells, study.facies_of_data, grid.shape)
+    target = target_of(study, image, grid, sources)
     last = grid.copy()
     windows: list[ResimulatedWindow] = []
 
-    def note(datum: int, size: int, fits: bool) -> None:
-        y, x = cells[datum]
-        row = first_cell(y, size, grid.shape[0])
-        column = first_cell(x, size, grid.shape[1])
-        part = np.s_[row : row + size, column : column + size]
-        before, after, right = last[part].copy(), grid[part].copy(), last[y, x] == data[y, x]
+    def note(datum: int, lengths: Triple, fits: bool) -> None:
+        cell, own = tuple(cells[datum].tolist()), lengths[-grid.ndim :]
+        each = zip(cell, own, grid.shape, strict=True)
+        first = [int(first_cell(middle, n, length)) for middle, n, length in each]
+        part = tuple(slice(start, start + n) for start, n in zip(first, own, strict=True))
+        before, after = last[part].copy(), grid[part].copy()
+        right = last[cell] == study.facies_of_data[datum]
         last[part] = after
         if right and (before == after).all():
             return
         came_from = sources[part].copy()
+        layer, row, column = (0, *first)[-3:]
         windows.append(
             ResimulatedWindow(
-                datum, size, int(row), int(column), before, after, came_from, fits, bool(right)
+                datum, own[-1], row, column, before, after, came_from, fits, bool(right), layer
             )
         )
 
     thresholds = image.isolated_datum_thresholds if study.hard_data.n else None
-    target = Target(image.scaled(), image.bits(), data, grid, sources)
-    data_status = resimulate(target, cells, template, rng, thresholds, on_window=note)
+    data_status = resimulate(target, in_three(cells), template, rng, thresholds, on_window=note)
     return windows, data_status
 
 
@@ -115,10 +120,10 @@ class PatchStepper:
     """A realization on its way along the path."""
 
     def __init__(self, study: Study, plan: Plan, rng: np.random.Generator) -> None:
-        self._plan, self.rng = plan, rng
+        self.plan, self.rng = plan, rng
         self.patches = _patches(plan)
-        self.work = make_workspace(plan.oriented, plan.search, plan.data[0])
-        self.simulated = empty_grid(study, plan.path, 0, len(self.patches), keep_sources=True)
+        self.work = plan.workspace()
+        self.simulated = empty_grid(study, plan, 0, len(self.patches), keep_sources=True)
         self._next = 0
         n_kept = min(max(MAX_CHECKPOINT_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
         self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
@@ -143,24 +148,26 @@ class PatchStepper:
         self.simulated = self.simulated._replace(grid=kept.grid.copy(), counts=kept.counts.copy())
         self._next, self.rng.bit_generator.state = number, kept.rng
 
-    def step(self) -> tuple[int, int]:
+    def step(self) -> Triple:
         """Simulate the next patch and return its location in the oriented image."""
-        k, plan, simulated = self._next, self._plan, self.simulated
+        k, plan, simulated = self._next, self.plan, self.simulated
         if k % self._every == 0 and k not in self._checkpoints:
             state = self.rng.bit_generator.state
             self._checkpoints[k] = Checkpoint(simulated.grid.copy(), simulated.counts.copy(), state)
         fixed = plan.patches, plan.oriented, plan.data[0], plan.search
         simulate_patches(k, k + 1, *fixed, self.rng, self.work, simulated)
         self._next += 1
-        return int(simulated.locations[k, 0]), int(simulated.locations[k, 1])
+        z, y, x = simulated.locations[k].tolist()
+        return z, y, x
 
 
 def _patches(plan: Plan) -> tuple[Patch, ...]:
     found = []
-    for k, (y0, x0, size, sides, split, tile, part) in enumerate(plan.patches.tolist()):
-        row, column = divmod(tile, plan.path.n_columns)
-        parts = int(plan.oriented.splits[split])
-        found.append(Patch(k, tile, part, row, column, parts, split, y0, x0, size, sides))
+    for k, (z0, y0, x0, nz, _, nx, sides, split, tile, part) in enumerate(plan.patches.tolist()):
+        row, column = divmod(tile % (plan.path.tiles[1] * plan.path.tiles[2]), plan.path.tiles[2])
+        parts = int(plan.oriented.splits[split, 2])
+        own = Patch(k, tile, part, row, column, parts, split, y0, x0, nx, sides, z0, nz)
+        found.append(own)
     return tuple(found)
 
 
@@ -194,16 +201,18 @@ class Trace:
         check_traceable(study.parameters)
         self.study, self.number = study, number
         rng = random_numbers(study.seed, number)
-        self.template = draw_template(study.parameters, study.training_image.shape, rng)
+        self._template = draw_template(study.parameters, study.training_image.shape, rng)
+        self.template = self._template[2]
         self._image = PreparedImage(study)
-        plan = make_plan(study, self.template, self._image, rng)
+        plan = make_plan(study, self._template, self._image, rng)
         self.path, self.oriented, self.search = plan.path, plan.oriented, plan.search
         self.data = plan.data[0]
         self._stepper = PatchStepper(study, plan, rng)
         self.patches = self._stepper.patches
-        self.grid_frame = Frame(self.path.orientation, self.path.shape)
-        shape = self.oriented.pyramid.image.shape
-        self.image_frame = Frame(self.path.orientation, shape)  # type: ignore[arg-type]
+        _, ny, nx = self.path.shape
+        self.grid_frame = Frame(self.path.orientation, (ny, nx))
+        _, ny, nx = self.oriented.pyramid.image.shape
+        self.image_frame = Frame(self.path.orientation, (ny, nx))
         self._coefficients: dict[int, list[Any]] = {}
 
     @property
@@ -236,21 +245,19 @@ class Trace:
         """The realization, and the windows of its local re-simulation."""
         stepper = self._stepper
         stepper.go_to(len(self.patches))
-        shape, hard_data = self.study.training_image.shape, self.study.hard_data
-        indices, sources = to_grid(
-            stepper.simulated.grid, stepper.simulated.sources, self.path, shape
-        )
+        cells = self.study.hard_data.cells
+        grid, sources = stepper.simulated.grid, stepper.simulated.sources
+        indices, sources = to_grid(grid, sources, self.path, self.study)
         windows: list[ResimulatedWindow] = []
         indices, sources = indices.copy(), sources.copy()  # not those that the trace goes on with
         if self.study.parameters.exact_data:
             rng = random_numbers(0, 0)
             rng.bit_generator.state = stepper.rng.bit_generator.state
             windows, data_status = resimulated_windows(
-                self.study, self.template, self._image, rng, indices, sources
+                self.study, self._template, self._image, rng, indices, sources
             )
         else:
-            rows, columns = hard_data.cells.T
-            missed = indices[rows, columns] != self.study.facies_of_data
+            missed = indices[tuple(cells.T)] != self.study.facies_of_data
             data_status = np.where(missed, WRONG, 0).astype(np.int16)
         return Realization(indices, sources, data_status), windows
 
@@ -267,17 +274,17 @@ class Trace:
     def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
         """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 13).
 
-        In path coordinates, shape (n, n) where n are the whole blocks of its side.
+        Of a map, in path coordinates, shape (n, n) where n are the whole blocks of its side.
         """
         if facies not in self._coefficients:
-            image = self.oriented.pyramid.image == facies
+            image = self.oriented.pyramid.image[0] == facies
             self._coefficients[facies] = decompose(image, self.study.parameters.level)
         row, column = step.places[step.drawn].tolist()
         size = step.cells.shape[0] // step.block_size * step.block_size
         return reconstruct(self._coefficients[facies], (row, column), size)
 
     def patch_of_cell(self, row: int, column: int) -> int:
-        """Return the number of the patch that first covers a cell of the grid."""
+        """Return the number of the patch that first covers a cell of a map."""
         y, x = self.grid_frame.cell_to_path(row, column)
         return next(
             p.number
@@ -285,40 +292,47 @@ class Trace:
             if p.y0 <= y < p.y0 + p.size and p.x0 <= x < p.x0 + p.size
         )
 
-    def _traced(self, p: Patch, before: NDArray[np.uint8], place: tuple[int, int]) -> TracedPatch:
+    def _traced(self, p: Patch, before: NDArray[np.uint8], place: Triple) -> TracedPatch:
         """Return what the latest call left in the workspace."""
         work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
         n_terms, n_candidates, drawn = work.choice.tolist()
-        blocks = np.zeros((len(pyramid.sums), *(p.size // search.block_size,) * 2), np.int64)
-        planes, rows, columns, sums = work.terms[:, :n_terms]
-        blocks[planes, rows, columns] = sums
-        reach, box = search.co_template * p.size, Box(p.y0, p.x0, p.size, p.shape, search.overlap)
+        z0, y0, x0, nz, ny, nx, sides = self._stepper.plan.patches[p.number, :7].tolist()
+        box = Box(z0, y0, x0, nz, ny, nx, sides, *search.overlap)
+        size = tuple(n // b for n, b in zip((nz, ny, nx), search.block, strict=True))
+        blocks = np.zeros((len(pyramid.sums), *size), np.int64)
+        met = np.unravel_index(work.offsets[:n_terms], pyramid.sums.shape)
+        blocks[met] = work.weights[:n_terms]
         totals, data = work.totals.copy(), None
-        if seen_data(self.data, before, box, reach):
-            weights = SPARSE if p.size == search.template else DENSE
-            slack = int(weights.slack * search.cell_cost)
+        if seen_data(self.data, before, box, search.co_template):
+            weights = SPARSE if nx == search.template[2] else DENSE
+            slack = int(weights.slack * search.slack_cost)
+            times = search.co_template
             phases = pyramid.phases
-            data = data_terms(phases, before, self.data, box, reach, weights, slack, totals)
-        ty, tx = place
+            data = data_terms(phases, before, self.data, box, times, weights, slack, totals)
+        tz, ty, tx = place
         correlation = self.study.parameters.similarity == "correlation"
+        volume = len(self.study.grid.shape) == 3
+        own = (lambda array: array) if volume else without_layer
+        places = np.stack(np.unravel_index(work.places, work.scores.shape), axis=1)
         return TracedPatch(
             patch=p,
-            before=before,
-            after=self._stepper.simulated.grid.copy(),
-            blocks=blocks,
-            scores=work.scores.copy(),
+            box=box,
+            before=own(before),
+            after=own(self._stepper.simulated.grid).copy(),
+            blocks=own(blocks),
+            scores=own(work.scores).copy(),
             energy=0 if correlation else int(np.square(blocks).sum()),
-            block_size=search.block_size,
-            places=work.places.copy(),
+            block=search.block,
+            places=places if volume else places[:, 1:],
             n_candidates=n_candidates,
             drawn=drawn,
-            place=place,
-            cells=pyramid.image[ty : ty + p.size, tx : tx + p.size],
-            keep_mask=work.cut.keep_mask[: p.size, : p.size].copy(),
-            overlap=search.overlap,
+            place=place if volume else place[1:],
+            cells=own(pyramid.image[tz : tz + nz, ty : ty + ny, tx : tx + nx]),
+            keep_mask=own(work.cut.keep_mask[:nz, :ny, :nx]).copy(),
+            overlap=search.overlap[2],
             correlation=correlation,
             data=data,
-            totals=totals if data is not None or search.location_cost > 0 else None,
+            totals=own(totals) if data is not None or search.location_cost > 0 else None,
         )
 
 

@@ -54,7 +54,7 @@ class PatchView:
     @property
     def block_frame(self) -> Frame:
         """Turns arrays of one value a block of the image from path to grid coordinates."""
-        rows, columns = self.trace.oriented.pyramid.phases.shape[2:]
+        rows, columns = self.trace.oriented.pyramid.phases.shape[-2:]
         return Frame(self.trace.path.orientation, (rows, columns))
 
     def patch_map(self, indices: NDArray[np.uint8], alt: str) -> CellMap:
@@ -163,11 +163,11 @@ def _conditioning_points(view: PatchView) -> list[list[int]]:
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
     """Return the way along the row of the path to the tile it is at."""
-    n, last = trace.path.n_columns, step.patch.tile
+    n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
     ends = [first, last] if last > first else [max(last - 1, 0), last]
-    rows, columns = trace.path.shape
+    _, rows, columns = trace.path.shape
 
     def centre(tile: int) -> list[float]:
         y, x = (k * stride + half for k in divmod(tile, n))

@@ -159,7 +159,7 @@ def _draw_player(how: How, trace: Trace) -> None:
 def _position(trace: Trace, patch: Patch) -> str:
     """Return which patch is shown and where it is, in HTML."""
     path = trace.path
-    at = f"row {patch.row + 1} of {path.n_rows}, column {patch.column + 1} of {path.n_columns}"
+    at = f"row {patch.row + 1} of {path.tiles[1]}, column {patch.column + 1} of {path.tiles[2]}"
     facts = [
         f"<b>Patch {patch.number + 1} of {len(trace.patches)}</b>",
         escape(words.describe_shape(trace, patch.shape)),
@@ -271,7 +271,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
     if ground == "image":
         alt = f"Training image {image.name}"
         shown = facies_map(image.indices, image, view.colours, alt)
-        frame, scale = trace.image_frame, trace.search.block_size
+        frame, scale = trace.image_frame, trace.search.block[2]
     else:
         shown = maps.score_map(view, ground == "costs")
         frame, scale = view.block_frame, 1
@@ -365,5 +365,5 @@ def _largest_difference(how: How, view: PatchView) -> float:
     """Return how far the inverse transform is from the slice of the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
-    own = view.trace.oriented.pyramid.image[ty : ty + n, tx : tx + n] == how.facies
+    own = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
     return float(abs(patch - own).max(initial=0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 
 import streamlit as st
 
@@ -73,13 +74,8 @@ def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[Res
 
 def _n_terms(trace: Trace) -> float:
     energies, search = trace.oriented.energies, trace.search
-    terms = (
-        2
-        * search.template
-        * search.overlap
-        / search.block_size**2
-        * len(trace.oriented.pyramid.sums)
-    )
+    (_, size, _), (_, overlap, _) = search.template, search.overlap
+    terms = 2 * size * overlap / prod(search.block) * len(trace.oriented.pyramid.sums)
     return len(trace.patches) * energies[0, 0].size * terms
 
 

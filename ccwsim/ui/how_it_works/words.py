@@ -192,7 +192,7 @@ def is_rejected(location: PlaceFate) -> bool:
 
 def xy_of(trace: Trace, row: int, column: int, size: int) -> str:
     """Return the south-west cell in the image of a patch at a location in blocks, as (x, y)."""
-    unit = trace.search.block_size
+    unit = trace.search.block[2]
     box = trace.image_frame.box_to_grid(row * unit, column * unit, size, size)
     return f"({box.column}, {box.row})"
 

@@ -1,0 +1,98 @@
+"""Template, overlap and level along z, y and x, at each scale and along the path."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import NamedTuple
+
+from ccwsim.engine.stages.conditioning import MAX_DATA
+from ccwsim.engine.stages.path import Triple, along_path
+from ccwsim.model.parameters import Parameters
+
+USUAL_OVERLAP = 448
+"""Cells of the overlap for which the weights of data were chosen: T 32, OR 8."""
+
+
+class Lengths(NamedTuple):
+    """Lengths along z, y and x; a map has a template of one layer, and no overlap or level along z.
+
+    `scales` is how often each axis is up-gridded, `level` what is left of the wavelet level.
+    """
+
+    template: Triple
+    overlap: Triple
+    level: Triple
+    scales: Triple = (0, 0, 0)
+    volume: bool = False
+
+    @property
+    def block(self) -> Triple:
+        """Cells of a coefficient along each axis."""
+        z, y, x = self.level
+        return 2**z, 2**y, 2**x
+
+    @property
+    def unit(self) -> Triple:
+        """Cells of the grid that a cell of this scale stands for, along each axis."""
+        z, y, x = self.scales
+        return 2**z, 2**y, 2**x
+
+    @property
+    def step(self) -> Triple:
+        """From one patch to the next along each axis."""
+        (tz, ty, tx), (oz, oy, ox) = self.template, self.overlap
+        return tz - oz, ty - oy, tx - ox
+
+    def along(self, orientation: int) -> Lengths:
+        """Return the lengths along the axes of a path."""
+        own = (along_path(each, orientation) for each in self[:4])
+        return Lengths(*own, volume=self.volume)
+
+    def at_scale(self, scale: int) -> Lengths:
+        """Return the lengths of images that are up-gridded `scale` times, in their own cells.
+
+        Axes with a lower level are up-gridded less often, so that no axis is coarser than it.
+        """
+        z, y, x = (min(scale, level) for level in self.level)
+        unit = (z, y, x)
+
+        def coarse(lengths: Triple) -> Triple:
+            a, b, c = (length >> n for length, n in zip(lengths, unit, strict=True))
+            return a, b, c
+
+        left = (level - n for level, n in zip(self.level, unit, strict=True))
+        (a, b, c), template, overlap = left, coarse(self.template), coarse(self.overlap)
+        return Lengths(template, overlap, (a, b, c), unit, self.volume)
+
+    @property
+    def weight_of_data(self) -> float:
+        """What the weights of data are multiplied by, as they compete with the overlap.
+
+        They were chosen for maps, where they stay as they are.
+        """
+        if not self.volume:
+            return 1.0
+        inside = prod(t - o for t, o in zip(self.template, self.overlap, strict=True))
+        return (prod(self.template) - inside) / USUAL_OVERLAP
+
+    @property
+    def max_data(self) -> float:
+        """How many data a patch may have before its tile is split."""
+        return MAX_DATA * self.weight_of_data
+
+
+def lengths_of(p: Parameters, shape: tuple[int, ...], template: Triple | None = None) -> Lengths:
+    """Return the lengths of a study whose grid has `shape`, with the template that was drawn.
+
+    Examples
+    --------
+    >>> lengths_of(Parameters(32, 8, 2), (60, 100))[:3]
+    ((1, 32, 32), (0, 8, 8), (0, 2, 2))
+    """
+    volume = len(shape) == 3
+
+    def triple(value: int, thin: int) -> Triple:
+        return (value if volume else thin, value, value)
+
+    own = triple(p.template_size, 1) if template is None else template
+    return Lengths(own, triple(p.overlap_size, 0), triple(p.level, 0), volume=volume)
