@@ -47,7 +47,7 @@ def make_strips(bits: NDArray[np.uint64], size: Triple) -> Strips:
 
 @part_of_kernel
 def take_strips(grid, box, strips):
-    """Fill `strips` with the facies that `grid`, shape (nz, ny, nx), has in the overlap of a box."""
+    """Fill `strips` with the facies that the grid has in the overlap of a box."""
     n_planes, n_words = strips.words.shape[0], (box.nx + 63) // 64
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     for z in range(box.nz):

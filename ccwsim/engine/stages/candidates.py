@@ -80,8 +80,8 @@ def best_places(scores, k, rng, minima, found, values, places):
     """Fill `places` with the k best locations; equal scores at the end are drawn at random.
 
     Taking the first of many equal ones would favour one corner of the training image. `scores` are
-    raveled; `places` gets numbers of locations, those that are better than the k-th first. `minima`,
-    `found` and `values` are workspace: as many as there are segments, and locations.
+    raveled; `places` gets numbers of locations, those that are better than the k-th first.
+    `minima`, `found` and `values` are workspace: as many as there are segments, and locations.
     """
     segment_minima(scores, minima)
     n_parts = len(minima)

@@ -114,7 +114,7 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
             continue
-        upright, far = side == LEFT or side == RIGHT, side == RIGHT or side == BOTTOM
+        upright, far = side & (LEFT | RIGHT) != 0, side & (RIGHT | BOTTOM) != 0
         n, m, end = (box.ny, box.ox, box.nx) if upright else (box.nx, box.oy, box.ny)
         for i in range(n):
             for c in range(m):

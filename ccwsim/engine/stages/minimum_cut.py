@@ -47,9 +47,8 @@ def make_flow(template: Triple) -> FlowWorkspace:
     """Return the workspace for boxes of at most `template` cells; empty for none."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
-    kinds = np.uint8, np.int32, np.int32, np.int32, np.uint8, np.int32, np.int32, np.int32
-    state, source, sink, level, arc, cells, queue, stack = (np.zeros(n, kind) for kind in kinds)
-    capacity = np.zeros((6, n), np.int32)
+    source, sink, level, cells, queue, stack = (np.zeros(n, np.int32) for _ in range(6))
+    state, arc, capacity = np.zeros(n, np.uint8), np.zeros(n, np.uint8), np.zeros((6, n), np.int32)
     return FlowWorkspace(state, capacity, source, sink, level, arc, cells, queue, stack)
 
 

@@ -138,12 +138,22 @@ def score_places(sums, offsets, weights, n_terms, energy, run, scores):
                 for x in range(length):
                     run[x] += wa * a[x] + wb * b[x] + wc * c[x] + wd * d[x]
             for n in range(whole, n_terms):
-                a, wa = flat[base + offsets[n] :][:length], weights[n]
+                a, wa = _run_from(flat, base, offsets[n]), weights[n]
                 for x in range(length):
                     run[x] += wa * a[x]
             for y in range(rows):
                 for x in range(nx):
                     scores[z, first + y, x] = energy[z, first + y, x] - two * run[y * mx + x]
+
+
+@part_of_kernel
+def _run_from(flat, base, offset):
+    """Return the block sums that a term meets at a row of locations that starts at `base`.
+
+    They are a slice of all sums in one row: one of more dimensions has strides that are not known
+    when the kernel is compiled.
+    """
+    return flat[base + offset :]
 
 
 @part_of_kernel
