@@ -2,7 +2,9 @@
 
 The cut pays, for each pair of neighbours of which one stays old and one is taken new, the cells of
 the two that differ between old and new. The cheapest cut is a largest flow (Ford and Fulkerson
-1956), here by Dinic's algorithm over the cells that differ and their neighbours alone: all others
+1956), here found as Boykov and Kolmogorov (2004) do: two trees of cells, one from the old cells and
+one from the new ones, grow until they meet; flow goes along the way between them, and what it cuts
+off looks for another parent. Only cells that differ and their neighbours take part: all others
 cost nothing on either side. Data are capacities that no cheapest cut goes through, as long as they
 do not contradict each other.
 """
@@ -23,7 +25,11 @@ SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
 """A cell whose facies stays or changes; beyond the overlap: inside, outside of it, no neighbour."""
 BROKEN_CELL = 1 << 20
 """What a cut pays for a datum it would drop: more than all seams of a patch."""
-UNSEEN, INACTIVE = -1, -2
+FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
+"""The tree that a cell is in; inactive cells take no part."""
+ROOT, ORPHAN, NONE = 6, 7, 8
+"""Parents that are no direction: of a cell that is joined to old or new cells itself, of one that
+was cut off, and of one in no tree."""
 FAR = 1 << 30
 
 
@@ -32,24 +38,29 @@ class FlowWorkspace(NamedTuple):
 
     state: NDArray[np.uint8]
     capacity: NDArray[np.int32]  # shape (6, n): to the neighbour in each direction
-    # capacity left from the old cells, and to the new ones
-    source: NDArray[np.int32]
-    sink: NDArray[np.int32]
-    level: NDArray[np.int32]  # links to the new cells
-    arc: NDArray[np.uint8]  # the direction that is tried next
-    # cells that take part, a queue and a stack of cells
+    rest: NDArray[np.int32]  # capacity left: from the old cells, or where negative to the new ones
+    tree: NDArray[np.uint8]
+    parent: NDArray[np.uint8]  # the direction of the parent
+    # steps to the root, and when they were counted
+    distance: NDArray[np.int32]
+    time: NDArray[np.int32]
+    # cells that take part; those whose neighbours are to be looked at, in a ring; and cells cut off
     cells: NDArray[np.int32]
     queue: NDArray[np.int32]
-    stack: NDArray[np.int32]
+    is_queued: NDArray[np.bool_]
+    orphans: NDArray[np.int32]
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
     """Return the workspace for boxes of at most `template` cells; empty for none."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
-    source, sink, level, cells, queue, stack = (np.zeros(n, np.int32) for _ in range(6))
-    state, arc, capacity = np.zeros(n, np.uint8), np.zeros(n, np.uint8), np.zeros((6, n), np.int32)
-    return FlowWorkspace(state, capacity, source, sink, level, arc, cells, queue, stack)
+    state, tree, parent = (np.zeros(n, np.uint8) for _ in range(3))
+    rest, distance, time, cells, queue, orphans = (np.zeros(n, np.int32) for _ in range(6))
+    capacity, is_queued = np.zeros((6, n), np.int32), np.zeros(n, np.bool_)
+    return FlowWorkspace(
+        state, capacity, rest, tree, parent, distance, time, cells, queue, is_queued, orphans
+    )
 
 
 @part_of_kernel
@@ -63,12 +74,13 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     steps = (-1, 1, -row, row, -layer, layer)
     _mark_states(grid, image, place, box, flow)
     n, total = _make_graph(grid, data, image, place, box, steps, flow)
-    while True:
-        n_reached, nearest = _set_levels(n, steps, flow)
-        if nearest == FAR:
-            break
-        total += _push(n_reached, nearest, steps, flow)
-    _mark_old(n, box, steps, flow, keep_mask)
+    total += _largest_flow(n, steps, flow)
+    for k in range(n):
+        u = flow.cells[k]
+        if flow.tree[u] == OF_OLD:
+            z_row, x = divmod(u, row)
+            z, y = divmod(z_row, box.ny + 2)
+            keep_mask[z - 1, y - 1, x - 1] = True
     return total
 
 
@@ -101,7 +113,7 @@ def _mark_states(grid, image, place, box, flow):
                     for x in range(low_x, high_x):
                         own[x] = ALL_NEW
             for x in range(box.nx + 2):
-                flow.level[u + x] = INACTIVE
+                flow.tree[u + x] = INACTIVE
             u += box.nx + 2
 
 
@@ -145,117 +157,182 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                             sink += BROKEN_CELL
                 through = min(source, sink)
                 total += through
-                flow.source[u], flow.sink[u] = source - through, sink - through
-                flow.level[u] = UNSEEN
+                flow.rest[u] = source - sink
                 flow.cells[n] = u
                 n += 1
     return n, total
 
 
 @part_of_kernel
-def _set_levels(n, steps, flow):
-    """Set how many links each cell is from the new cells, along which flow can go there.
+def _largest_flow(n, steps, flow):
+    """Send all flow from old to new cells; return how much goes through more than one cell.
 
-    Returns how many cells were reached, in the order of `queue`, and how far the nearest one with
-    flow to give is; FAR where there is none.
+    In the end the tree of the old cells has all that flow from them could still reach.
     """
-    level, queue = flow.level, flow.queue
-    tail, nearest = 0, FAR
+    tree, parent, queue, is_queued = flow.tree, flow.parent, flow.queue, flow.is_queued
+    size, head, tail, total, now = len(queue), 0, 0, np.int64(0), np.int32(1)
     for k in range(n):
         u = flow.cells[k]
-        level[u] = UNSEEN
-        if flow.sink[u] > 0:
-            level[u] = 0
-            queue[tail] = u
+        flow.time[u], is_queued[u] = 0, False
+        tree[u], parent[u] = FREE, NONE
+        if flow.rest[u] != 0:
+            tree[u] = OF_OLD if flow.rest[u] > 0 else OF_NEW
+            parent[u], flow.distance[u] = ROOT, 1
+            queue[tail], is_queued[u] = u, True
             tail += 1
-    head = 0
-    while head < tail:
+    n_queued = tail
+    while n_queued > 0:
         u = queue[head]
-        head += 1
-        if level[u] >= nearest:
-            break
-        if flow.source[u] > 0:
-            nearest = min(nearest, level[u])
+        if tree[u] == FREE:
+            is_queued[u] = False
+            head = head + 1 if head + 1 < size else 0
+            n_queued -= 1
             continue
+        meets = -1
         for a in range(6):
             v = u + steps[a]
-            if level[v] == UNSEEN and flow.capacity[a ^ 1, v] > 0:
-                level[v] = level[u] + 1
-                queue[tail] = v
-                tail += 1
-    return tail, nearest
-
-
-@part_of_kernel
-def _push(n_reached, nearest, steps, flow):
-    """Send all flow that goes along descending levels; return how much."""
-    level, arc, stack, total = flow.level, flow.arc, flow.stack, np.int64(0)
-    for k in range(n_reached):
-        arc[flow.queue[k]] = 0
-    for k in range(n_reached - 1, -1, -1):
-        root = flow.queue[k]
-        if level[root] > nearest:
-            continue
-        while flow.source[root] > 0:
-            depth = 0
-            stack[0] = root
-            found = False
-            while depth >= 0:
-                u = stack[depth]
-                if level[u] == 0 and flow.sink[u] > 0:
-                    found = True
-                    break
-                moved = False
-                while arc[u] < 6:
-                    a = arc[u]
-                    if flow.capacity[a, u] > 0:
-                        v = u + steps[a]
-                        if level[v] >= 0 and level[v] == level[u] - 1:
-                            depth += 1
-                            stack[depth] = v
-                            moved = True
-                            break
-                    arc[u] += 1
-                if not moved:
-                    depth -= 1
-                    if depth >= 0:
-                        arc[stack[depth]] += 1
-            if not found:
+            if tree[v] == INACTIVE:
+                continue
+            if tree[u] == OF_OLD:
+                left = flow.capacity[a, u]
+            else:
+                left = flow.capacity[a ^ 1, v]
+            if left == 0:
+                continue
+            if tree[v] == FREE:
+                tree[v], parent[v] = tree[u], a ^ 1
+                flow.time[v], flow.distance[v] = flow.time[u], flow.distance[u] + 1
+                if not is_queued[v]:
+                    queue[tail], is_queued[v] = v, True
+                    tail = tail + 1 if tail + 1 < size else 0
+                    n_queued += 1
+            elif tree[v] != tree[u]:
+                meets = a
                 break
-            amount = min(flow.source[root], flow.sink[stack[depth]])
-            for i in range(depth):
-                amount = min(amount, flow.capacity[arc[stack[i]], stack[i]])
-            flow.source[root] -= amount
-            flow.sink[stack[depth]] -= amount
-            total += amount
-            for i in range(depth):
-                u, a = stack[i], arc[stack[i]]
-                flow.capacity[a, u] -= amount
-                flow.capacity[a ^ 1, stack[i + 1]] += amount
+            elif flow.time[v] <= flow.time[u] and flow.distance[v] > flow.distance[u]:
+                parent[v] = a ^ 1  # a shorter way to the root
+                flow.time[v], flow.distance[v] = flow.time[u], flow.distance[u] + 1
+        if meets < 0:
+            is_queued[u] = False
+            head = head + 1 if head + 1 < size else 0
+            n_queued -= 1
+            continue
+        now += 1
+        v = u + steps[meets]
+        old, new, a = (u, v, meets) if tree[u] == OF_OLD else (v, u, meets ^ 1)
+        n_orphans, amount = _augment(old, new, a, steps, flow)
+        total += amount
+        while n_orphans > 0:
+            n_orphans -= 1
+            n_orphans, tail, n_queued = _adopt(
+                flow.orphans[n_orphans], n_orphans, tail, n_queued, now, steps, flow
+            )
     return total
 
 
 @part_of_kernel
-def _mark_old(n, box, steps, flow, keep_mask):
-    """Mark the cells that flow from the old ones can still reach: they stay."""
-    level, queue, tail = flow.level, flow.queue, 0
-    for k in range(n):
-        u = flow.cells[k]
-        level[u] = UNSEEN
-        if flow.source[u] > 0:
-            level[u] = 0
-            queue[tail] = u
-            tail += 1
-    head = 0
-    while head < tail:
-        u = queue[head]
-        head += 1
-        row, x = divmod(u, box.nx + 2)
-        z, y = divmod(row, box.ny + 2)
-        keep_mask[z - 1, y - 1, x - 1] = True
-        for a in range(6):
-            v = u + steps[a]
-            if level[v] == UNSEEN and flow.capacity[a, u] > 0:
-                level[v] = 0
-                queue[tail] = v
-                tail += 1
+def _augment(old, new, meets, steps, flow):
+    """Send flow from root to root over the link in direction `meets` from `old` to `new`.
+
+    Returns how many cells were cut off by it, and how much it is.
+    """
+    capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
+    amount, u = capacity[meets, old], old
+    while parent[u] != ROOT:
+        a = parent[u]
+        u += steps[a]
+        amount = min(amount, capacity[a ^ 1, u])
+    amount, u = min(amount, rest[u]), new
+    while parent[u] != ROOT:
+        a = parent[u]
+        amount = min(amount, capacity[a, u])
+        u += steps[a]
+    amount = min(amount, -rest[u])
+    n = 0
+    capacity[meets, old] -= amount
+    capacity[meets ^ 1, new] += amount
+    u = old
+    while parent[u] != ROOT:
+        a, child = parent[u], u
+        u += steps[a]
+        capacity[a ^ 1, u] -= amount
+        capacity[a, child] += amount
+        if capacity[a ^ 1, u] == 0:
+            parent[child], orphans[n] = ORPHAN, child
+            n += 1
+    rest[u] -= amount
+    if rest[u] == 0:
+        parent[u], orphans[n] = ORPHAN, u
+        n += 1
+    u = new
+    while parent[u] != ROOT:
+        a, child = parent[u], u
+        u += steps[a]
+        capacity[a, child] -= amount
+        capacity[a ^ 1, u] += amount
+        if capacity[a, child] == 0:
+            parent[child], orphans[n] = ORPHAN, child
+            n += 1
+    rest[u] += amount
+    if rest[u] == 0:
+        parent[u], orphans[n] = ORPHAN, u
+        n += 1
+    return n, amount
+
+
+@part_of_kernel
+def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
+    """Find a cell that was cut off another parent in its tree, the nearest to the root, or free it.
+
+    Returns how many cells are cut off now, and the end and length of the queue.
+    """
+    tree, parent, capacity, queue = flow.tree, flow.parent, flow.capacity, flow.queue
+    own, nearest, best = tree[u], FAR, NONE
+    for a in range(6):
+        v = u + steps[a]
+        if tree[v] != own or parent[v] == ORPHAN:
+            continue
+        left = capacity[a ^ 1, v] if own == OF_OLD else capacity[a, u]
+        if left == 0:
+            continue
+        distance, w = 0, v
+        while True:  # up to the root, or to where the way is known
+            if flow.time[w] == now:
+                distance += flow.distance[w]
+                break
+            distance += 1
+            if parent[w] == ROOT:
+                flow.time[w], flow.distance[w] = now, 1
+                break
+            if parent[w] == ORPHAN:
+                distance = FAR
+                break
+            w += steps[parent[w]]
+        if distance >= FAR:
+            continue
+        if distance < nearest:
+            nearest, best = distance, a
+        w = v
+        while flow.time[w] != now:
+            flow.time[w], flow.distance[w] = now, distance
+            distance -= 1
+            w += steps[parent[w]]
+    parent[u] = best
+    if best != NONE:
+        flow.time[u], flow.distance[u] = now, nearest + 1
+        return n_orphans, tail, n_queued
+    for a in range(6):
+        v = u + steps[a]
+        if tree[v] != own:
+            continue
+        left = capacity[a ^ 1, v] if own == OF_OLD else capacity[a, u]
+        if left > 0 and not flow.is_queued[v]:
+            queue[tail], flow.is_queued[v] = v, True
+            tail = tail + 1 if tail + 1 < len(queue) else 0
+            n_queued += 1
+        if parent[v] < ROOT and v + steps[parent[v]] == u:
+            parent[v] = ORPHAN
+            flow.orphans[n_orphans] = v
+            n_orphans += 1
+    tree[u] = FREE
+    return n_orphans, tail, n_queued
