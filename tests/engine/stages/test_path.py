@@ -1,4 +1,4 @@
-"""The ways of the path are the symmetries of a square or of a volume, and patches cover the grid."""
+"""The ways of the path are the symmetries of a square or a box, and patches cover the grid."""
 
 from itertools import product
 
