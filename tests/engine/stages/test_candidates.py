@@ -7,18 +7,44 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import stats
 
-from ccwsim.engine.stages.candidates import best_places, draw_index, keep_within, kth_best
-
-scores_of_any_size = hnp.arrays(
-    st.sampled_from([np.int16, np.int64]),
-    hnp.array_shapes(min_dims=2, max_dims=2, max_side=9),
-    elements=st.integers(-30, 30),
+from ccwsim.engine.stages.box import Box
+from ccwsim.engine.stages.candidates import (
+    N_COMPARED,
+    SEGMENT,
+    best_places,
+    closest_to_target,
+    draw_index,
+    keep_within,
+    kth_smallest,
+    n_segments,
+    n_up_to,
+    place_of,
+    segment_minima,
 )
+
+KINDS = [np.int16, np.int32, np.int64, np.float32]
+
+
+def whole(shape, kinds=KINDS, largest: int = 30):
+    """Arrays of whole numbers of each type that scores may have."""
+    numbers = st.integers(-largest, largest)
+    return st.sampled_from(kinds).flatmap(
+        lambda kind: hnp.arrays(kind, shape, elements=numbers.map(kind))
+    )
+
+
+scores_of_any_size = st.one_of(
+    whole(hnp.array_shapes(min_dims=1, max_dims=1, max_side=90)),
+    whole(hnp.array_shapes(min_dims=1, max_dims=1, min_side=90, max_side=300), largest=2000),
+)
+"""Scores of maps and volumes are raveled."""
 
 
 def drawn_places(scores: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:
-    places = np.full((k, 2), -1, np.int64)
-    best_places(scores, k, rng, np.empty(len(scores), np.int64), places)
+    places = np.full(k, -1, np.int64)
+    minima = np.empty(n_segments(scores.size), scores.dtype)
+    found, values = np.empty(scores.size, np.int64), np.empty(scores.size, scores.dtype)
+    best_places(scores.ravel(), k, rng, minima, found, values, places)
     return places
 
 
@@ -27,49 +53,74 @@ def drawn_places(scores: np.ndarray, k: int, rng: np.random.Generator) -> np.nda
 def test_the_best_places_are_those_of_a_full_sort(scores, data):
     k = data.draw(st.integers(1, scores.size))
     places = drawn_places(scores, k, np.random.default_rng(0))
-    found = scores[places[:, 0], places[:, 1]]
-    np.testing.assert_array_equal(np.sort(found), np.sort(scores, axis=None)[:k])
-    assert len({tuple(place) for place in places.tolist()}) == k
+    np.testing.assert_array_equal(np.sort(scores[places]), np.sort(scores)[:k])
+    assert len(set(places.tolist())) == k
+    better = np.sort(scores)[:k] < np.sort(scores)[k - 1]
+    assert (scores[places[: better.sum()]] < np.sort(scores)[k - 1]).all()
 
 
 @settings(deadline=None)
 @given(scores_of_any_size, st.data())
 def test_the_kth_best_is_that_of_a_full_sort(scores, data):
-    k = data.draw(st.integers(1, scores.size))
-    row_best = np.empty(len(scores), np.int64)
-    assert kth_best(scores, k, row_best) == np.sort(scores, axis=None)[k - 1]
-    np.testing.assert_array_equal(row_best, scores.min(axis=1))
+    n = data.draw(st.integers(1, scores.size))
+    k = data.draw(st.integers(1, n))
+    assert kth_smallest(scores, n, k) == np.sort(scores[:n])[k - 1]
 
 
-def test_large_maps_are_searched_in_full():
+@settings(deadline=None)
+@given(scores_of_any_size, st.integers(-31, 31))
+def test_segments_have_their_smallest_score(scores, limit):
+    minima = np.empty(n_segments(scores.size), scores.dtype)
+    segment_minima(scores, minima)
+    parts = [scores[i : i + SEGMENT] for i in range(0, scores.size, SEGMENT)]
+    np.testing.assert_array_equal(minima, [part.min() for part in parts])
+    assert n_up_to(scores, limit) == np.count_nonzero(scores <= limit)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_scores_at_the_ends_of_their_type_are_told_apart(kind):
+    largest = 2**24 if kind is np.float32 else np.iinfo(kind).max
+    if kind is np.int64:
+        largest = 2**60  # ruled-out locations are added to
+    scores = np.array([largest, -largest, largest - 1, 1 - largest] * 20).astype(kind)
+    rng = np.random.default_rng(1)
+    for k in (1, 20, 30, 41, 80):
+        found = scores[drawn_places(scores, k, rng)]
+        np.testing.assert_array_equal(np.sort(found), np.sort(scores)[:k])
+
+
+@pytest.mark.parametrize("shape", [(1, 120, 131), (20, 21, 40)])
+def test_large_maps_and_volumes_are_searched_in_full(shape):
     rng = np.random.default_rng(3)
-    scores = rng.integers(-(2**14), 2**14, (120, 131)).astype(np.int16)
+    scores = rng.integers(-(2**14), 2**14, shape).astype(np.int16)
     for k in (1, 20, 500, scores.size):
-        places = drawn_places(scores, k, rng)
-        found = scores[places[:, 0], places[:, 1]]
+        found = scores.flat[drawn_places(scores, k, rng)]
         np.testing.assert_array_equal(np.sort(found), np.sort(scores, axis=None)[:k])
 
 
+@pytest.mark.parametrize("shape", [(1, 5, 6), (3, 4, 5)])
 @pytest.mark.parametrize("k", [1, 3, 7])
-def test_equal_places_are_drawn_equally_often(k):
-    scores = np.full((5, 6), 4, np.int16)
-    scores[1, 2] = 9  # never
+def test_equal_places_are_drawn_equally_often(k, shape):
+    scores = np.full(shape, 4, np.int16)
+    scores[0, 1, 2] = 9  # never
     rng = np.random.default_rng(11)
     drawn = np.zeros(scores.shape, int)
     n = 3000
     for _ in range(n):
-        np.add.at(drawn, tuple(drawn_places(scores, k, rng).T), 1)
-    assert drawn[1, 2] == 0
+        np.add.at(drawn.ravel(), drawn_places(scores, k, rng), 1)
+    assert drawn[0, 1, 2] == 0
     counts = drawn[scores == 4]
     assert stats.chisquare(counts).pvalue > 1e-4
 
 
 def test_better_places_are_always_among_those_drawn():
-    scores = np.zeros((4, 5), np.int64)
-    scores[2, 3], scores[0, 4] = -2, -1
+    scores = np.zeros(50, np.int64)
+    scores[44], scores[4] = -2, -1
     rng = np.random.default_rng(5)
     for _ in range(50):
-        assert {(2, 3), (0, 4)} <= {tuple(p) for p in drawn_places(scores, 4, rng).tolist()}
+        places = drawn_places(scores, 4, rng).tolist()
+        assert set(places[:2]) == {44, 4}
+        assert len(set(places)) == 4
 
 
 def test_an_index_is_drawn_from_all_equally():
@@ -80,17 +131,49 @@ def test_an_index_is_drawn_from_all_equally():
 
 
 @settings(deadline=None)
-@given(
-    hnp.arrays(np.int64, (4, 5), elements=st.integers(-30, 30)),
-    st.integers(1, 20),
-    st.integers(0, 40),
-)
+@given(whole(20, [np.int32, np.int64]), st.integers(1, 20), st.integers(0, 40))
 def test_places_within_the_slack_come_first(scores, k, slack):
     places = drawn_places(scores, k, np.random.default_rng(0))
-    before = sorted(map(tuple, places.tolist()))
-    n = keep_within(scores, places, slack)
-    found = scores[places[:, 0], places[:, 1]]
-    assert sorted(map(tuple, places.tolist())) == before
+    before = sorted(places.tolist())
+    n = keep_within(scores, places, np.int64(slack))
+    found = scores[places]
+    assert sorted(places.tolist()) == before
     assert n >= 1
     assert (found[:n] <= scores.min() + slack).all()
     assert (found[n:] > scores.min() + slack).all()
+
+
+@given(st.tuples(*[st.integers(1, 9)] * 3), st.tuples(*[st.sampled_from([1, 2, 4])] * 3), st.data())
+def test_the_number_of_a_location_tells_where_it_is(shape, block, data):
+    number = data.draw(st.integers(0, int(np.prod(shape)) - 1))
+    at = np.unravel_index(number, shape)
+    expected = [int(k) * b for k, b in zip(at, block, strict=True)]
+    assert list(place_of(np.int64(number), shape[1:], block)) == expected
+
+
+@pytest.mark.parametrize("layers", [1, 3])
+def test_the_candidate_that_corrects_the_proportions_is_taken(layers):
+    """With many more draws than candidates, each of them is looked at but for bad luck."""
+    rng = np.random.default_rng(7)
+    image = rng.integers(0, 3, (layers + 2, 12, 14)).astype(np.uint8)
+    counts, after, block = np.array([40, 10, 10]), np.zeros(3, np.int64), (1, 2, 2)
+    proportions, box = np.array([0.2, 0.4, 0.4]), Box(0, 0, 0, layers, 6, 6, 0, 0, 1, 1)
+    n_places = (4, 5)
+    candidates = np.array([0, 13, 57 if layers > 1 else 17])
+
+    def off(number: int) -> float:
+        z, y, x = place_of(number, n_places, block)
+        patch = image[z : z + layers, y : y + 6, x : x + 6]
+        sums = counts + np.bincount(patch.ravel(), minlength=3)
+        return float(np.abs(sums - proportions * sums.sum()).sum())
+
+    drawn = [
+        closest_to_target(
+            image, candidates, box, block, n_places, proportions, counts, after, rng
+        )
+        for _ in range(400)
+    ]  # fmt: skip
+    shares = np.bincount(drawn, minlength=3)
+    best_first = np.argsort([off(number) for number in candidates])
+    chance = [((3 - k) ** N_COMPARED - (2 - k) ** N_COMPARED) / 3**N_COMPARED for k in range(3)]
+    assert stats.chisquare(shares[best_first], np.array(chance) * 400).pvalue > 1e-4

@@ -1,6 +1,8 @@
 """The score map of the compiled search against brute force over PyWavelets coefficients."""
 
 from itertools import pairwise
+from math import prod
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.box import L_SHAPE, LEFT, TOP, Box
+from ccwsim.engine.stages.box import BELOW, L_SHAPE, LEFT, TOP, Box
+from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     n_run,
@@ -21,51 +24,91 @@ from ccwsim.engine.stages.similarity import (
 from tests.small_images import blobs, noise
 
 SHAPES = [LEFT, TOP, L_SHAPE]
+VOLUME_SHAPES = [*range(1, 8)]
 
 
-def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"):
+class Sizes(NamedTuple):
+    """Template and overlap in cells, and the level, along each axis."""
+
+    template: Triple
+    overlap: Triple
+    level: Triple
+
+    @property
+    def block(self) -> Triple:
+        z, y, x = self.level
+        return 2**z, 2**y, 2**x
+
+    def in_blocks(self, lengths: Triple) -> Triple:
+        z, y, x = (n >> level for n, level in zip(lengths, self.level, strict=True))
+        return z, y, x
+
+
+def flat(template: int, overlap: int, level: int) -> Sizes:
+    """Return the sizes of a map."""
+    return Sizes((1, template, template), (0, overlap, overlap), (0, level, level))
+
+
+def cube(template: int, overlap: int, level: Triple) -> Sizes:
+    return Sizes((template,) * 3, (overlap,) * 3, level)
+
+
+def layered(array: NDArray) -> NDArray:
+    """Return a map with its one layer."""
+    return array if array.ndim == 3 else array[None]
+
+
+def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd", kind=None):
     """Return the scores of every place, and ΣB², as the simulation loop gets them."""
-    template, overlap, level = sizes
-    unit = 2**level
-    sums = build_pyramid(image, level, n_planes).sums
-    kind = score_type(level, template, overlap)
-    energy = overlap_energies(sums, template // unit, overlap // unit, kind)[shape]
-    if similarity == "correlation":
+    image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
+    sums = build_pyramid(image, sizes.level, n_planes).sums
+    kind = kind or score_type(
+        sizes.level, sizes.template, sizes.overlap, similarity == "correlation"
+    )
+    template, overlap = sizes.in_blocks(sizes.template), sizes.in_blocks(sizes.overlap)
+    energy = overlap_energies(sums, template, overlap, kind)[shape]
+    assert energy.dtype == kind
+    if correlation:
         energy = np.zeros_like(energy)
-    terms = np.empty((4, 2 * n_planes * template * overlap // unit**2), np.int64)
-    n = overlap_terms(grid, Box(*place, template, shape, overlap), unit, n_planes, terms)
+    offsets = np.empty(n_planes * prod(template), np.int64)
+    weights, counts = np.empty(len(offsets), kind), np.zeros(256, np.int64)
+    box = Box(*place, *sizes.template, shape, *sizes.overlap)
+    n = overlap_terms(grid, box, sizes.block, sums, counts, offsets, weights)
+    assert not counts.any()
     scores = np.empty_like(energy)
-    run = np.empty(n_run(sums, scores.shape[1]), scores.dtype)
-    score_places(sums, terms, n, energy, np.empty(n, scores.dtype), run, scores)
-    return scores, int((terms[3, :n] ** 2).sum())
+    run = np.empty(n_run(sums, scores.shape[2]), scores.dtype)
+    score_places(sums, offsets, weights, n, energy, run, scores)
+    return scores, int((weights[:n].astype(np.int64) ** 2).sum())
 
 
-def haar(image: NDArray, facies: int, level: int) -> NDArray:
+def haar(image: NDArray, facies: int, level: Triple) -> NDArray:
     plane = (image == facies).astype(float)
-    return pywt.wavedec2(plane, "haar", "periodization", level)[0]
+    for axis, n in enumerate(level):
+        for _ in range(n):
+            plane = pywt.dwt(plane, "haar", "periodization", axis=axis)[0]
+    return plane
 
 
 def brute_force(image, grid, place, sizes, shape, n_planes):
     """Return SSD and ΣA·B of orthonormal Haar coefficients at every place."""
-    template, overlap, level = sizes
-    unit = 2**level
-    side, width = template // unit, overlap // unit
-    inside = np.zeros((side, side), bool)
-    inside[:, :width] |= bool(shape & LEFT)
-    inside[:width, :] |= bool(shape & TOP)
-    y0, x0 = place
-    tile = grid[y0 : y0 + template, x0 : x0 + template]
-    ny, nx = image.shape[0] // unit - side + 1, image.shape[1] // unit - side + 1
-    ssd, product = np.zeros((ny, nx)), np.zeros((ny, nx))
-    cropped = image[: image.shape[0] // unit * unit, : image.shape[1] // unit * unit]
+    image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
+    side, (oz, oy, ox) = sizes.in_blocks(sizes.template), sizes.in_blocks(sizes.overlap)
+    inside = np.zeros(side, bool)
+    inside[:, :, :ox] |= bool(shape & LEFT)
+    inside[:, :oy] |= bool(shape & TOP)
+    inside[:oz] |= bool(shape & BELOW)
+    tile = grid[tuple(slice(at, at + n) for at, n in zip(place, sizes.template, strict=True))]
+    blocks = [n // b for n, b in zip(image.shape, sizes.block, strict=True)]
+    cropped = image[tuple(slice(n * b) for n, b in zip(blocks, sizes.block, strict=True))]
+    found = tuple(n - t + 1 for n, t in zip(blocks, side, strict=True))
+    ssd, product = np.zeros(found), np.zeros(found)
     for facies in [1] if n_planes == 1 else range(n_planes):
-        a = haar(cropped, facies, level)
-        b = haar(tile, facies, level)[inside]
-        for y in range(ny):
-            for x in range(nx):
-                own = a[y : y + side, x : x + side][inside]
-                ssd[y, x] += ((own - b) ** 2).sum()
-                product[y, x] += (own * b).sum()
+        a = haar(cropped, facies, sizes.level)
+        b = haar(tile, facies, sizes.level)[inside]
+        for at in np.ndindex(found):
+            own = a[tuple(slice(k, k + n) for k, n in zip(at, side, strict=True))][inside]
+            ssd[at] += ((own - b) ** 2).sum()
+            product[at] += (own * b).sum()
     return ssd, product
 
 
@@ -74,7 +117,7 @@ def brute_force(image, grid, place, sizes, shape, n_planes):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_scores_are_the_squared_differences_of_haar_coefficients(shape, level, n_planes):
     unit = 2**level
-    sizes = 4 * unit, 2 * unit if level < 3 else unit, level
+    sizes = flat(4 * unit, 2 * unit if level < 3 else unit, level)
     image = noise((9 * unit + 1, 7 * unit + unit // 2), max(n_planes, 2), seed=level)
     grid = noise((5 * unit + 3, 6 * unit), max(n_planes, 2), seed=99)
     place = (3, 1)
@@ -87,7 +130,7 @@ def test_scores_are_the_squared_differences_of_haar_coefficients(shape, level, n
 @pytest.mark.parametrize("shape", SHAPES)
 def test_correlation_scores_are_minus_twice_the_cross_correlation(shape, level):
     unit = 2**level
-    sizes = 4 * unit, unit, level
+    sizes = flat(4 * unit, unit, level)
     image, grid = noise((9 * unit, 7 * unit), 3), noise((5 * unit, 5 * unit), 3, seed=7)
     scores, _ = compiled_scores(image, grid, (1, 0), sizes, shape, 3, "correlation")
     _, product = brute_force(image, grid, (1, 0), sizes, shape, 3)
@@ -110,7 +153,7 @@ def test_scores_are_right_for_any_sizes(level, side, width, n_planes, shape, see
     image = noise((side * unit + rng.integers(9), side * unit + rng.integers(9)), n_planes, seed)
     grid = noise((side * unit + 5, side * unit + 4), n_planes, seed + 1)
     place = int(rng.integers(6)), int(rng.integers(5))
-    sizes = side * unit, width * unit, level
+    sizes = flat(side * unit, width * unit, level)
     scores, energy_of_overlap = compiled_scores(image, grid, place, sizes, shape, n_planes)
     ssd, _ = brute_force(image, grid, place, sizes, shape, n_planes)
     np.testing.assert_allclose(scores + energy_of_overlap, ssd * unit**2, atol=1e-6)
@@ -118,7 +161,7 @@ def test_scores_are_right_for_any_sizes(level, side, width, n_planes, shape, see
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_one_plane_ranks_two_facies_as_two_planes_do(shape):
-    image, grid, sizes = blobs((41, 37), 2), blobs((20, 20), 2, seed=5), (16, 4, 1)
+    image, grid, sizes = blobs((41, 37), 2), blobs((20, 20), 2, seed=5), flat(16, 4, 1)
     one, energy_of_one = compiled_scores(image, grid, (2, 1), sizes, shape, 1)
     two, energy_of_two = compiled_scores(image, grid, (2, 1), sizes, shape, 2)
     np.testing.assert_array_equal(2 * (one + energy_of_one), two + energy_of_two)
@@ -126,7 +169,7 @@ def test_one_plane_ranks_two_facies_as_two_planes_do(shape):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_scores_do_not_depend_on_how_facies_are_numbered(shape):
-    image, grid, sizes = blobs((41, 37), 4), blobs((20, 20), 4, seed=5), (16, 8, 2)
+    image, grid, sizes = blobs((41, 37), 4), blobs((20, 20), 4, seed=5), flat(16, 8, 2)
     renamed = np.array([2, 0, 3, 1], np.uint8)
     scores, _ = compiled_scores(image, grid, (2, 1), sizes, shape, 4)
     again, _ = compiled_scores(renamed[image], renamed[grid], (2, 1), sizes, shape, 4)
@@ -135,11 +178,11 @@ def test_scores_do_not_depend_on_how_facies_are_numbered(shape):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_place_that_has_the_overlap_scores_zero_and_is_best(shape):
-    image, sizes = noise((48, 40), 3), (16, 4, 2)
+    image, sizes = noise((48, 40), 3), flat(16, 4, 2)
     grid = image[8:24, 12:28].copy()
     scores, energy_of_overlap = compiled_scores(image, grid, (0, 0), sizes, shape, 3)
     distances = scores.astype(int) + energy_of_overlap
-    assert distances[2, 3] == distances.min() == 0
+    assert distances[0, 2, 3] == distances.min() == 0
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -147,8 +190,9 @@ def test_a_coarser_level_never_scores_more_than_a_finer_one(shape):
     image, grid = noise((48, 56), 2), blobs((32, 32), 2)
     distances = []
     for level in range(4):
-        scores, energy_of_overlap = compiled_scores(image, grid, (0, 0), (32, 8, level), shape, 1)
-        at_places_of_level_3 = scores[:: 2 ** (3 - level), :: 2 ** (3 - level)].astype(int)
+        sizes = flat(32, 8, level)
+        scores, energy_of_overlap = compiled_scores(image, grid, (0, 0), sizes, shape, 1)
+        at_places_of_level_3 = scores[:, :: 2 ** (3 - level), :: 2 ** (3 - level)].astype(int)
         distances.append((at_places_of_level_3 + energy_of_overlap) / 4**level)
     for finer, coarser in pairwise(distances):
         assert (coarser <= finer).all()
@@ -163,22 +207,140 @@ def test_the_type_of_scores_holds_the_best_and_the_worst_fit(template, level):
     cells = template**2 - overlap**2
     for image, grid, wrong in ((full, full, 0), (full, empty, 2), (empty, full, 2)):
         scores, energy_of_overlap = compiled_scores(
-            image, grid, (0, 0), (template, overlap, level), L_SHAPE, 2
+            image, grid, (0, 0), flat(template, overlap, level), L_SHAPE, 2
         )
         assert scores.item() + energy_of_overlap == wrong * cells * 4**level
 
 
-@given(st.integers(0, 6), st.integers(4, 1024), st.data())
-def test_the_type_of_scores_is_the_smallest_that_holds_its_bound(level, template, data):
-    overlap = data.draw(st.integers(1, template // 2))
-    kind = score_type(level, template, overlap)
-    farthest = 2 * 4**level * (2 * template * overlap - overlap**2)
-    assert farthest <= np.iinfo(kind).max
-    if kind is np.int32:
-        assert 2 * 4**level * 2 * template * overlap > np.iinfo(np.int16).max
+LEVELS = [(0, 0, 0), (0, 1, 1), (1, 1, 1), (1, 2, 2), (2, 1, 0)]
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("n_planes", [1, 2, 3, 4])
+def test_scores_of_volumes_are_squared_differences_too(level, n_planes):
+    sizes = cube(8, 4, level)
+    image = noise((11, 13, 12), max(n_planes, 2), seed=n_planes)
+    grid = noise((10, 11, 9), max(n_planes, 2), seed=99)
+    volume = prod(sizes.block)
+    for shape in VOLUME_SHAPES:
+        given = image, grid, (2, 3, 1), sizes, shape, n_planes
+        ssd, product = brute_force(*given)
+        scores, energy_of_overlap = compiled_scores(*given)
+        np.testing.assert_allclose(scores + energy_of_overlap, ssd * volume, atol=1e-6)
+        scores, _ = compiled_scores(*given, "correlation")
+        np.testing.assert_allclose(scores, -2 * product * volume, atol=1e-6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.tuples(*[st.integers(0, 2)] * 3),
+    st.tuples(*[st.integers(2, 4)] * 3),
+    st.integers(2, 4),
+    st.sampled_from(VOLUME_SHAPES),
+    st.sampled_from([np.int16, np.float32, np.int32, np.int64]),
+    st.integers(0, 2**16),
+)
+def test_scores_of_volumes_are_right_for_any_sizes_and_types(
+    level, side, n_planes, shape, kind, seed
+):
+    rng = np.random.default_rng(seed)
+    block = np.array([2**n for n in level])
+    width = [int(rng.integers(1, n // 2 + 1)) for n in side]
+    sizes = Sizes(tuple(block * side), tuple(block * width), level)
+    cells = np.array(sizes.template)
+    image = noise(tuple(cells + rng.integers(0, 9, 3)), n_planes, seed)
+    grid = noise(tuple(cells + 3), n_planes, seed + 1)
+    place = tuple(rng.integers(0, 4, 3).tolist())
+    kinds = [np.int16, np.float32, np.int32, np.int64]
+    smallest = score_type(sizes.level, sizes.template, sizes.overlap)
+    kind = max(kind, smallest, key=kinds.index)  # never one that does not hold every score
+    planes = 1 if n_planes == 2 and seed % 2 else n_planes
+    given = image, grid, place, sizes, shape, planes
+    scores, energy_of_overlap = compiled_scores(*given, kind=kind)
+    assert scores.dtype == kind
+    ssd, _ = brute_force(*given)
+    np.testing.assert_allclose(
+        scores.astype(float) + energy_of_overlap, ssd * prod(sizes.block), atol=1e-6
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.tuples(*[st.integers(1, 4)] * 3), st.tuples(*[st.integers(0, 3)] * 3), st.integers(0, 2**16)
+)
+def test_energies_are_the_squares_over_each_shape_of_overlap(template, more, seed):
+    rng = np.random.default_rng(seed)
+    sums = rng.integers(0, 255, (2, *np.add(template, more))).astype(np.uint8)
+    overlap = tuple(int(rng.integers(0 if k == 0 else 1, n + 1)) for k, n in enumerate(template))
+    energies = overlap_energies(sums, template, overlap, np.int64)  # type: ignore[arg-type]
+    assert len(energies) == (8 if overlap[0] else 4)
+    squares = (sums.astype(int) ** 2).sum(axis=0)
+    for shape, own in enumerate(energies):
+        inside = np.zeros(template, bool)
+        inside[:, :, : overlap[2]] |= bool(shape & LEFT)
+        inside[:, : overlap[1]] |= bool(shape & TOP)
+        inside[: overlap[0]] |= bool(shape & BELOW)
+        windows = np.lib.stride_tricks.sliding_window_view(squares, template)
+        np.testing.assert_array_equal(own, windows[..., inside].sum(axis=-1))
+
+
+@pytest.mark.parametrize(
+    ("template", "overlap", "level", "kind"),
+    [
+        (16, 8, (0, 0, 0), np.int16),
+        (16, 4, (0, 2, 1), np.int16),
+        (16, 8, (1, 1, 1), np.int16),
+        (16, 8, (1, 2, 1), np.float32),
+        (32, 16, (3, 3, 3), np.float32),
+        (32, 16, (4, 4, 3), np.int32),
+        (64, 32, (4, 4, 4), np.int32),
+    ],
+)
+def test_the_type_of_scores_holds_the_best_and_the_worst_fit_in_volumes(
+    template, overlap, level, kind
+):
+    sizes = cube(template, overlap, level)
+    assert score_type(level, sizes.template, sizes.overlap) is kind
+    full = np.ones(sizes.template, np.uint8)
+    cells = template**3 - (template - overlap) ** 3
+    for image, grid, wrong in ((full, full, 0), (full, 1 - full, 2), (1 - full, full, 2)):
+        given = image, grid, (0, 0, 0), sizes, 7, 2
+        scores, energy_of_overlap = compiled_scores(*given)
+        assert int(scores.item()) + energy_of_overlap == wrong * cells * 2 ** sum(level)
+        scores, _ = compiled_scores(*given, "correlation")
+        assert int(scores.item()) == -(2 - wrong) * cells * 2 ** sum(level)
+
+
+lengths = st.integers(4, 1024).flatmap(
+    lambda t: st.tuples(st.just(t), st.integers(1, t // 2), st.integers(0, 6))
+)
+
+
+@given(st.one_of(st.just((1, 0, 0)), lengths), lengths, lengths, st.booleans())
+def test_the_type_of_scores_is_the_fastest_that_holds_its_bound(z, y, x, correlation):
+    template, overlap, level = zip(z, y, x, strict=True)
+    kind = score_type(level, template, overlap, correlation)
+    cells = prod(template) - prod(t - o for t, o in zip(template, overlap, strict=True))
+    farthest = (1 + correlation) * 2 ** sum(level) * cells
+    holds = {np.int16: 2**15 - 1, np.float32: 2**24, np.int32: 2**31 - 1, np.int64: 2**63 - 1}
+    assert kind is next(k for k, largest in holds.items() if farthest <= largest)
+    assert int(kind(farthest)) == farthest
+    assert int(kind(-farthest)) == -farthest
 
 
 def test_the_first_patch_has_no_overlap_and_no_preference():
     image, grid = noise((40, 40), 3), np.zeros((16, 16), np.uint8)
-    scores, _ = compiled_scores(image, grid, (0, 0), (16, 4, 1), 0, 3)
+    scores, _ = compiled_scores(image, grid, (0, 0), flat(16, 4, 1), 0, 3)
     assert (scores == 0).all()
+    image, grid = noise((11, 12, 13), 3), np.zeros((8, 8, 8), np.uint8)
+    scores, _ = compiled_scores(image, grid, (0, 0, 0), cube(8, 2, (1, 1, 1)), 0, 3)
+    assert (scores == 0).all()
+
+
+@pytest.mark.parametrize("shape", VOLUME_SHAPES)
+def test_a_place_of_a_volume_that_has_the_overlap_scores_zero_and_is_best(shape):
+    image, sizes = noise((20, 24, 28), 3), cube(12, 4, (1, 2, 2))
+    grid = image[2:14, 8:20, 12:24].copy()
+    scores, energy_of_overlap = compiled_scores(image, grid, (0, 0, 0), sizes, shape, 3)
+    distances = scores.astype(int) + energy_of_overlap
+    assert distances[1, 2, 3] == distances.min() == 0
