@@ -1,5 +1,7 @@
 """What missed data add to the scores, against a plain loop over data and places."""
 
+from math import prod
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -9,15 +11,16 @@ from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     MAX_DATA,
-    RULED_OUT,
     SPARSE,
     add_missed,
     data_ahead,
     legal_splits,
     make_misses,
     place_data,
+    ruled_out,
     split_tiles,
     start_totals,
+    total_type,
 )
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.path import make_path
@@ -27,130 +30,250 @@ from tests.small_images import noise
 N_FACIES = 3
 
 
-def random_data(shape: tuple[int, int], n: int, rng: np.random.Generator):
+def random_data(shape: tuple[int, ...], n: int, rng: np.random.Generator):
     """Return cells and facies of n data, in no order."""
-    flat = rng.choice(shape[0] * shape[1], n, replace=False)
-    return np.stack(np.divmod(flat, shape[1]), axis=1), rng.integers(0, N_FACIES, n).astype("u1")
+    flat = rng.choice(prod(shape), n, replace=False)
+    cells = np.stack(np.unravel_index(flat, shape), axis=1)
+    return cells, rng.integers(0, N_FACIES, n).astype("u1")
 
 
-def plain_loop(
-    image, grid, cells, facies, tile, ahead, unit, unit_cost, weights, proportions, totals
-):
+def plain_loop(image, grid, cells, facies, box, ahead, block, costs, proportions, totals, keep):
     """Add the cost of missed data as `add_missed` does, one place and one datum at a time."""
-    y0, x0, template = tile
-    ny, nx = (length // unit * unit for length in image.shape)
-    for (y, x), code in zip(cells, facies, strict=True):
-        dy, dx = y - y0, x - x0
-        if not (0 <= dy < ahead and 0 <= dx < ahead):
+    ends = [length // b * b for length, b in zip(image.shape, block, strict=True)]
+    for cell, code in zip(cells, facies, strict=True):
+        at = np.subtract(cell, box[:3])
+        if (at < 0).any() or (at >= ahead * np.array(box[3:6])).any():
             continue
-        weight = weights.ahead
-        if dy < template and dx < template:
-            weight = weights.held if grid[y, x] == code else weights.missed
-        for py, px in np.ndindex(totals.shape):
-            ty, tx = py * unit + dy, px * unit + dx
-            if ty < ny and tx < nx:
-                missed = image[ty, tx] != code
-                totals[py, px] += weight * unit_cost * missed
+        cost = costs.ahead
+        if (at < box[3:6]).all():
+            cost = costs.held if keep and grid[tuple(cell)] == code else costs.missed
+        for place in np.ndindex(totals.shape):
+            there = np.multiply(place, block) + at
+            if (there < ends).all():
+                totals[place] += int(cost) * (image[tuple(there)] != code)
             else:
-                totals[py, px] += int(weight * unit_cost * (1.0 - proportions[code]))
+                totals[place] += int(cost * (1.0 - proportions[code]))
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 2), st.integers(1, 4), st.integers(0, 40), st.integers(0, 2**16))
-@example(level=2, co_template=4, n=1500, seed=0)  # more than are counted at once, or in a byte
-@example(level=2, co_template=1, n=1500, seed=5)
-@example(level=1, co_template=2, n=400, seed=2)
-def test_missed_data_cost_what_a_plain_loop_counts(level, co_template, n, seed):
+MAP, VOLUME = 1, 3
+dimensions = st.sampled_from([MAP, VOLUME])
+
+
+@settings(max_examples=120, deadline=None)
+@given(
+    dimensions,
+    st.integers(0, 2),
+    st.integers(1, 4),
+    st.integers(0, 40),
+    st.sampled_from([7, 2.3]),
+    st.sampled_from([np.int32, np.int64]),
+    st.integers(0, 2**16),
+)
+@example(MAP, 2, 4, 1500, 7, np.int64, 0)  # more than are counted at once, or in a byte
+@example(MAP, 2, 1, 1500, 7, np.int32, 5)
+@example(MAP, 1, 2, 400, 7, np.int64, 2)
+@example(VOLUME, 1, 2, 3000, 7, np.int32, 3)
+@example(VOLUME, 0, 1, 900, 2.3, np.int64, 8)
+def test_missed_data_cost_what_a_plain_loop_counts(
+    dimension, level, co_template, n, datum_cost, kind, seed
+):
     rng = np.random.default_rng(seed)
-    unit = 2**level
-    template = 2 * unit * int(rng.integers(1, 4))
-    image = noise((template + int(rng.integers(14)), template + int(rng.integers(14))), N_FACIES)
-    grid = noise((template + 11, template + 6), N_FACIES, seed)
+    levels = (int(rng.integers(level + 1)), level, int(rng.integers(level + 1)))
+    levels = levels if dimension == VOLUME else (0, level, level)
+    block = np.array([2**k for k in levels])
+    most = 7 if dimension == MAP else 4
+    blocks = rng.integers(1, most, 3)
+    more, spare = rng.integers(14, size=3), rng.integers(1, 12, 3)
+    if dimension == MAP:
+        blocks[0], more[0], spare[0] = 1, 0, 0
+    template = block * blocks
+    image = noise(tuple(template + more // (1 if dimension == MAP else 2)), N_FACIES)
+    grid = noise(tuple(template + spare), N_FACIES, seed)
     n = min(n, grid.size)
     cells, facies = random_data(grid.shape, n, rng)
-    y0, x0 = int(rng.integers(12)), int(rng.integers(7))
-    phases = build_pyramid(image, level, N_FACIES).phases
-    places = tuple((length // unit) - template // unit + 1 for length in image.shape)
+    phases = build_pyramid(image, levels, N_FACIES).phases
+    places = tuple(
+        (length // b) - t // b + 1
+        for length, t, b in zip(image.shape, template, block, strict=True)
+    )
     proportions = np.bincount(image.ravel(), minlength=N_FACIES) / image.size
-    totals = rng.integers(-1000, 1000, places)
+    totals = rng.integers(-1000, 1000, places).astype(kind)
     weights = DENSE if seed % 2 else SPARSE
-    expected = totals.copy()
-    ahead, part = co_template * template, (y0, x0, template)
-    plain_loop(image, grid, cells, facies, part, ahead, unit, 7, weights, proportions, expected)
-    data = place_data(cells, facies, grid.shape)
-    box = Box(y0, x0, template, 0, 1)
-    misses = make_misses(n, phases.shape[3], places)
-    add_missed(phases, grid, data, box, ahead, proportions, weights, 7, misses, totals)
+    size = template.copy()
+    if seed % 3 == 0:  # parts of a split tile need not be whole blocks
+        size = rng.integers((template + 1) // 2, template + 1)
+    first = [int(rng.integers(k + 1)) for k in spare]
+    box, keep = Box(*first, *size.tolist(), 0, 1, 1, 1), seed % 5 != 0
+    costs = weights._replace(**{
+        name: getattr(weights, name) * datum_cost for name in ("missed", "held", "ahead")
+    })  # fmt: skip
+    expected = totals.astype(np.int64)
+    plain_loop(
+        image, grid, cells, facies, box, co_template, block, costs, proportions, expected, keep
+    )
+    data = place_data(cells, facies, grid.shape, keep)  # type: ignore[arg-type]
+    misses = make_misses(n, phases.shape[3:], places)
+    given = phases, grid, data, box, co_template, proportions, weights, float(datum_cost), misses
+    before = totals.copy()
+    add_missed(*given, totals)
     np.testing.assert_array_equal(totals, expected)
+    add_missed(*given, before)  # again, with what the first patch left in the workspace
+    np.testing.assert_array_equal(before, expected)
 
 
-@given(st.integers(0, 30), st.integers(0, 2**16))
-def test_placed_data_are_the_data(n, seed):
+@pytest.mark.parametrize("axis", range(3))
+def test_data_beyond_the_end_of_the_image_cost_their_chance_along_each_axis(axis):
+    """A datum that only the co-template sees, in front of an image that ends with the template."""
+    template = np.array([4, 6, 8])
+    image = noise(tuple(template + 1), N_FACIES)
+    grid = noise(tuple(2 * template), N_FACIES)
+    cell = np.ones(3, int)
+    cell[axis] = template[axis]
+    data = place_data(cell[None], np.array([2], np.uint8), grid.shape)  # type: ignore[arg-type]
+    phases, places = build_pyramid(image, (0, 0, 0), N_FACIES).phases, (2, 2, 2)
+    totals = np.zeros(places, np.int32)
+    proportions = np.array([0.5, 0.25, 0.25])
+    misses = make_misses(1, image.shape, places)  # type: ignore[arg-type]
+    box = Box(0, 0, 0, *template.tolist(), 0, 1, 1, 1)
+    add_missed(phases, grid, data, box, 2, proportions, SPARSE, 10.0, misses, totals)
+    chance = np.moveaxis(totals, axis, 0)
+    assert (chance[1] == int(10 * SPARSE.ahead * 0.75)).all()
+    facies = np.moveaxis(image, axis, 0)[template[axis], 1:3, 1:3]
+    np.testing.assert_array_equal(chance[0], 10 * SPARSE.ahead * (facies != 2))
+
+
+@given(dimensions, st.integers(0, 30), st.integers(0, 2**16))
+def test_placed_data_are_the_data(nz, n, seed):
     rng = np.random.default_rng(seed)
-    cells, facies = random_data((7, 9), n, rng)
-    data = place_data(cells, facies, (7, 9))
-    expected = np.full((7, 9), UNKNOWN)
-    for (y, x), code in zip(cells, facies, strict=True):
-        expected[y, x] = code
-    np.testing.assert_array_equal(data.facies, expected)
-    for y in range(7):
-        columns = data.columns[data.first[y] : data.first[y + 1]]
-        np.testing.assert_array_equal(columns, np.flatnonzero(expected[y] != UNKNOWN))
+    shape = nz, 7, 9
+    cells, facies = random_data(shape, n, rng)
+    expected = np.full(shape, UNKNOWN)
+    for cell, code in zip(cells, facies, strict=True):
+        expected[tuple(cell)] = code
+    for keep in (True, False):
+        data = place_data(cells, facies, shape, keep)
+        np.testing.assert_array_equal(data.facies, expected)
+        assert (data.required == (expected if keep else UNKNOWN)).all()
+        for z, y in np.ndindex(nz, 7):
+            columns = data.columns[data.first[z * 7 + y] : data.first[z * 7 + y + 1]]
+            np.testing.assert_array_equal(columns, np.flatnonzero(expected[z, y] != UNKNOWN))
 
 
 @settings(deadline=None)
-@given(st.integers(0, 8), st.integers(0, 2**16), st.integers(1, 12))
-def test_data_ahead_are_seen_wherever_they_lie(n, seed, size):
+@given(dimensions, st.integers(0, 8), st.integers(0, 2**16), st.integers(1, 4))
+def test_data_ahead_are_seen_wherever_they_lie(nz, n, seed, times):
     rng = np.random.default_rng(seed)
-    cells, facies = random_data((9, 8), n, rng)
-    data = place_data(cells, facies, (9, 8))
-    y0, x0 = int(rng.integers(9)), int(rng.integers(8))
-    there = (data.facies[y0 : y0 + size, x0 : x0 + size] != UNKNOWN).any()
-    assert data_ahead(data, y0, x0, size) == there
+    shape = nz, 9, 8
+    cells, facies = random_data(shape, n, rng)
+    data = place_data(cells, facies, shape)
+    first, size = rng.integers(0, shape), rng.integers(1, 4, 3)
+    part = tuple(slice(a, a + times * n) for a, n in zip(first, size, strict=True))
+    there = (data.facies[part] != UNKNOWN).any()
+    box = Box(*first.tolist(), *size.tolist(), 0, 0, 1, 1)
+    assert data_ahead(data, box, times) == there
 
 
 @settings(deadline=None)
-@given(st.integers(0, 2**16), st.floats(0.001, 1), st.sampled_from([40, 255, 5000]))
-def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread):
+@given(
+    st.integers(0, 2**16),
+    st.floats(0.001, 1),
+    st.sampled_from([40, 255, 5000]),
+    st.sampled_from([np.int16, np.float32, np.int32, np.int64]),
+    st.sampled_from([np.int32, np.int64]),
+)
+def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, of_totals):
     rng = np.random.default_rng(seed)
-    scores = rng.integers(-spread // 2, spread // 2, (13, 17)).astype(np.int16)
-    totals = np.empty(scores.shape, np.int64)
+    scores = rng.integers(-spread // 2, spread // 2, 13 * 17).astype(of_scores)
+    totals = np.empty(scores.shape, of_totals)
     start_totals(scores, share, totals)
-    kept = totals < RULED_OUT // 2
+    out = ruled_out(totals)
+    kept = totals < out // 2
     assert (totals[kept] == scores[kept]).all()
+    assert (totals[~kept] == scores[~kept] + of_totals(out)).all()
     assert np.count_nonzero(kept) >= share * scores.size
     assert scores[kept].max() < scores[~kept].min(initial=np.iinfo(np.int16).max)
     class_width = (int(scores.max()) - int(scores.min())) // 256 + 1
-    needed = np.sort(scores, axis=None)[int(np.ceil(share * scores.size)) - 1]
+    needed = np.sort(scores)[int(np.ceil(share * scores.size)) - 1]
     assert scores[kept].max() < needed + class_width
 
 
 def test_where_all_overlaps_are_alike_none_is_ruled_out():
-    totals = np.empty((6, 5), np.int64)
-    start_totals(np.full((6, 5), 3, np.int16), 0.01, totals)
+    totals = np.empty(30, np.int64)
+    start_totals(np.full(30, 3, np.int16), 0.01, totals)
     assert (totals == 3).all()
 
 
-@given(st.integers(4, 128), st.data())
-def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(template, data):
-    overlap = data.draw(st.integers(1, template // 2))
+@pytest.mark.parametrize("bound", [0, 2**29 - 1, 2**29, 2.0**40, 2.0**58])
+def test_a_ruled_out_location_is_worse_than_any_other_and_fits_its_type(bound):
+    kind = total_type(bound)
+    out = int(ruled_out(np.zeros(1, kind)))
+    assert (kind is np.int32) == (bound < 2**29)
+    assert out - bound > bound  # scores are between −bound and bound
+    assert out + bound <= np.iinfo(kind).max
+
+
+@st.composite
+def templates(draw):
+    """Template and overlap along each axis of a map or a volume."""
+    sizes = st.integers(4, 128).flatmap(lambda t: st.tuples(st.just(t), st.integers(1, t // 2)))
+    y = draw(sizes)
+    each = draw(st.one_of(st.tuples(sizes, st.just(y), sizes), st.just((y, y, y))))
+    if draw(st.booleans()):
+        each = ((1, 0), *each[1:])
+    return tuple(zip(*each, strict=True))
+
+
+@given(templates())
+def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(lengths):
+    template, overlap = lengths
     splits = legal_splits(template, overlap)
-    assert splits[0] == 1
+    assert splits[0] == (1, 1, 1)
+    assert splits == sorted(set(splits))
     for parts in splits:
-        size, remainder = divmod(template - overlap, parts)
-        assert remainder == 0
-        assert (parts - 1) * size + size + overlap == template
-        assert 2 * overlap <= size + overlap
+        assert parts[1] == parts[2] >= parts[0]
+        for t, o, n in zip(template, overlap, parts, strict=True):
+            size, remainder = divmod(t - o, n)
+            assert remainder == 0
+            assert (n - 1) * size + size + o == t
+            assert 2 * o <= size + o
+    if template[0] == 1:
+        assert all(parts[0] == 1 for parts in splits)
 
 
 @pytest.mark.parametrize("n", [0, 5, MAX_DATA, MAX_DATA + 1, 40, 200, 700])
-def test_a_tile_is_split_until_its_parts_hold_few_data(n):
-    template, overlap = 32, 4
-    splits = np.array(legal_splits(template, overlap))
-    cells, facies = random_data((template, template), n, np.random.default_rng(n))
-    path = make_path((60, 60), 0, template, overlap)  # two rows of two tiles; the data lie in one
-    data = place_data(np.add(cells, template - overlap), facies, path.full)
-    size = (template - overlap) // splits + overlap
-    few = np.flatnonzero(n * (size / template) ** 2 <= MAX_DATA)
+@pytest.mark.parametrize("layers", [1, 16])
+def test_a_tile_is_split_until_its_parts_hold_few_data(n, layers):
+    template, overlap = (layers, 32, 32), (4 if layers > 1 else 0, 4, 4)
+    splits = legal_splits(template, overlap)
+    step = np.subtract(template, overlap)
+    cells, facies = random_data(template, n, np.random.default_rng(n))
+    # two rows of two tiles, and two layers of them in a volume; the data lie in the last
+    grid_shape = 2 * layers - 8 if layers > 1 else 1, 60, 60
+    path = make_path(grid_shape, 0, template, overlap)
+    first = step * (np.array(path.tiles) - 1)
+    data = place_data(cells + first, facies, path.full)
+    shares = [prod(step // parts + overlap) / prod(template) for parts in np.array(splits)]
+    few = np.flatnonzero([n * share <= MAX_DATA for share in shares])
     expected = few[0] if len(few) else len(splits) - 1
-    assert split_tiles(splits.tolist(), data, path, template, overlap)[3] == expected
+    assert split_tiles(splits, data, path, template, overlap)[-1] == expected
+
+
+@settings(max_examples=40, deadline=None)
+@given(dimensions, st.integers(0, 200), st.integers(1, 40), st.integers(0, 2**16))
+def test_each_tile_counts_the_data_in_it(dimension, n, max_data, seed):
+    rng = np.random.default_rng(seed)
+    template, overlap = ((1, 16, 16), (0, 4, 4)) if dimension == MAP else ((8, 12, 12), (2, 3, 3))
+    grid_shape = tuple(int(k) for k in rng.integers(1, 33, 3))
+    grid_shape = (1, *grid_shape[1:]) if dimension == MAP else grid_shape
+    path = make_path(grid_shape, 0, template, overlap)  # type: ignore[arg-type]
+    cells, facies = random_data(grid_shape, min(n, prod(grid_shape)), rng)
+    data = place_data(cells, facies, path.full)
+    splits = legal_splits(template, overlap)
+    split_of = split_tiles(splits, data, path, template, overlap, max_data)
+    step = np.subtract(template, overlap)
+    for tile, at in enumerate(np.ndindex(path.tiles)):
+        first = step * at
+        inside = ((cells >= first) & (cells < first + template)).all(axis=1).sum()
+        parts = [prod(step // k + overlap) * inside <= max_data * prod(template) for k in splits]
+        expected = parts.index(True) if True in parts else len(splits) - 1
+        assert split_of[tile] == expected

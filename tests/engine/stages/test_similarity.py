@@ -62,9 +62,8 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
     """Return the scores of every place, and ΣB², as the simulation loop gets them."""
     image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
     sums = build_pyramid(image, sizes.level, n_planes).sums
-    kind = kind or score_type(
-        sizes.level, sizes.template, sizes.overlap, similarity == "correlation"
-    )
+    correlation = similarity == "correlation"
+    kind = kind or score_type(sizes.level, sizes.template, sizes.overlap, correlation)
     template, overlap = sizes.in_blocks(sizes.template), sizes.in_blocks(sizes.overlap)
     energy = overlap_energies(sums, template, overlap, kind)[shape]
     assert energy.dtype == kind
