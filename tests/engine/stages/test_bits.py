@@ -4,93 +4,134 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ccwsim.engine.stages.bits import make_strips, n_different, take_strips, to_bits
-from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP, Box
-from ccwsim.engine.stages.conditioning import place_data
+from ccwsim.engine.stages.bits import make_strips, n_bits, n_different, take_strips, to_bits
+from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
+from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
 from ccwsim.engine.stages.refinement import data_at_stake, refine_place
 
 SEEDS = st.integers(0, 2**32)
 FACIES = st.sampled_from([1, 2, 3, 5, 200])
+LAYERS = st.sampled_from([1, 1, 2, 5])
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=SEEDS, n_facies=FACIES, nx=st.sampled_from([1, 63, 64, 65, 130, 200]))
-def test_bits_are_those_of_each_cell(seed, n_facies, nx):
-    image = np.random.default_rng(seed).integers(0, n_facies, (3, nx)).astype(np.uint8)
+@given(seed=SEEDS, n_facies=FACIES, nz=LAYERS, nx=st.sampled_from([1, 63, 64, 65, 130, 200]))
+def test_bits_are_those_of_each_cell(seed, n_facies, nz, nx):
+    image = np.random.default_rng(seed).integers(0, n_facies, (nz, 3, nx)).astype(np.uint8)
     words = to_bits(image)
     x = np.arange(nx)
-    bits = words[:, :, x // 64] >> (x % 64).astype(np.uint64) & np.uint64(1)
-    facies = (bits << np.arange(len(words), dtype=np.uint64)[:, None, None]).sum(axis=0)
-    np.testing.assert_array_equal(facies, image)
+    bits = words[..., x // 64] >> (x % 64).astype(np.uint64) & np.uint64(1)
+    plane = np.arange(len(words), dtype=np.uint64)[:, None, None, None]
+    np.testing.assert_array_equal((bits << plane).sum(axis=0), image)
 
 
-def strip_mask(size, left, top, right, bottom):
-    mask = np.zeros((size, size), bool)
-    mask[:, :left] = mask[:top] = True
-    mask[:, size - right :] = mask[size - bottom :] = True
+@given(st.integers(0, 2**64 - 1))
+def test_bits_of_a_word_are_counted(word):
+    assert n_bits(np.uint64(word)) == word.bit_count()
+
+
+def overlap_mask(box: Box) -> np.ndarray:
+    """Return which cells of a box lie in its overlap."""
+    mask = np.zeros((box.nz, box.ny, box.nx), bool)
+    faces = (BELOW, ABOVE), (TOP, BOTTOM), (LEFT, RIGHT)
+    for axis, (width, (first, last)) in enumerate(zip(box[-3:], faces, strict=True)):
+        along = np.moveaxis(mask, axis, 0)
+        along[:width] |= bool(box.sides & first)
+        along[len(along) - width :] |= bool(box.sides & last)
     return mask
 
 
-@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 63), st.tuples(*[st.integers(1, 9)] * 3), SEEDS)
+def test_what_no_overlap_reaches_lies_inside(sides, size, seed):
+    rng = np.random.default_rng(seed)
+    widths = [int(rng.integers(n // 2 + 1)) for n in size]
+    box = Box(3, 4, 5, *size, sides, *widths)
+    low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
+    outside = np.ones(size, bool)
+    outside[low_z:high_z, low_y:high_y, low_x:high_x] = False
+    np.testing.assert_array_equal(outside, overlap_mask(box))
+
+
+@settings(max_examples=200, deadline=None)
 @given(
     seed=SEEDS,
     n_facies=FACIES,
+    nz=LAYERS,
     size=st.sampled_from([1, 4, 31, 32, 63, 64, 65, 100]),
     data=st.data(),
 )
-def test_cells_that_differ_are_counted_as_one_by_one(seed, n_facies, size, data):
+def test_cells_that_differ_are_counted_as_one_by_one(seed, n_facies, nz, size, data):
     rng = np.random.default_rng(seed)
-    image = rng.integers(0, n_facies, (size + 9, size + 70)).astype(np.uint8)
-    grid = rng.integers(0, n_facies, (size + 3, size + 5)).astype(np.uint8)
+    ny = int(rng.integers(1, 9)) if nz > 1 else size
+    more, spare = (2 if nz > 1 else 0, 9, 70), (1 if nz > 1 else 0, 3, 5)
+    shape = nz, ny, size
+    image = rng.integers(0, n_facies, np.add(shape, more)).astype(np.uint8)
+    grid = rng.integers(0, n_facies, np.add(shape, spare)).astype(np.uint8)
     overlap = data.draw(st.sampled_from([size // 4, size // 2]))
-    sides = data.draw(st.integers(0, 15))
-    widths = [overlap if sides & side else 0 for side in (LEFT, TOP, RIGHT, BOTTOM)]
-    y0, x0 = data.draw(st.integers(0, 3)), data.draw(st.integers(0, 5))
-    ty, tx = data.draw(st.integers(0, 9)), data.draw(st.integers(0, 70))
+    sides = data.draw(st.integers(0, 63))
+    first = [data.draw(st.integers(0, n)) for n in spare]
+    place = tuple(data.draw(st.integers(0, n)) for n in more)
+    widths = nz // 2, min(overlap, ny // 2), overlap
+    box = Box(*first, *shape, sides, *widths)
     words = to_bits(image)
-    strips = make_strips(words, size + data.draw(st.sampled_from([0, 40])))
-    take_strips(grid, Box(0, 0, size, LEFT, size), strips)  # what was there before is replaced
-    take_strips(grid, Box(y0, x0, size, sides, overlap), strips)
-    old, new = grid[y0 : y0 + size, x0 : x0 + size], image[ty : ty + size, tx : tx + size]
-    expected = int(((old != new) & strip_mask(size, *widths)).sum())
-    assert n_different(words, ty, tx, size, strips, 1 << 60) == expected
+    longer = data.draw(st.sampled_from([0, 40]))
+    strips = make_strips(words, (nz, ny + longer, size + longer))
+    take_strips(grid, Box(0, 0, 0, *shape, LEFT, nz, ny, size), strips)  # this is replaced
+    take_strips(grid, box, strips)
+    old, new = (
+        cells[tuple(slice(a, a + n) for a, n in zip(at, shape, strict=True))]
+        for cells, at in ((grid, first), (image, place))
+    )
+    expected = int(((old != new) & overlap_mask(box)).sum())
+    assert n_different(words, place, box, strips, 1 << 60) == expected
     limit = data.draw(st.integers(0, expected + 3))
-    assert min(n_different(words, ty, tx, size, strips, limit), limit) == min(expected, limit)
+    assert min(n_different(words, place, box, strips, limit), limit) == min(expected, limit)
 
 
-@settings(max_examples=60, deadline=None)
-@given(seed=SEEDS, shape=st.sampled_from([0, LEFT, TOP, LEFT | TOP]), level=st.integers(1, 3))
-def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, shape, level):
+@settings(max_examples=120, deadline=None)
+@given(
+    seed=SEEDS,
+    sides=st.integers(0, 7),
+    level=st.tuples(st.integers(0, 3), st.integers(0, 3), st.integers(0, 3)),
+    volume=st.booleans(),
+    keep=st.sampled_from([True, True, False]),
+)
+def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level, volume, keep):
     rng = np.random.default_rng(seed)
-    image = rng.integers(0, 3, (40, 43)).astype(np.uint8)
-    grid = rng.integers(0, 3, (20, 22)).astype(np.uint8)
+    size, overlap = ((6, 8, 10), (2, 3, 4)) if volume else ((1, 16, 16), (0, 4, 4))
+    block = tuple(2**n for n in (level if volume else (0, level[1], level[1])))
+    more, spare = np.array((6, 20, 27)) * (volume, 1, 1), np.array((2, 4, 6)) * (volume, 1, 1)
+    image = rng.integers(0, 3, np.add(size, more)).astype(np.uint8)
+    grid = rng.integers(0, 3, np.add(size, spare)).astype(np.uint8)
     cells = rng.permutation(np.argwhere(np.ones(grid.shape)))[:30]
-    data = place_data(cells, rng.integers(0, 3, 30).astype(np.uint8), grid.shape)
-    y0, x0, size, overlap, unit = 2, 3, 16, 4, 2**level
-    ty, tx = int(rng.integers(25)), int(rng.integers(28))
-    words = to_bits(image)
-    box, at_stake = Box(y0, x0, size, shape, overlap), np.zeros((30, 3), np.int64)
-    strips = make_strips(words, size)
-    place = refine_place(image, words, grid, data, box, unit, ty, tx, strips, at_stake)
-    mask = strip_mask(size, overlap * bool(shape & LEFT), overlap * bool(shape & TOP), 0, 0)
-    old, known = (a[y0 : y0 + size, x0 : x0 + size] for a in (grid, data.required))
+    data = place_data(cells, rng.integers(0, 3, 30).astype(np.uint8), grid.shape, keep)
+    first = [int(rng.integers(n + 1)) for n in spare]
+    start = tuple(int(rng.integers(n + 1)) for n in more)
+    box, weight, words = Box(*first, *size, sides, *overlap), 7, to_bits(image)
+    at_stake, strips = np.zeros((30, 4), np.int64), make_strips(words, size)
+    given = image, words, grid, data, weight, box, block, start, strips, at_stake
+    place = refine_place(*given)
+    mask = overlap_mask(box)
+    own = tuple(slice(a, a + n) for a, n in zip(first, size, strict=True))
+    old, known = grid[own], data.required[own]
+    wanted = (known != UNKNOWN) & ~(mask & (old == known))
 
-    def misfit(y, x):
-        new = image[y : y + size, x : x + size]
-        missed = (known != 255) & (new != known) & ~(mask & (old == known))
-        return int((mask & (old != new)).sum()) + 40 * int(missed.sum())
+    def misfit(place: tuple[int, ...]) -> int:
+        new = image[tuple(slice(a, a + n) for a, n in zip(place, size, strict=True))]
+        return int((mask & (old != new)).sum()) + weight * int((wanted & (new != known)).sum())
 
-    best, at = misfit(ty, tx), (ty, tx)
-    stride = unit // 2
+    best, at = misfit(start), start
+    stride = max(block) // 2
     while stride:
         middle = at
-        for dy in (-stride, 0, stride):
-            for dx in (-stride, 0, stride):
-                y, x = middle[0] + dy, middle[1] + dx
-                if 0 <= y <= 24 and 0 <= x <= 27 and misfit(y, x) < best:
-                    best, at = misfit(y, x), (y, x)
+        steps = [[0] if b == 1 else [k * min(stride, b // 2) for k in (-1, 0, 1)] for b in block]
+        for shift in np.array(np.meshgrid(*steps, indexing="ij")).reshape(3, -1).T:
+            near = tuple(np.add(middle, shift).tolist())
+            inside = all(0 <= k <= n for k, n in zip(near, more, strict=True))
+            if inside and misfit(near) < best:
+                best, at = misfit(near), near
         stride //= 2
     assert place == at
     n = data_at_stake(grid, data, box, at_stake)
-    wanted = (known != 255) & ~(mask & (old == known))
-    np.testing.assert_array_equal(at_stake[:n, :2], np.argwhere(wanted))
+    np.testing.assert_array_equal(at_stake[:n, :3], np.argwhere(wanted))
+    np.testing.assert_array_equal(at_stake[:n, 3], known[wanted])
