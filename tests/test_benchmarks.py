@@ -36,16 +36,19 @@ def bits(left: bool, top: bool) -> int:
 
 
 def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
-    sums = build_pyramid(image, level, n_facies if n_facies > 2 else 1).sums
-    kind = score_type(level, template, overlap)
-    energy = overlap_energies(sums, template >> level, overlap >> level, kind)[shape]
-    terms = np.empty((4, 2 * len(sums) * template * overlap), np.int64)
-    box = Box(0, 0, template, shape, overlap)
-    n = overlap_terms(tile, box, 2**level, len(sums), terms)
+    sums = build_pyramid(image[None], (0, level, level), n_facies if n_facies > 2 else 1).sums
+    size, width, unit = (1, template, template), (0, overlap, overlap), 2**level
+    kind = score_type((0, level, level), size, width)
+    in_blocks = (1, template // unit, template // unit), (0, overlap // unit, overlap // unit)
+    energy = overlap_energies(sums, *in_blocks, kind)[shape]
+    offsets = np.empty(2 * len(sums) * template * overlap, np.int64)
+    weights, counts = np.empty(len(offsets), kind), np.zeros(n_facies, np.int64)
+    box = Box(0, 0, 0, *size, shape, *width)
+    n = overlap_terms(tile[None], box, (1, unit, unit), sums, counts, offsets, weights)
     scores = np.empty_like(energy)
-    run = np.empty(n_run(sums, scores.shape[1]), scores.dtype)
-    score_places(sums, terms, n, energy, np.empty(n, scores.dtype), run, scores)
-    return scores
+    run = np.empty(n_run(sums, scores.shape[2]), scores.dtype)
+    score_places(sums, offsets, weights, n, energy, run, scores)
+    return scores[0]
 
 
 @settings(max_examples=60, deadline=None)
@@ -75,10 +78,12 @@ def test_score_maps_are_those_of_the_kernels(seed, level, n_facies, sizes, sides
 def test_cuts_are_those_of_the_kernels(seed, overlap, sides):
     rng = np.random.default_rng(seed)
     old, new = rng.integers(0, 2, (2, 16, 16), np.uint8)
-    no_data, cut = np.full(old.shape, UNKNOWN, np.uint8), make_cut(16, overlap)
-    keep_old(old, no_data, new, 0, 0, Box(0, 0, 16, bits(*sides), overlap), cut)
+    size, width = (1, 16, 16), (0, overlap, overlap)
+    no_data, cut = np.full(size, UNKNOWN, np.uint8), make_cut(size, width)
+    box = Box(0, 0, 0, *size, bits(*sides), *width)
+    keep_old(old[None], no_data, new[None], (0, 0, 0), box, cut)
     expected = reference.kept_cells(old, new, overlap, *sides)
-    np.testing.assert_array_equal(expected, cut.keep_mask)
+    np.testing.assert_array_equal(expected, cut.keep_mask[0])
 
 
 @settings(max_examples=60, deadline=None)
@@ -89,12 +94,15 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     tile = rng.integers(0, 2, (16, 16), np.uint8)
     place = int(rng.integers(25)), int(rng.integers(28))
     mask = reference.overlap_mask(16, 8, *sides)
-    no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), tile.shape)
-    words = to_bits(image)
-    box, strips = Box(0, 0, 16, bits(*sides), 8), make_strips(words, 16)
-    at_stake = np.zeros((0, 3), int)
-    theirs = refine_place(image, words, tile, no_data, box, 2**level, *place, strips, at_stake)
-    assert reference.refined(image, tile, mask, place, 2**level) == theirs
+    size, unit = (1, 16, 16), 2**level
+    no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), size)
+    words = to_bits(image[None])
+    box, strips = Box(0, 0, 0, *size, bits(*sides), 0, 8, 8), make_strips(words, size)
+    known = image[None], words, tile[None], no_data
+    theirs = refine_place(
+        *known, 40, box, (1, unit, unit), (0, *place), strips, np.zeros((0, 4), int)
+    )
+    assert (0, *reference.refined(image, tile, mask, place, unit)) == theirs
 
 
 @pytest.mark.slow

@@ -9,20 +9,37 @@ from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import add_location
 
+AXES = (1.0, 1.0, 1.0)
+
 
 def test_a_place_costs_the_squared_distance_as_a_share_of_the_way():
-    totals = np.zeros((5, 9), np.int64)
-    add_location(Box(40, 30, 20, 0, 4), (100, 140), 1000.0, totals)
-    for py, px in np.ndindex(totals.shape):
+    totals = np.zeros((1, 5, 9), np.int64)
+    box = Box(0, 40, 30, 1, 20, 20, 0, 0, 4, 4)
+    add_location(box, (1, 100, 140), 1000.0, AXES, totals)
+    for py, px in np.ndindex(totals.shape[1:]):
         down, along = py / 4 - 40 / 80, px / 8 - 30 / 120
-        assert totals[py, px] == int(1000 * (down**2 + along**2))
-    assert totals[2, 2] == 0
+        assert totals[0, py, px] == int(1000 * (down**2 + along**2))
+    assert totals[0, 2, 2] == 0
+
+
+@pytest.mark.parametrize("axes", [AXES, (0.0, 0.5, 2.0), (1.0, 0.0, 0.0)])
+@pytest.mark.parametrize("kind", [np.int32, np.int64])
+def test_each_axis_of_a_volume_counts_as_much_as_is_said(axes, kind):
+    before = np.arange(3 * 5 * 9).reshape(3, 5, 9).astype(kind)
+    totals = before.copy()
+    box = Box(9, 40, 30, 12, 20, 20, 0, 4, 4, 4)
+    add_location(box, (30, 100, 140), 1000.0, axes, totals)
+    for pz, py, px in np.ndindex(totals.shape):
+        up, down, along = pz / 2 - 9 / 18, py / 4 - 40 / 80, px / 8 - 30 / 120
+        far = axes[0] * up**2 + axes[1] * down**2 + axes[2] * along**2
+        assert totals[pz, py, px] == before[pz, py, px] + int(1000 * far)
+    assert totals[1, 2, 2] == before[1, 2, 2]
 
 
 def test_one_place_alone_costs_nothing():
-    totals = np.zeros((1, 1), np.int64)
-    add_location(Box(5, 7, 32, 0, 4), (32, 90), 1000.0, totals)
-    assert totals[0, 0] == 0
+    totals = np.zeros((1, 1, 1), np.int64)
+    add_location(Box(0, 5, 7, 1, 32, 32, 0, 0, 4, 4), (1, 32, 90), 1000.0, AXES, totals)
+    assert totals[0, 0, 0] == 0
 
 
 def likeness(parameters: Parameters) -> float:

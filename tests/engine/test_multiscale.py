@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ccwsim import Cancelled, HardData, Parameters, TrainingImage, simulate
@@ -28,27 +28,42 @@ def some_data(shape: tuple[int, int], n: int, seed: int = 0) -> HardData:
     return HardData(np.stack(np.divmod(flat, shape[1]), axis=1), rng.choice(CODES, n))
 
 
+UNITS = st.tuples(st.integers(1, 4), st.integers(1, 4), st.integers(1, 4))
+
+
 class TestUpgridding:
-    @given(SEEDS, st.integers(1, 4), st.integers(1, 13), st.integers(1, 13), st.integers(1, 4))
-    def test_a_block_has_the_facies_of_most_of_its_cells(self, seed, n_facies, ny, nx, unit):
-        image = np.random.default_rng(seed).integers(0, n_facies, (ny, nx)).astype(np.uint8)
+    @settings(deadline=None)
+    @given(SEEDS, st.integers(1, 4), st.integers(1, 13), st.integers(1, 13), UNITS, st.booleans())
+    def test_a_block_has_the_facies_of_most_of_its_cells(
+        self, seed, n_facies, ny, nx, unit, volume
+    ):
+        rng = np.random.default_rng(seed)
+        unit = unit if volume else (1, *unit[1:])
+        nz = int(rng.integers(1, 9)) if volume else 1
+        image = rng.integers(0, n_facies, (nz, ny, nx)).astype(np.uint8)
         coarse = upgrid(image, unit)
-        assert coarse.shape == (ny // unit, nx // unit)
-        for (i, j), facies in np.ndenumerate(coarse):
-            block = image[i * unit : (i + 1) * unit, j * unit : (j + 1) * unit].ravel().tolist()
+        assert coarse.shape == tuple(n // u for n, u in zip(image.shape, unit, strict=True))
+        for at, facies in np.ndenumerate(coarse):
+            own = tuple(slice(k * u, (k + 1) * u) for k, u in zip(at, unit, strict=True))
+            block = image[own].ravel().tolist()
             counts = Counter(block)
             tied = [f for f in block if counts[f] == max(counts.values())]
             assert facies == tied[0]
 
-    def test_no_facies_is_favoured_where_two_have_equally_many_cells(self):
-        image = np.random.default_rng(0).integers(0, 2, (600, 600)).astype(np.uint8)
-        assert upgrid(image, 2).mean() == pytest.approx(0.5, abs=0.01)
-        np.testing.assert_array_equal(upgrid(1 - image, 2), 1 - upgrid(image, 2))
+    @pytest.mark.parametrize(
+        ("shape", "unit"), [((1, 600, 600), (1, 2, 2)), ((60, 70, 80), (2, 2, 2))]
+    )
+    def test_no_facies_is_favoured_where_two_have_equally_many_cells(self, shape, unit):
+        image = np.random.default_rng(0).integers(0, 2, shape).astype(np.uint8)
+        assert upgrid(image, unit).mean() == pytest.approx(0.5, abs=0.01)
+        np.testing.assert_array_equal(upgrid(1 - image, unit), 1 - upgrid(image, unit))
 
-    @given(SEEDS, st.integers(0, 40), st.integers(1, 5))
-    def test_a_block_has_the_facies_of_most_of_its_data(self, seed, n, unit):
+    @given(SEEDS, st.integers(0, 60), UNITS, st.booleans())
+    def test_a_block_has_the_facies_of_most_of_its_data(self, seed, n, unit, volume):
         rng = np.random.default_rng(seed)
-        cells = np.stack(np.divmod(rng.choice(12 * 9, n, replace=False), 9), axis=1)
+        shape, unit = ((6, 5, 9), unit) if volume else ((1, 12, 9), (1, *unit[1:]))
+        flat = rng.choice(np.prod(shape), n, replace=False)
+        cells = np.stack(np.unravel_index(flat, shape), axis=1)
         facies = rng.integers(0, 3, n).astype(np.uint8)
         blocks, own = upgrid_data(cells, facies, unit)
         found = dict(zip(map(tuple, blocks.tolist()), own.tolist(), strict=True))
