@@ -98,7 +98,7 @@ def own_cell(trace: Trace, number: int) -> tuple[int, int]:
     p = trace.patches[number]
     y, x = p.y0 + p.size - 4, p.x0 + p.size - 4
     box = trace.grid_frame.box_to_grid(
-        min(y, trace.path.shape[0] - 1), min(x, trace.path.shape[1] - 1), 1, 1
+        min(y, trace.path.shape[1] - 1), min(x, trace.path.shape[2] - 1), 1, 1
     )
     assert trace.patch_of_cell(box.row, box.column) == number
     return box.row, box.column
@@ -198,7 +198,7 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
 
     step = trace.at(number)
     place = fates(step)[0]
-    ny, nx = trace.oriented.pyramid.phases.shape[2:]
+    ny, nx = trace.oriented.pyramid.phases.shape[4:]
     frame = Frame(trace.path.orientation, (ny, nx))
     at = frame.box_to_grid(place.row, place.column, 1, 1)
     rows, columns = frame.original_shape

@@ -103,7 +103,7 @@ def test_any_patch_is_the_same_again_in_any_order(trace):
 
 def test_the_score_map_is_the_sum_of_squared_differences_of_block_sums(trace):
     p, ti = trace.study.parameters, trace.study.training_image
-    unit, sums = 2**p.level, trace.oriented.pyramid.sums.astype(int)
+    unit, sums = 2**p.level, trace.oriented.pyramid.sums[:, 0].astype(int)
     facies = [1] if len(sums) == 1 else range(ti.n_facies)
     for number in sample(trace):
         step = trace.at(number)
@@ -147,7 +147,7 @@ def test_what_data_cost_is_what_was_added_to_the_scores(trace):
         d, unit = step.data, step.block_size
         cost = [int(w * trace.search.datum_cost) for w in d.weights[:3]]
         costs = d.missed * cost[0] + d.held * cost[1]
-        far_y, far_x = (np.array(trace.oriented.pyramid.phases.shape[2:]) - d.reach // unit).clip(0)
+        far_y, far_x = (np.array(trace.oriented.pyramid.phases.shape[4:]) - d.reach // unit).clip(0)
         within = np.zeros(step.scores.shape, bool)
         within[: far_y + 1, : far_x + 1] = True
         within &= ~d.ruled_out
@@ -158,7 +158,7 @@ def test_what_data_cost_is_what_was_added_to_the_scores(trace):
 
 
 def missed_one_by_one(trace: Trace, step) -> None:
-    turned, unit, d = trace.oriented.pyramid.image, step.block_size, step.data
+    turned, unit, d = trace.oriented.pyramid.image[0], step.block_size, step.data
     for py, px in step.places[:3]:
         missed = [
             turned[py * unit + s.row - step.patch.y0, px * unit + s.column - step.patch.x0]
@@ -183,7 +183,7 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
             if p.fate == "fraction":
                 assert step.data.ruled_out[p.row, p.column]
             if p.fate == "data":
-                rows, columns = trace.oriented.pyramid.phases.shape[2:]
+                rows, columns = trace.oriented.pyramid.phases.shape[4:]
                 reach = (
                     step.data.reach // step.block_size
                 )  # data past the image's end cost their chance
@@ -207,7 +207,7 @@ def test_the_cut_mask_gives_the_pasted_grid(trace):
 
 
 def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trace):
-    turned, unit = trace.oriented.pyramid.image, trace.search.block_size
+    turned, unit = trace.oriented.pyramid.image[0], trace.search.block[2]
     for number in sample(trace):
         step = trace.at(number)
         (ty, tx), size = step.drawn_place, step.patch.size
