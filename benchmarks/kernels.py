@@ -13,16 +13,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
 from ccwsim import Grid, Parameters, datasets, simulate
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.stages.bits import make_strips
 from ccwsim.engine.stages.box import L_SHAPE, Box
-from ccwsim.engine.stages.candidates import best_places
-from ccwsim.engine.stages.conditioning import place_data
+from ccwsim.engine.stages.candidates import best_places, n_segments
+from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
@@ -67,57 +69,61 @@ def compare(a, b):
     return wrong
 
 
+@part_of_kernel
+def box_of(b):
+    """Return a row of numbers as a box."""
+    return Box(b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8], b[9])
+
+
 @kernel
-def all_terms(grid, ys, xs, template, overlap, block_size, terms, n_terms):
+def all_terms(grid, boxes, block, sums, of_block, offsets, weights, n_terms):
     """Take the terms of each patch."""
-    for i in range(len(ys)):
-        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
-        n_terms[i] = overlap_terms(grid, box, block_size, 1, terms[i])
+    for i in range(len(boxes)):
+        n_terms[i] = overlap_terms(
+            grid, box_of(boxes[i]), block, sums, of_block, offsets[i], weights[i]
+        )
 
 
 @kernel
-def all_scores(sums, terms, n_terms, energy, weights, run, scores):
+def all_scores(sums, offsets, weights, n_terms, energy, run, scores):
     """Score all places for each patch."""
     for i in range(len(n_terms)):
-        score_places(sums, terms[i], n_terms[i], energy, weights, run, scores[i])
+        score_places(sums, offsets[i], weights[i], n_terms[i], energy, run, scores[i])
 
 
 @kernel
-def all_best(scores, k, rng, row_best, places):
+def all_best(scores, rng, minima, found, values, places):
     """Find the best places of each patch."""
+    k = places.shape[1]
     for i in range(len(scores)):
-        best_places(scores[i], k, rng, row_best, places[i])
+        best_places(scores[i].ravel(), k, rng, minima, found, values, places[i])
 
 
 @kernel
-def all_refined(
-    image, bits, grid, data, ys, xs, template, overlap, block_size, tys, txs, strips, at_stake
-):
+def all_refined(image, bits, grid, data, missed, boxes, block, at, strips, at_stake):
     """Refine the place of each patch; return something that depends on all."""
     total = 0
-    for i in range(len(ys)):
-        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
-        ty, tx = refine_place(
-            image, bits, grid, data, box, block_size, tys[i], txs[i], strips, at_stake
-        )
-        total += ty + tx
+    for i in range(len(boxes)):
+        place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])
+        z, y, x = refine_place(image, bits, grid, data, missed, box, block, place, strips, at_stake)
+        total += z + y + x
     return total
 
 
 @kernel
-def all_cut(grid, data, image, ys, xs, tys, txs, template, overlap, cut):
+def all_cut(grid, data, image, boxes, at, cut):
     """Cut each patch."""
-    for i in range(len(ys)):
-        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
-        keep_old(grid, data, image, tys[i], txs[i], box, cut)
+    for i in range(len(boxes)):
+        place = at[i, 0], at[i, 1], at[i, 2]
+        keep_old(grid, data, image, place, box_of(boxes[i]), cut)
 
 
 @kernel
-def all_pasted(image, tys, txs, template, keep_mask, overlap, counts, ys, xs, grid, sources):
+def all_pasted(image, at, boxes, keep_mask, counts, grid, sources):
     """Paste each patch."""
-    for i in range(len(ys)):
-        box = Box(ys[i], xs[i], template, L_SHAPE, overlap)
-        paste(image, tys[i], txs[i], box, keep_mask, counts, grid, sources)
+    for i in range(len(boxes)):
+        place = at[i, 0], at[i, 1], at[i, 2]
+        paste(image, place, box_of(boxes[i]), keep_mask, counts, grid, sources)
 
 
 def seconds_of(call: Callable[[], object]) -> float:
@@ -143,41 +149,44 @@ def rates(kind: np.dtype) -> tuple[float, float]:
 def measure(level: int) -> list[Measured]:
     """Return a row for each kernel of an unconditional patch, the mean of all."""
     ti, p = datasets.load("channels"), Parameters(wavelet_level=level, random_path=False)
-    grid = np.array(simulate(ti, (512, 512), p).indices[0])
-    oriented = PreparedImage(Study(ti, Grid(512, 512), p)).oriented(0, p.template_size)
+    grid = np.array(simulate(ti, (512, 512), p).indices)
+    lengths = lengths_of(p, (512, 512))
+    template, width, block = lengths.template, lengths.overlap, lengths.block
+    oriented = PreparedImage(Study(ti, Grid(512, 512), p)).oriented(0, template)
     ys, xs = (a.ravel() for a in np.meshgrid(ROWS, COLUMNS, indexing="ij"))
-    n, t, overlap, block_size, k = (
-        len(ys),
-        p.template_size,
-        p.overlap_size,
-        2**level,
-        p.n_candidates,
-    )
+    n, t, overlap, k = len(ys), template[2], width[2], p.n_candidates
+    boxes = np.zeros((n, 10), np.int64)
+    boxes[:, 1], boxes[:, 2], boxes[:, 3:] = ys, xs, (*template, L_SHAPE, *width)
     image, bits, sums, _ = oriented.pyramid
     energy = oriented.energies[0, L_SHAPE]
-    terms, n_terms = (
-        np.zeros((n, 4, 2 * t * overlap // block_size**2), np.int64),
-        np.zeros(n, np.int64),
+    offsets = np.zeros((n, 2 * t * overlap // prod(block)), np.int64)
+    weights, n_terms = np.zeros(offsets.shape, energy.dtype), np.zeros(n, np.int64)
+    of_block, run = np.zeros(256, np.int64), np.zeros(n_run(sums, energy.shape[2]), energy.dtype)
+    scores, minima = (
+        np.zeros((n, *energy.shape), energy.dtype),
+        np.zeros(n_segments(energy.size), energy.dtype),
     )
-    scores, row_best = np.zeros((n, *energy.shape), energy.dtype), np.zeros(len(energy), np.int64)
-    places, rng = np.zeros((n, k, 2), np.int64), np.random.default_rng(0)
-    no_data = place_data(np.empty((0, 2), int), np.empty(0, np.uint8), grid.shape)
-    strips, at_stake, cut = make_strips(bits, t), np.zeros((0, 3), np.int64), make_cut(t, overlap)
-    run, sources = np.zeros(n_run(sums, energy.shape[1]), energy.dtype), np.zeros((0, 0), np.int32)
+    found, values = np.zeros(energy.size, np.int64), np.zeros(energy.size, energy.dtype)
+    places, rng = np.zeros((n, k), np.int64), np.random.default_rng(0)
+    no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), grid.shape)
+    strips, at_stake = make_strips(bits, template), np.zeros((0, 4), np.int64)
+    cut, sources = make_cut(template, width), np.zeros((0, 0, 0), np.int32)
     target, counts = grid.copy(), np.zeros(0, np.int64)
-    terms_of = seconds_of(lambda: all_terms(grid, ys, xs, t, overlap, block_size, terms, n_terms))
-    weights = np.zeros(terms.shape[2], energy.dtype)
-    scores_of = seconds_of(lambda: all_scores(sums, terms, n_terms, energy, weights, run, scores))
-    best_of = seconds_of(lambda: all_best(scores, k, rng, row_best, places))
-    tys, txs = places[np.arange(n), rng.integers(0, k, n)].T * block_size
+    terms_of = seconds_of(lambda: all_terms(
+        grid, boxes, block, sums, of_block, offsets, weights, n_terms
+    ))  # fmt: skip
+    scores_of = seconds_of(lambda: all_scores(
+        sums, offsets, weights, n_terms, energy, run, scores
+    ))  # fmt: skip
+    best_of = seconds_of(lambda: all_best(scores, rng, minima, found, values, places))
+    drawn = places[np.arange(n), rng.integers(0, k, n)]
+    at = np.stack(np.unravel_index(drawn, energy.shape), axis=1) * np.array(block)
     refined = seconds_of(lambda: all_refined(
-        image, bits, grid, no_data, ys, xs, t, overlap, block_size, tys, txs, strips, at_stake
+        image, bits, grid, no_data, SPARSE.missed, boxes, block, at, strips, at_stake
     ))  # fmt: skip
-    cut_of = seconds_of(lambda: all_cut(
-        grid, no_data.required, image, ys, xs, tys, txs, t, overlap, cut
-    ))  # fmt: skip
+    cut_of = seconds_of(lambda: all_cut(grid, no_data.required, image, boxes, at, cut))
     pasted = seconds_of(lambda: all_pasted(
-        image, tys, txs, t, cut.keep_mask, overlap, counts, ys, xs, target, sources
+        image, at, boxes, cut.keep_mask, counts, target, sources
     ))  # fmt: skip
     strip = 2 * t * overlap - overlap**2
     products, comparisons = rates(energy.dtype)
