@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 
-def noise(shape: tuple[int, int], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
+def noise(shape: tuple[int, ...], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
     """Return independent cells with every facies: no two large patches of it are alike."""
     rng = np.random.default_rng(seed)
     image = rng.integers(0, n_facies, shape).astype(np.uint8)
@@ -15,7 +15,7 @@ def noise(shape: tuple[int, int], n_facies: int, seed: int = 0) -> NDArray[np.ui
     return image
 
 
-def blobs(shape: tuple[int, int], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
+def blobs(shape: tuple[int, ...], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
     """Return smooth bodies of every facies in about equal shares."""
     rng = np.random.default_rng(seed)
     field = ndimage.gaussian_filter(rng.normal(size=shape), 2.5, mode="wrap")

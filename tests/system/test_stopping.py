@@ -40,7 +40,7 @@ def test_the_raster_looks_up_again_and_again(monkeypatch):
     monkeypatch.setattr(raster_of_tiles, "TERMS_PER_CALL", 1)  # as often as in a large realization
     study = Study(CHANNELS, Grid(200, 200))
     counting = After(10**9)
-    arguments = study, 32, PreparedImage(study), False
+    arguments = study, (1, 32, 32), PreparedImage(study), False
     raster_of_tiles.simulate_raster(*arguments, random_numbers(0, 0), Watch(counting))
     looks = 10**9 - counting.left
     assert looks > 50

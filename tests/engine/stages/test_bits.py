@@ -45,7 +45,7 @@ def overlap_mask(box: Box) -> np.ndarray:
 def test_what_no_overlap_reaches_lies_inside(sides, size, seed):
     rng = np.random.default_rng(seed)
     widths = [int(rng.integers(n // 2 + 1)) for n in size]
-    box = Box(3, 4, 5, *size, sides, *widths)
+    box = Box._make((3, 4, 5, *size, sides, *widths))
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     outside = np.ones(size, bool)
     outside[low_z:high_z, low_y:high_y, low_x:high_x] = False
@@ -72,7 +72,7 @@ def test_cells_that_differ_are_counted_as_one_by_one(seed, n_facies, nz, size, d
     first = [data.draw(st.integers(0, n)) for n in spare]
     place = tuple(data.draw(st.integers(0, n)) for n in more)
     widths = nz // 2, min(overlap, ny // 2), overlap
-    box = Box(*first, *shape, sides, *widths)
+    box = Box._make((*first, *shape, sides, *widths))
     words = to_bits(image)
     longer = data.draw(st.sampled_from([0, 40]))
     strips = make_strips(words, (nz, ny + longer, size + longer))
@@ -107,7 +107,8 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level,
     data = place_data(cells, rng.integers(0, 3, 30).astype(np.uint8), grid.shape, keep)
     first = [int(rng.integers(n + 1)) for n in spare]
     start = tuple(int(rng.integers(n + 1)) for n in more)
-    box, weight, words = Box(*first, *size, sides, *overlap), 7, to_bits(image)
+    box = Box._make((*first, *size, sides, *overlap))
+    weight, words = 7, to_bits(image)
     at_stake, strips = np.zeros((30, 4), np.int64), make_strips(words, size)
     given = image, words, grid, data, weight, box, block, start, strips, at_stake
     place = refine_place(*given)

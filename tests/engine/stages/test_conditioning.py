@@ -103,7 +103,7 @@ def test_missed_data_cost_what_a_plain_loop_counts(
     if seed % 3 == 0:  # parts of a split tile need not be whole blocks
         size = rng.integers((template + 1) // 2, template + 1)
     first = [int(rng.integers(k + 1)) for k in spare]
-    box, keep = Box(*first, *size.tolist(), 0, 1, 1, 1), seed % 5 != 0
+    box, keep = Box._make((*first, *size.tolist(), 0, 1, 1, 1)), seed % 5 != 0
     costs = weights._replace(**{
         name: getattr(weights, name) * datum_cost for name in ("missed", "held", "ahead")
     })  # fmt: skip
@@ -134,7 +134,7 @@ def test_data_beyond_the_end_of_the_image_cost_their_chance_along_each_axis(axis
     totals = np.zeros(places, np.int32)
     proportions = np.array([0.5, 0.25, 0.25])
     misses = make_misses(1, image.shape, places)  # type: ignore[arg-type]
-    box = Box(0, 0, 0, *template.tolist(), 0, 1, 1, 1)
+    box = Box._make((0, 0, 0, *template.tolist(), 0, 1, 1, 1))
     add_missed(phases, grid, data, box, 2, proportions, SPARSE, 10.0, misses, totals)
     chance = np.moveaxis(totals, axis, 0)
     assert (chance[1] == int(10 * SPARSE.ahead * 0.75)).all()
@@ -169,7 +169,7 @@ def test_data_ahead_are_seen_wherever_they_lie(nz, n, seed, times):
     first, size = rng.integers(0, shape), rng.integers(1, 4, 3)
     part = tuple(slice(a, a + times * n) for a, n in zip(first, size, strict=True))
     there = (data.facies[part] != UNKNOWN).any()
-    box = Box(*first.tolist(), *size.tolist(), 0, 0, 1, 1)
+    box = Box._make((*first.tolist(), *size.tolist(), 0, 0, 1, 1))
     assert data_ahead(data, box, times) == there
 
 

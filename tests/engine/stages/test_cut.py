@@ -30,7 +30,7 @@ def cost_of(path, error: np.ndarray, demand: np.ndarray) -> tuple[int, int]:
         dropped += np.count_nonzero(demand[i, :c] == TAKE_NEW)
         dropped += np.count_nonzero(demand[i, c:] == KEEP_OLD)
         seen += int(error[i, max(c - 1, 0)]) + int(error[i, min(c, m - 1)])
-    return dropped, seen
+    return int(dropped), seen
 
 
 def cheapest(error: np.ndarray, demand: np.ndarray) -> tuple[int, int]:
@@ -114,7 +114,7 @@ class Tile(NamedTuple):
     def box(self, overlap: int, sides: int) -> Box:
         nz = self.patch.shape[0]
         deep = min(overlap, nz // 2) if nz > 1 else 0
-        return Box(*self.first, *self.patch.shape, sides, deep, overlap, overlap)
+        return Box._make((*self.first, *self.patch.shape, sides, deep, overlap, overlap))
 
 
 def random_tile(seed: int, kind: int | None = None, layers: int = 1) -> Tile:
@@ -221,8 +221,8 @@ def test_each_side_is_cut_alike(seed, side, volume):
     size = min(size, tile.patch.shape[0]) if volume else size
     own = np.s_[: size if volume else 1, :size, :size]
     arrays = [each[own] for each in (tile.grid, tile.data, tile.patch)]
-    one = Tile(*(np.ascontiguousarray(a) for a in arrays), (0, 0, 0))
-    other = Tile(*(np.ascontiguousarray(BACK[side](a)) for a in arrays), (0, 0, 0))
+    one = Tile._make([*map(np.ascontiguousarray, arrays), (0, 0, 0)])
+    other = Tile._make([*(np.ascontiguousarray(BACK[side](a)) for a in arrays), (0, 0, 0)])
     turned = TURNS[side](kept_cells(other, 3, side))
     np.testing.assert_array_equal(turned, kept_cells(one, 3, LEFT))
 

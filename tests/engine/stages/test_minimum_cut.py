@@ -17,6 +17,7 @@ from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.cut import keep_old, make_cut
 from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
 from ccwsim.engine.stages.minimum_cut import BROKEN_CELL, make_flow, minimum_cut
+from tests.small_images import blobs
 
 FACES = ((BELOW, ABOVE), (TOP, BOTTOM), (LEFT, RIGHT))
 """Sides at the beginning and the end of each axis, z first."""
@@ -80,7 +81,7 @@ def random_case(
     grid = rng.integers(0, n_facies, shape).astype(np.uint8)
     image = rng.integers(0, n_facies, of_image).astype(np.uint8)
     widths = [int(rng.integers(1, max(n // 2, 1) + 1)) for n in size]
-    box = Box(*first.tolist(), *size, sides, *widths)
+    box = Box._make((*first.tolist(), *size, sides, *widths))
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     case = Case(grid, data, image, tuple(place.tolist()), box)
     if rng.random() < 0.5:  # large parts that are alike, as patches that fit have them
@@ -182,8 +183,19 @@ def test_cuts_of_one_workspace_do_not_disturb_each_other():
     flow = make_flow((6, 7, 8))
     rng = np.random.default_rng(4)
     for seed in range(60):
-        size = tuple(int(rng.integers(1, n + 1)) for n in (6, 7, 8))
+        size = int(rng.integers(1, 7)), int(rng.integers(1, 8)), int(rng.integers(1, 9))
         check(random_case(size, int(rng.integers(64)), 3, int(rng.integers(6)), seed), flow)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+@pytest.mark.parametrize("n_facies", [2, 4])
+def test_large_patches_are_cut_as_cheaply_as_can_be(smooth, n_facies):
+    for seed, sides in enumerate([LEFT, LEFT | TOP, LEFT | TOP | BELOW, BELOW, 63]):
+        case = random_case((14, 16, 18), sides, n_facies, 60, seed)
+        if smooth:  # bodies, as images have them
+            case.grid[:] = blobs(case.grid.shape, n_facies, seed)
+            case.image[:] = blobs(case.image.shape, n_facies, seed + 9)
+        check(case)
 
 
 @settings(max_examples=60, deadline=None)
@@ -237,7 +249,7 @@ def test_axes_and_ends_are_cut_alike(turn, flips, with_data, seed):
     size, sides = (4, 5, 6), int(np.random.default_rng(seed).integers(64))
     case = random_case(size, sides, 3, 4 if with_data else 0, seed)
     cost, kept = cut(case)
-    flipped = [axis for axis in range(3) if flips >> axis & 1]
+    flipped = tuple(axis for axis in range(3) if flips >> axis & 1)
 
     def turned(cells: NDArray) -> NDArray:
         return np.ascontiguousarray(np.flip(cells, flipped).transpose(turn))
@@ -250,9 +262,9 @@ def test_axes_and_ends_are_cut_alike(turn, flips, with_data, seed):
         if sides & faces[old][end]
     )
     widths = [case.box[-3:][old] for old in turn]
-    box = Box(0, 0, 0, *(size[old] for old in turn), turned_sides, *widths)
+    box = Box._make((0, 0, 0, *(size[old] for old in turn), turned_sides, *widths))
     arrays = (turned(each) for each in (case.old, case.data[case.own], case.new))
-    other = Case(*arrays, (0, 0, 0), box)
+    other = Case._make([*arrays, (0, 0, 0), box])
     turned_cost, turned_kept = cut(other)
     assert turned_cost == cost
     np.testing.assert_array_equal(turned_kept, turned(kept))

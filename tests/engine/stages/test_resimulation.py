@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from ccwsim import HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine.stages import resimulation
@@ -104,7 +105,7 @@ def test_progress_goes_on_while_windows_are_simulated():
 NO_SOURCES = np.zeros((0, 0, 0), np.int32)
 
 
-def target_of(image, grid, cells, facies, sources=NO_SOURCES) -> Target:
+def target_of(image, grid, cells, facies, sources: NDArray[np.int32] = NO_SOURCES) -> Target:
     return Target(image, to_bits(image), data_grid(cells, facies, grid.shape), grid, sources)
 
 
@@ -206,7 +207,7 @@ def random_window(seed: int, volume: bool, n_data: int, n_facies: int = 3):
     grid = noise(tuple(np.add(size, spare)), n_facies, seed + 1)
     first = [int(rng.integers(n + 1)) for n in spare]
     widths = [int(rng.integers(1, n // 2 + 1)) if n > 1 else 0 for n in size]
-    box = Box(*first, *size, int(rng.integers(64)), *widths)
+    box = Box._make((*first, *size, int(rng.integers(64)), *widths))
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     for cell in rng.integers(0, size, (n_data, 3)) + first:
         data[tuple(cell)] = rng.choice(image.ravel())  # an image has every facies of the data

@@ -50,7 +50,7 @@ def flat(template: int, overlap: int, level: int) -> Sizes:
 
 
 def cube(template: int, overlap: int, level: Triple) -> Sizes:
-    return Sizes((template,) * 3, (overlap,) * 3, level)
+    return Sizes((template, template, template), (overlap, overlap, overlap), level)
 
 
 def layered(array: NDArray) -> NDArray:
@@ -71,7 +71,7 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
         energy = np.zeros_like(energy)
     offsets = np.empty(n_planes * prod(template), np.int64)
     weights, counts = np.empty(len(offsets), kind), np.zeros(256, np.int64)
-    box = Box(*place, *sizes.template, shape, *sizes.overlap)
+    box = Box._make((*place, *sizes.template, shape, *sizes.overlap))
     n = overlap_terms(grid, box, sizes.block, sums, counts, offsets, weights)
     assert not counts.any()
     scores = np.empty_like(energy)
@@ -305,9 +305,9 @@ def test_the_type_of_scores_holds_the_best_and_the_worst_fit_in_volumes(
     for image, grid, wrong in ((full, full, 0), (full, 1 - full, 2), (1 - full, full, 2)):
         given = image, grid, (0, 0, 0), sizes, 7, 2
         scores, energy_of_overlap = compiled_scores(*given)
-        assert int(scores.item()) + energy_of_overlap == wrong * cells * 2 ** sum(level)
+        assert scores.astype(np.int64).item() + energy_of_overlap == wrong * cells * 2 ** sum(level)
         scores, _ = compiled_scores(*given, "correlation")
-        assert int(scores.item()) == -(2 - wrong) * cells * 2 ** sum(level)
+        assert scores.astype(np.int64).item() == -(2 - wrong) * cells * 2 ** sum(level)
 
 
 lengths = st.integers(4, 1024).flatmap(
