@@ -125,7 +125,7 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level,
     stride = max(block) // 2
     while stride:
         middle = at
-        steps = [[0] if b == 1 else [k * min(stride, b // 2) for k in (-1, 0, 1)] for b in block]
+        steps = [[-stride, 0, stride] if stride <= b // 2 else [0] for b in block]
         for shift in np.array(np.meshgrid(*steps, indexing="ij")).reshape(3, -1).T:
             near = tuple(np.add(middle, shift).tolist())
             inside = all(0 <= k <= n for k, n in zip(near, more, strict=True))
@@ -133,6 +133,7 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level,
                 best, at = misfit(near), near
         stride //= 2
     assert place == at
+    assert all(abs(k - j) < b for k, j, b in zip(place, start, block, strict=True))
     n = data_at_stake(grid, data, box, at_stake)
     np.testing.assert_array_equal(at_stake[:n, :3], np.argwhere(wanted))
     np.testing.assert_array_equal(at_stake[:n, 3], known[wanted])
