@@ -1,12 +1,12 @@
 """The exact minimum cut of a volume's patch: the largest flow from old cells to new ones.
 
 The cut pays, for each pair of neighbours of which one stays old and one is taken new, the cells of
-the two that differ between old and new. The cheapest cut is a largest flow (Ford and Fulkerson
-1956), here found as Boykov and Kolmogorov (2004) do: two trees of cells, one from the old cells and
-one from the new ones, grow until they meet; flow goes along the way between them, and what it cuts
-off looks for another parent. Only cells that differ and their neighbours take part: all others
-cost nothing on either side. Data are capacities that no cheapest cut goes through, as long as they
-do not contradict each other.
+the two that differ between old and new; beyond the overlap a cell counts as its neighbour does. The
+cheapest cut is a largest flow (Ford and Fulkerson 1956), here found as Boykov and Kolmogorov (2004)
+do: two trees of cells, one from the old cells and one from the new ones, grow until they meet; flow
+goes along the way between them, and what it cuts off looks for another parent. Only cells that
+differ and their neighbours take part: all others cost nothing on either side. Data are capacities
+that no cheapest cut goes through, as long as they do not contradict each other.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ class FlowWorkspace(NamedTuple):
     """Arrays for the cut of one box, with a margin of one cell on each side."""
 
     state: NDArray[np.uint8]
-    capacity: NDArray[np.int32]  # shape (6, n): to the neighbour in each direction
+    # shape (n, 8): to the neighbour in each of six directions; side by side in memory
+    capacity: NDArray[np.uint8]
     rest: NDArray[np.int32]  # capacity left: from the old cells, or where negative to the new ones
     tree: NDArray[np.uint8]
     parent: NDArray[np.uint8]  # the direction of the parent
@@ -57,7 +58,7 @@ def make_flow(template: Triple) -> FlowWorkspace:
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
     state, tree, parent = (np.zeros(n, np.uint8) for _ in range(3))
     rest, distance, time, cells, queue, orphans = (np.zeros(n, np.int32) for _ in range(6))
-    capacity, is_queued = np.zeros((6, n), np.int32), np.zeros(n, np.bool_)
+    capacity, is_queued = np.zeros((n, 8), np.uint8), np.zeros(n, np.bool_)
     return FlowWorkspace(
         state, capacity, rest, tree, parent, distance, time, cells, queue, is_queued, orphans
     )
@@ -143,8 +144,8 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
                     free = other <= DIFFERS
-                    flow.capacity[a, u] = own + other if free else 0
-                    sink += own if other == ALL_NEW else 0
+                    flow.capacity[u, a] = own + other if free else 0
+                    sink += 2 * own if other == ALL_NEW else 0
                     source += 2 * own if other == ALL_OLD else 0
                 datum = data[box.z0 + z, box.y0 + y, box.x0 + x]
                 if own == DIFFERS and datum != UNKNOWN:
@@ -194,9 +195,9 @@ def _largest_flow(n, steps, flow):
             if tree[v] == INACTIVE:
                 continue
             if tree[u] == OF_OLD:
-                left = flow.capacity[a, u]
+                left = flow.capacity[u, a]
             else:
-                left = flow.capacity[a ^ 1, v]
+                left = flow.capacity[v, a ^ 1]
             if left == 0:
                 continue
             if tree[v] == FREE:
@@ -237,27 +238,27 @@ def _augment(old, new, meets, steps, flow):
     Returns how many cells were cut off by it, and how much it is.
     """
     capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
-    amount, u = capacity[meets, old], old
+    amount, u = capacity[old, meets], old
     while parent[u] != ROOT:
         a = parent[u]
         u += steps[a]
-        amount = min(amount, capacity[a ^ 1, u])
+        amount = min(amount, capacity[u, a ^ 1])
     amount, u = min(amount, rest[u]), new
     while parent[u] != ROOT:
         a = parent[u]
-        amount = min(amount, capacity[a, u])
+        amount = min(amount, capacity[u, a])
         u += steps[a]
     amount = min(amount, -rest[u])
     n = 0
-    capacity[meets, old] -= amount
-    capacity[meets ^ 1, new] += amount
+    capacity[old, meets] -= amount
+    capacity[new, meets ^ 1] += amount
     u = old
     while parent[u] != ROOT:
         a, child = parent[u], u
         u += steps[a]
-        capacity[a ^ 1, u] -= amount
-        capacity[a, child] += amount
-        if capacity[a ^ 1, u] == 0:
+        capacity[u, a ^ 1] -= amount
+        capacity[child, a] += amount
+        if capacity[u, a ^ 1] == 0:
             parent[child], orphans[n] = ORPHAN, child
             n += 1
     rest[u] -= amount
@@ -268,9 +269,9 @@ def _augment(old, new, meets, steps, flow):
     while parent[u] != ROOT:
         a, child = parent[u], u
         u += steps[a]
-        capacity[a, child] -= amount
-        capacity[a ^ 1, u] += amount
-        if capacity[a, child] == 0:
+        capacity[child, a] -= amount
+        capacity[u, a ^ 1] += amount
+        if capacity[child, a] == 0:
             parent[child], orphans[n] = ORPHAN, child
             n += 1
     rest[u] += amount
@@ -292,7 +293,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
         v = u + steps[a]
         if tree[v] != own or parent[v] == ORPHAN:
             continue
-        left = capacity[a ^ 1, v] if own == OF_OLD else capacity[a, u]
+        left = capacity[v, a ^ 1] if own == OF_OLD else capacity[u, a]
         if left == 0:
             continue
         distance, w = 0, v
@@ -325,7 +326,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
         v = u + steps[a]
         if tree[v] != own:
             continue
-        left = capacity[a ^ 1, v] if own == OF_OLD else capacity[a, u]
+        left = capacity[v, a ^ 1] if own == OF_OLD else capacity[u, a]
         if left > 0 and not flow.is_queued[v]:
             queue[tail], flow.is_queued[v] = v, True
             tail = tail + 1 if tail + 1 < len(queue) else 0

@@ -28,8 +28,9 @@ def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_
     stride = max(block[0], block[1], block[2]) // 2
     while stride > 0:
         middle_z, middle_y, middle_x = best_z, best_y, best_x
-        dz, dy, dx = (min(stride, block[0] // 2), min(stride, block[1] // 2),
-                      min(stride, block[2] // 2))  # fmt: skip
+        dz = stride if stride <= block[0] // 2 else 0
+        dy = stride if stride <= block[1] // 2 else 0
+        dx = stride if stride <= block[2] // 2 else 0
         for k in range(27):
             i, j, m = k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1
             if (i and not dz) or (j and not dy) or (m and not dx):

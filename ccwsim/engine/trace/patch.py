@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -69,6 +69,11 @@ class DataTerms:
     weights: Weights
     reach: int
 
+    def without_layer(self) -> DataTerms:
+        """Return what they are for a map, whose locations have no layer."""
+        kinds = {name: getattr(self, name)[0] for name in (*ONE_KIND, "ruled_out")}
+        return replace(self, **kinds)
+
 
 def data_terms(
     phases: NDArray[np.uint8],
@@ -87,21 +92,10 @@ def data_terms(
     for kind, one in ONE_KIND.items():
         found = np.zeros(totals.shape, np.int64)
         add_missed(phases, grid, data, box, times, certain, one, 1.0, misses, found)
-        counts[kind] = without_layer(found)
-    out = without_layer(totals >= ruled_out(totals) // 2)
+        counts[kind] = found
+    out = totals >= ruled_out(totals) // 2
     seen, reach = seen_data(data, grid, box, times), times * box.nx
     return DataTerms(seen, **counts, ruled_out=out, slack=slack, weights=weights, reach=reach)
-
-
-def without_layer(array: NDArray) -> NDArray:
-    """Return an array of a map without its one layer, and that of a volume as it is.
-
-    Examples
-    --------
-    >>> without_layer(np.zeros((1, 4, 5))).shape, without_layer(np.zeros((3, 4, 5))).shape
-    ((4, 5), (3, 4, 5))
-    """
-    return array[..., 0, :, :] if array.shape[-3] == 1 else array
 
 
 def seen_data(

@@ -13,12 +13,12 @@ from ccwsim.engine.raster import Plan, draw_template, empty_grid, in_three, make
 from ccwsim.engine.realization import Realization, random_numbers, target_of
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple
 from ccwsim.engine.stages.pyramid import decompose, reconstruct
 from ccwsim.engine.stages.resimulation import first_cell, resimulate
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
-from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data, without_layer
+from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
 from ccwsim.model.ensemble import WRONG
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
@@ -210,9 +210,9 @@ class Trace:
         self._stepper = PatchStepper(study, plan, rng)
         self.patches = self._stepper.patches
         _, ny, nx = self.path.shape
-        self.grid_frame = Frame(self.path.orientation, (ny, nx))
+        self.grid_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx))
         _, ny, nx = self.oriented.pyramid.image.shape
-        self.image_frame = Frame(self.path.orientation, (ny, nx))
+        self.image_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx))
         self._coefficients: dict[int, list[Any]] = {}
 
     @property
@@ -312,7 +312,12 @@ class Trace:
         tz, ty, tx = place
         correlation = self.study.parameters.similarity == "correlation"
         volume = len(self.study.grid.shape) == 3
-        own = (lambda array: array) if volume else without_layer
+
+        def own(array: NDArray) -> NDArray:
+            return array if volume else array[..., 0, :, :]
+
+        if data is not None and not volume:
+            data = data.without_layer()
         places = np.stack(np.unravel_index(work.places, work.scores.shape), axis=1)
         return TracedPatch(
             patch=p,

@@ -99,7 +99,7 @@ def links(case: Case) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.
 
     Cells are numbered in the box. A link of two cells costs one for each of them that differs.
     Beyond a side with an overlap lies what stays, which is taken to differ as the cell itself does.
-    Where no overlap reaches, all cells are new, and only the other cell of a link counts.
+    Where no overlap reaches, all cells are new, and taken to differ as the other cell of a link.
     """
     differs, free = (case.old != case.new).astype(int), case.free
     number = np.arange(free.size).reshape(free.shape)
@@ -111,7 +111,7 @@ def links(case: Case) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.
         pairs.append(np.stack([at[:-1][both], at[1:][both], cost[both]], axis=1))
         for own, other in ((np.s_[:-1], np.s_[1:]), (np.s_[1:], np.s_[:-1])):
             edge = f[own] & ~f[other]
-            np.add.at(new, at[own][edge], d[own][edge])
+            np.add.at(new, at[own][edge], 2 * d[own][edge])
         for side, end in zip(FACES[axis], (0, -1), strict=True):
             if case.box.sides & side:
                 np.add.at(stays, at[end].ravel(), 2 * d[end].ravel())
