@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from hashlib import blake2b
-from typing import TypeGuard
+from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,8 +12,35 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 
+Shape: TypeAlias = Any
+"""(ny, nx) of a map, (nz, ny, nx) of a volume; not written out: what takes maps has a pair."""
 MAX_INT = 2**63 - 1
 """The largest whole number of an array."""
+AXES = "x", "y", "z"
+"""The axes of world coordinates; an array has them the other way round, without z for a map."""
+
+
+def describe_shape(shape: Sequence[int]) -> str:
+    """Return the cells along x, y and, for a volume, z, as messages name them.
+
+    Examples
+    --------
+    >>> describe_shape((30, 40)), describe_shape((50, 30, 40))
+    ('40 × 30', '40 × 30 × 50')
+    """
+    return " × ".join(str(n) for n in reversed(shape))
+
+
+def listing(words: Iterable[str]) -> str:
+    """Return words as a sentence lists them.
+
+    Examples
+    --------
+    >>> listing(["x"]), listing("xy"), listing("xyz")
+    ('x', 'x and y', 'x, y and z')
+    """
+    *some, last = words
+    return f"{', '.join(some)} and {last}" if some else last
 
 
 def as_array(values: ArrayLike, what: str) -> NDArray:

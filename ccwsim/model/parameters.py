@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ccwsim.model.arrays import check_int, digest
+from ccwsim.model.arrays import AXES, check_int, digest
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
+PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
+"""Parameters that may be an int, for all axes, or for a volume a triple along z, y and x."""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
     "but fewer of them fit and the training image is repeated more.",
@@ -56,8 +59,17 @@ def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
     return field(default=default, metadata=about)
 
 
+class Lengths(NamedTuple):
+    """Template, overlap and wavelet level along z, y and x; a map is one layer: 1, 0 and 0."""
+
+    template: tuple[int, int, int]
+    overlap: tuple[int, int, int]
+    level: tuple[int, int, int]
+
+
 @dataclass(frozen=True)
 class Parameters:
+    # The first three may be triples of int, for volumes; to what takes maps they are ints.
     template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
     overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
     wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
@@ -75,7 +87,9 @@ class Parameters:
 
     def __post_init__(self) -> None:
         for name, (low, high) in PARAMETERS.items():
-            if isinstance(low, int) and isinstance(high, int):
+            if name in PER_AXIS:
+                _size(self, name, int(low), int(high))
+            elif isinstance(low, int) and isinstance(high, int):
                 object.__setattr__(self, name, check_int(name, getattr(self, name), low, high))
             else:
                 _number(self, name, low, high, open_below=name == "search_fraction")
@@ -92,13 +106,53 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """How often the images are up-gridded: the level for the method "ms-ccsim", else 0."""
-        return self.level if self.method == "ms-ccsim" else 0
+        """How often the images are up-gridded: the level for the method "ms-ccsim", else 0.
+
+        Of levels along three axes the largest.
+        """
+        return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
-    def step(self) -> int:
+    def step(self) -> Any:
         """How far the path goes from one patch to the next, T − OR, in cells."""
-        return self.template_size - self.overlap_size
+        if isinstance(self.template_size, int) and isinstance(self.overlap_size, int):
+            return self.template_size - self.overlap_size
+        sizes = zip(_triple(self.template_size), _triple(self.overlap_size), strict=True)
+        return tuple(t - overlap for t, overlap in sizes)
+
+    def along(self, shape: Sequence[int]) -> Lengths:
+        """Return template, overlap and level along z, y and x of an image or grid.
+
+        Parameters
+        ----------
+        shape : pair or triple of int
+            (ny, nx) of a map or (nz, ny, nx) of a volume.
+
+        Raises
+        ------
+        CCWSIMError
+            For a map where one of them is a triple.
+
+        Examples
+        --------
+        >>> Parameters().along((512, 512))
+        Lengths(template=(1, 32, 32), overlap=(0, 8, 8), level=(0, 2, 2))
+        >>> Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2)).along((50, 100, 100)).level
+        (1, 2, 2)
+        """
+        template, overlap, level = (
+            _triple(size) for size in (self.template_size, self.overlap_size, self.level)
+        )
+        if len(shape) == 3:
+            return Lengths(template, overlap, level)
+        for name in PER_AXIS:
+            value = getattr(self, name)
+            if not isinstance(value, int):
+                raise CCWSIMError(
+                    f"{name} = {value} has a number along z, y and x, but the grid is a map: give "
+                    f"one number, such as {max(value)}"
+                )
+        return Lengths((1, *template[1:]), (0, *overlap[1:]), (0, *level[1:]))
 
     @property
     def digest(self) -> str:
@@ -158,22 +212,60 @@ def _yes_or_no(p: Parameters, name: str) -> None:
     object.__setattr__(p, name, bool(value))
 
 
+def _size(p: Parameters, name: str, low: int, high: int) -> None:
+    """Take an int, or a triple of int; along z volumes may be thin."""
+    value = getattr(p, name)
+    if isinstance(value, np.ndarray) and value.ndim:
+        value = value.tolist()
+    if not isinstance(value, (tuple, list)) or len(value) != 3:
+        object.__setattr__(p, name, check_int(name, value, low, high))
+        return
+    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low
+    sides = zip(AXES[::-1], value, lows, strict=True)
+    checked = (check_int(f"{name} along {axis}", v, least, high) for axis, v, least in sides)
+    object.__setattr__(p, name, tuple(checked))
+
+
+def _triple(size: Any) -> tuple[int, int, int]:
+    """Return a number along z, y and x."""
+    return (size, size, size) if isinstance(size, int) else size
+
+
 def _check_sizes(p: Parameters) -> None:
-    unit = 2**p.level
-    for name, high in (("template_size", MAX_TEMPLATE), ("overlap_size", p.template_size // 2)):
-        value = getattr(p, name)
-        if value % unit == 0 and value <= high:
-            continue
-        legal = legal_sizes(p.level, 1 if name == "overlap_size" else MIN_TEMPLATE, high)
-        near = sorted(legal, key=lambda size: (abs(size - value), size))[:2]
-        rule = "at most half the template" if value > high else f"a multiple of {unit}"
-        tail = f"try {' or '.join(map(str, sorted(near)))}" if near else "choose a lower level"
-        label = name.removesuffix("_size").capitalize()
-        raise CCWSIMError(f"{label} {value} must be {rule} at level {p.level}: {tail}")
+    alike = all(isinstance(getattr(p, name), int) for name in PER_AXIS)
+    sides = zip(AXES[::-1], *map(_triple, (p.template_size, p.overlap_size, p.level)), strict=True)
+    for axis, template, overlap, level in sides:
+        thin = axis == "z" and not alike
+        least = (1, 0 if template < MIN_TEMPLATE else 1) if thin else (MIN_TEMPLATE, 1)
+        where = "" if alike else f" along {axis}"
+        _check_size(f"Template {template}{where}", template, level, least[0], MAX_TEMPLATE)
+        _check_size(f"Overlap {overlap}{where}", overlap, level, least[1], template // 2)
+
+
+def _check_size(what: str, size: int, level: int, low: int, high: int) -> None:
+    """Say which sizes a level allows where it does not allow this one."""
+    unit = 2**level
+    if size % unit == 0 and low <= size <= high:
+        return
+    legal = legal_sizes(level, low, high)
+    near = sorted(legal, key=lambda own: (abs(own - size), own))[:2]
+    rule = f"a multiple of {unit}"
+    if size > high:
+        rule = "at most half the template"
+    elif size < low:
+        rule = f"at least {low}"
+    tail = f"try {' or '.join(map(str, sorted(near)))}" if near else "choose a lower level"
+    raise CCWSIMError(f"{what} must be {rule} at level {level}: {tail}")
 
 
 def _documented() -> str:
-    lines = ["All settings of a simulation, checked when it is made.", "", "Parameters"]
+    lines = ["All settings of a simulation, checked when it is made.", ""]
+    lines += ["For a volume template_size, overlap_size and wavelet_level may each be three"]
+    lines += [
+        "numbers, along z, y and x; one number holds for all axes. Along z, where volumes are"
+    ]
+    lines += ["thin, a template may have 1 cell (overlap 0), 2 or 3 (overlap 0 or 1)."]
+    lines += ["", "Parameters"]
     lines.append("-" * len("Parameters"))
     for row in parameter_table():
         names = [f"{row['symbol']} in the paper"] if row["symbol"] else []
@@ -183,6 +275,8 @@ def _documented() -> str:
     lines += ["", "Raises", "------", "CCWSIMError", "    For a value that is not allowed; the"]
     lines += ["    message says which would be.", "", "Examples", "--------"]
     lines += [">>> Parameters(template_size=48, overlap_size=8).step", "40"]
+    lines += [">>> Parameters((16, 48, 48), (4, 8, 8), wavelet_level=(1, 2, 2)).step"]
+    lines += ["(12, 40, 40)"]
     return "\n".join(lines)
 
 

@@ -172,3 +172,92 @@ def test_every_parameter_is_part_of_the_digest():
     digests = {replace(base, **{name: value}).digest for name, value in others.items()}
     assert len({base.digest, *digests}) == len(others) + 1
     assert base.digest == Parameters(template_size=np.int16(64), overlap_size=16).digest
+
+
+class TestVolumes:
+    """Sizes and levels along z, y and x."""
+
+    def test_one_number_holds_for_all_axes_of_the_image(self):
+        p = Parameters(template_size=32, overlap_size=8, wavelet_level=2)
+        assert p.along((100, 200)) == ((1, 32, 32), (0, 8, 8), (0, 2, 2))
+        assert p.along((50, 100, 200)) == ((32, 32, 32), (8, 8, 8), (2, 2, 2))
+
+    def test_three_numbers_are_kept_as_they_are_given(self):
+        for kind in (tuple, list, np.array):
+            p = Parameters(kind((16, 32, 48)), kind((4, 8, 12)), kind((1, 2, 2)))
+            assert p.along((50, 100, 200)) == ((16, 32, 48), (4, 8, 12), (1, 2, 2))
+            assert p.step == (12, 24, 36)
+            assert p.level == (1, 2, 2)
+            assert hash(p) == hash(replace(p))
+
+    def test_some_may_be_one_number_and_others_three(self):
+        p = Parameters((8, 32, 32), 4, (0, 2, 1))
+        assert p.along((9, 40, 40)) == ((8, 32, 32), (4, 4, 4), (0, 2, 1))
+
+    @pytest.mark.parametrize("name", ["template_size", "overlap_size", "wavelet_level"])
+    def test_three_numbers_are_none_of_a_map(self, name):
+        own = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
+        with pytest.raises(CCWSIMError, match=f"{name} = .* the grid is a map: give one number"):
+            Parameters(**{name: own[name]}).along((100, 100))
+
+    def test_no_axis_has_a_level_where_single_cells_are_compared(self):
+        p = Parameters((7, 9, 9), (3, 4, 4), (1, 2, 2), method="ccsim")
+        assert p.along((50, 100, 200)).level == (0, 0, 0)
+        assert p.scale == 0
+
+    def test_images_are_coarsened_as_often_as_the_largest_level_says(self):
+        levels = {"wavelet_level": (0, 2, 1)}
+        assert Parameters((4, 8, 8), (1, 4, 4), **levels, method="ms-ccsim").scale == 2
+        assert Parameters((4, 8, 8), (1, 4, 4), **levels).scale == 0
+
+    @pytest.mark.parametrize(
+        ("template", "overlaps"), [(1, {0}), (2, {0, 1}), (3, {0, 1}), (4, {1, 2})]
+    )
+    def test_templates_may_be_thin_along_z(self, template, overlaps):
+        for overlap in range(4):
+            sizes = (template, 32, 32), (overlap, 8, 8), (0, 2, 2)
+            if overlap in overlaps:
+                assert Parameters(*sizes).along((9, 40, 40)) == sizes
+            else:
+                with pytest.raises(CCWSIMError, match=f"Overlap {overlap} along z must be at"):
+                    Parameters(*sizes)
+
+    @pytest.mark.parametrize(
+        ("given", "said"),
+        [
+            (
+                ((16, 32, 30), 8, 2),
+                "Template 30 along x must be a multiple of 4 at level 2: try 28",
+            ),
+            (
+                ((16, 30, 32), 8, 2),
+                "Template 30 along y must be a multiple of 4 at level 2: try 28",
+            ),
+            (((1, 32, 32), (0, 8, 8), 2), "Template 1 along z must be a multiple of 4 at level 2"),
+            (((4, 32, 32), (4, 8, 8), 2), "Overlap 4 along z must be at most half the template"),
+            (((4, 32, 32), (2, 8, 9), (0, 2, 2)), "Overlap 9 along x must be a multiple of 4"),
+            (
+                ((16, 32, 32), (0, 8, 8), 2),
+                "Overlap 0 along z must be at least 1 at level 2: try 4",
+            ),
+            (
+                ((16, 2, 32), 8, 2),
+                "template_size along y = 2 must be a whole number from 4 to 1024",
+            ),
+            (
+                ((0, 32, 32), 8, 2),
+                "template_size along z = 0 must be a whole number from 1 to 1024",
+            ),
+            (((16, 32, 32), 8, (1, 2, 7)), "wavelet_level along x = 7"),
+            (((16, 32, 32), (4.0, 8, 8), 2), "overlap_size along z = 4.0"),
+            (((16, 32), 8, 2), "template_size = (16, 32) must be a whole number"),
+        ],
+    )
+    def test_messages_name_the_axis(self, given, said):
+        with pytest.raises(CCWSIMError, match=re.escape(said)):
+            Parameters(*given)
+
+    def test_digests_of_one_number_stay_and_others_differ(self):
+        assert Parameters().digest == "a35fd4a0784a423a01d39a73"
+        assert Parameters().digest != Parameters((32, 32, 32)).digest
+        assert Parameters((16, 32, 32)).digest == Parameters([16, np.int8(32), 32]).digest
