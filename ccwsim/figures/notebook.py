@@ -1,4 +1,7 @@
-"""Images, data and ensembles in a notebook: a picture with a line of words, a chart to zoom in."""
+"""Images, data and ensembles in a notebook: a picture with a line of words, a chart to zoom in.
+
+Of volumes one layer is drawn, the middle one, and its number said, counted from 0 at the bottom.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from plotly.subplots import make_subplots
 
 from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.palette import facies_colours
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -28,11 +32,11 @@ HEIGHT = 380
 
 def image_html(image: TrainingImage) -> str:
     """Return a picture of a training image, north at the top, and what it is."""
-    ny, nx = image.shape
     name, shares = image.name or "Training image", _facies(image, image.proportions)
-    said = f"{name}: {nx} × {ny} cells, {shares}"
+    layer, words = _middle(image.shape)
+    said = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
     colours = facies_colours(image)
-    return _html(contact_sheet(image.indices[None], colours, longest=THUMB)[0], said)
+    return _html(contact_sheet(image.indices[layer][None], colours, longest=THUMB)[0], said)
 
 
 def ensemble_html(ensemble: Ensemble) -> str:
@@ -40,9 +44,11 @@ def ensemble_html(ensemble: Ensemble) -> str:
     image, n = ensemble.training_image, ensemble.n
     shown = min(n, MAX_TILES)
     colours = facies_colours(image)
-    sheet, _ = contact_sheet(ensemble.indices[:shown], colours, longest=THUMB // 2)
+    layer, words = _middle(ensemble.grid.shape)
+    indices = ensemble.indices[(slice(shown), *layer)]
+    sheet, _ = contact_sheet(indices, colours, longest=THUMB // 2)
     said = (
-        f"{n} realizations of {ensemble.grid.nx} × {ensemble.grid.ny} cells"
+        f"{n} realizations of {describe_shape(ensemble.grid.shape)} cells{words}"
         f"{f', the first {shown} shown' if shown < n else ''}, {ensemble.hard_data.n} hard data, "
         f"seed {ensemble.seed}: {_facies(image, ensemble.proportions.mean(axis=0))}"
     )
@@ -55,15 +61,18 @@ def data_html(data: HardData) -> str:
         return _html(b"", "no hard data")
     low, high = data.cells.min(axis=0), data.cells.max(axis=0)
     codes, facies = np.unique(data.facies, return_inverse=True)
-    shape = tuple((high - low + 1).tolist())
+    shape = tuple((high - low + 1).tolist())[-2:]
     colours = facies_colours(TrainingImage(codes[None]))
     longest = min(THUMB, 8 * max(shape))
-    picture = data_png(data.cells - low, facies, shape, colours, longest=longest)
+    shown, words = _middle_of_data(data)
+    cells = (data.cells - low)[shown, -2:]
+    picture = data_png(cells, facies[shown], shape, colours, longest=longest)
     counts = ", ".join(
         f"{n} of facies {c}" for c, n in zip(codes, np.bincount(facies), strict=True)
     )
-    rows, columns = (f"{a} to {b}" for a, b in zip(low, high, strict=True))
-    return _html(picture, f"{data.n} hard data in rows {rows}, columns {columns}: {counts}")
+    *layers, rows, columns = (f"{a} to {b}" for a, b in zip(low, high, strict=True))
+    where = f"layers {layers[0]}{words}, rows {rows}" if layers else f"rows {rows}"
+    return _html(picture, f"{data.n} hard data in {where}, columns {columns}: {counts}")
 
 
 def image_chart(image: TrainingImage) -> go.Figure:
@@ -74,30 +83,56 @@ def image_chart(image: TrainingImage) -> go.Figure:
     >>> image_chart(TrainingImage([[0, 1], [1, 1]])).data[0].z.tolist()
     [[0, 1], [1, 1]]
     """
-    return _maps([image.indices], [image.name or "Training image"], image, Grid(*image.shape))
+    layer, words = _middle(image.shape)
+    title = (image.name or "Training image") + words
+    return _maps([image.indices[layer]], [title], image, Grid.of(image.shape[-2:]))
 
 
 def ensemble_chart(ensemble: Ensemble, realizations: Sequence[int] | None = None) -> go.Figure:
     """Return realizations side by side in world coordinates, the first three by default."""
     which = range(min(3, ensemble.n)) if realizations is None else realizations
-    indices = [np.asarray(ensemble.indices[r]) for r in which]
-    titles = [f"Realization {ensemble.numbers[r] + 1}" for r in which]
-    return _maps(indices, titles, ensemble.training_image, ensemble.grid, ensemble.hard_data)
+    layer, words = _middle(ensemble.grid.shape)
+    indices = [np.asarray(ensemble.indices[(r, *layer)]) for r in which]
+    titles = [f"Realization {ensemble.numbers[r] + 1}{words}" for r in which]
+    grid, data = ensemble.grid, ensemble.hard_data
+    if layer and data.n:
+        cells, facies = data.cells, data.facies
+        data = HardData(cells[cells[:, 0] == layer[0], 1:], facies[cells[:, 0] == layer[0]])
+    grid = Grid(grid.ny, grid.nx, grid.cell_size[:2], grid.origin[:2])
+    return _maps(indices, titles, ensemble.training_image, grid, data)
 
 
 def data_chart(data: HardData) -> go.Figure:
     """Return hard data as points at their columns and rows."""
     codes = np.unique(data.facies)
     colours = facies_colours(TrainingImage(codes[None])) if data.n else []
+    shown, words = _middle_of_data(data)
     chart = go.Figure()
     for code, colour in zip(codes.tolist(), colours, strict=True):
-        rows, columns = data.cells[data.facies == code].T
+        rows, columns = data.cells[shown & (data.facies == code), -2:].T
         marker = {"color": colour, "line": {"color": "#FFFFFF", "width": 0.5}}
         points = {"x": columns, "y": rows, "mode": "markers", "marker": marker}
         chart.add_scatter(**points, name=f"facies {code}")
     chart.update_xaxes(title="column")
     chart.update_yaxes(title="row", scaleanchor="x", scaleratio=1)
-    return chart
+    return chart.update_layout(title=f"Hard data{words}") if words else chart
+
+
+def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
+    """The index of the middle layer of a volume, and words that say so; none for a map."""
+    if len(shape) == 2:
+        return (), ""
+    layer = shape[0] // 2
+    return (layer,), f", layer {layer} (of 0 to {shape[0] - 1})"
+
+
+def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
+    """Which data are in the middle one of the layers that have some, and words that say so."""
+    if data.n_dimensions == 2:
+        return np.ones(data.n, bool), ""
+    layers = np.unique(data.cells[:, 0])
+    layer = layers[len(layers) // 2]
+    return data.cells[:, 0] == layer, f" (layer {layer} drawn)"
 
 
 def _maps(

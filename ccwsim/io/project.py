@@ -139,7 +139,7 @@ def project_as_bytes(project: Project) -> bytes:
     7
     """
     study = project.study
-    data = np.column_stack([study.hard_data.cells, study.hard_data.facies]).reshape(-1, 3)
+    data = np.column_stack([study.hard_data.cells, study.hard_data.facies])
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, member in (
@@ -177,18 +177,22 @@ def read_project(path_or_file: PathOrFile) -> Project:
 
 
 def _project(settings: Settings, members: Mapping[str, bytes], name: str) -> Project:
-    image = _integers(members[IMAGE], f"{name}, {IMAGE}")
+    grid = Grid(**settings.grid)
+    image = _integers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions)
+    columns = grid.n_dimensions + 1
     table = (
-        _integers(members[DATA], f"{name}, {DATA}") if settings.n_data else np.empty((0, 3), int)
+        _integers(members[DATA], f"{name}, {DATA}", 2)
+        if settings.n_data
+        else np.empty((0, columns), int)
     )
-    if table.shape != (settings.n_data, 3):
+    if table.shape != (settings.n_data, columns):
         raise CCWSIMError(f"{settings.n_data} hard data are promised; {DATA} has other ones")
     names = settings.facies_names
     study = Study(
         TrainingImage(image, name=settings.image_name, facies_names=names),
-        Grid(**settings.grid),
+        grid,
         Parameters(**settings.parameters),
-        HardData(table[:, :2], table[:, 2]),
+        HardData(table[:, :-1], table[:, -1]),
         settings.numbers["seed"],
     )
     n = settings.numbers["n_realizations"]
@@ -208,7 +212,7 @@ def _settings(project: Project) -> dict[str, Any]:
             "colours": [[int(code), colour] for code, colour in project.colours],
         },
         "n_hard_data": study.hard_data.n,
-        "grid": asdict(study.grid),
+        "grid": {key: own for key, own in asdict(study.grid).items() if own is not None},
         "parameters": asdict(study.parameters),
         "n_realizations": project.n_realizations,
         "seed": study.seed,
@@ -224,11 +228,11 @@ def _npy(array: np.ndarray) -> bytes:
     return content.getvalue()
 
 
-def _integers(content: bytes, name: str) -> np.ndarray:
+def _integers(content: bytes, name: str, n_dimensions: int) -> np.ndarray:
     array = read_npy(content, name).variables["array"]
-    if array.shape[0] != 1 or array.dtype.kind not in "bui":
+    if (n_dimensions == 2 and len(array) != 1) or array.dtype.kind not in "bui":
         raise CCWSIMError(f"{name}: whole numbers in rows and columns are needed")
-    return array[0]
+    return array[0] if n_dimensions == 2 else array
 
 
 def _members(content: bytes, name: str) -> dict[str, bytes]:
@@ -287,8 +291,8 @@ def _settings_of(given: Any, name: str) -> Settings:
         [printable(own) for own in _texts(image, "facies_names", name)],
         _colours(_take(image, "colours", list, name), name),
         check_int(f"{name}: n_hard_data", given.get("n_hard_data"), 0),
-        _known("grid", _take(given, "grid", dict, name), ("ny", "nx"), name),
-        _known("parameters", _take(given, "parameters", dict, name), (), name),
+        _known(Grid, _take(given, "grid", dict, name), ("ny", "nx"), name),
+        _known(Parameters, _take(given, "parameters", dict, name), (), name),
         _checked("study", given, name),
         Shown(**_checked("shown", _take(given, "shown", dict, name), name)),
         _link(_take(given, "link", dict, name), name),
@@ -329,12 +333,12 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
     return tuple((code, colour) for code, colour in given)
 
 
-def _known(part: str, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
-    """Return the fields of a part that checks its values itself; none may be unknown."""
+def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
+    """Return the fields of a noun that checks its values itself; none may be unknown."""
     missing = [own for own in needed if own not in given]
     if missing:
         raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")
-    unknown = sorted(set(given) - {own for row in settings_of(part) for own in row.fields})
+    unknown = sorted(set(given) - {own.name for own in fields(noun)})
     if unknown:
         raise CCWSIMError(
             f"{name}: {shown(unknown[0])} is unknown here; it may be of a newer version"

@@ -11,7 +11,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import digest, is_whole, readonly
+from ccwsim.model.arrays import AXES, describe_shape, digest, is_whole, readonly
 from ccwsim.model.drawing import notebook
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -34,7 +34,7 @@ class Ensemble:
     ----------
     training_image, grid, parameters, hard_data, seed
         What they were simulated from.
-    indices : ndarray of uint8, shape (n, ny, nx)
+    indices : ndarray of uint8, shape (n, ny, nx) or (n, nz, ny, nx)
         Facies as places in `training_image.codes`; read-only. Realizations that `simulate` sent to
         disk are read from there.
     cpu_seconds : ndarray, shape (n,)
@@ -47,7 +47,7 @@ class Ensemble:
         `exact_data` off.
     numbers : ndarray of int64, shape (n,)
         Which realization of the study each one is.
-    sources : ndarray of int32, shape (n, ny, nx), optional
+    sources : ndarray of int32, shape of `indices`, optional
         Flat index of the TI cell that each cell came from, −1 where it was set by force; None
         where `simulate` was not asked to keep it.
     revised : bool
@@ -83,7 +83,7 @@ class Ensemble:
     @overload
     def __getitem__(self, which: slice | Sequence[int]) -> Ensemble: ...
     def __getitem__(self, which: int | slice | Sequence[int]) -> NDArray[np.integer] | Ensemble:
-        """Return one realization, shape (ny, nx), in codes, or an ensemble of some of them."""
+        """Return one realization, of the grid's shape, in codes, or an ensemble of some of them."""
         if is_whole(which):
             return self.realizations[which]
         some = np.arange(self.n)[which]
@@ -101,7 +101,7 @@ class Ensemble:
 
     @cached_property
     def realizations(self) -> NDArray[np.integer]:
-        """The realizations in the TI's own codes, shape (n, ny, nx), read-only."""
+        """The realizations in the TI's own codes, shape of `indices`, read-only."""
         codes = self.training_image.codes
         if isinstance(self.indices, LazyStack):
             return self.indices.stack
@@ -153,11 +153,15 @@ class Ensemble:
         """Share of the cells of each facies in each realization, shape (n, n_facies)."""
         facies = range(self.training_image.n_facies)
         counts = [np.count_nonzero(r == k) for r in self.indices for k in facies]
-        shares = np.array(counts).reshape(-1, len(facies)) / (self.grid.ny * self.grid.nx)
+        shares = np.array(counts).reshape(-1, len(facies)) / self.grid.n_cells
         return readonly(shares)
 
     def probability(self, code: int) -> NDArray[np.float64]:
-        """Return the E-type of a facies: the share of realizations that have it, shape (ny, nx).
+        """Return the E-type of a facies: the share of realizations that have it, by cell.
+
+        Returns
+        -------
+        ndarray, shape (ny, nx) or (nz, ny, nx)
 
         Raises
         ------
@@ -176,14 +180,18 @@ class Ensemble:
         return digest(self.training_image.codes.tolist(), self.indices)
 
     def plot(self, realizations: Sequence[int] | None = None) -> Any:
-        """Return realizations, the first three by default, as a chart (a plotly Figure)."""
+        """Return realizations, the first three by default, as a chart (a plotly Figure).
+
+        Of volumes it shows the middle layer.
+        """
         return notebook().ensemble_chart(self, realizations)
 
     def to_xarray(self) -> Any:
         """Return the realizations as an xarray DataArray of facies codes.
 
-        Its dimensions are realization, y and x; y and x are those of the centres of cells, in world
-        units. Codes and names of facies stand in the attributes as the CF conventions have them.
+        Its dimensions are realization, y and x, of volumes realization, z, y and x; z, y and x are
+        those of the centres of cells, in world units. Codes and names of facies stand in the
+        attributes as the CF conventions have them.
 
         Raises
         ------
@@ -204,8 +212,8 @@ class Ensemble:
         except ImportError:
             raise CCWSIMError("xarray is not installed: pip install xarray") from None
         image = self.training_image
-        x, y = self.grid.axes
-        coordinates = {"realization": self.numbers, "y": y, "x": x}
+        axes = reversed(list(zip(AXES, self.grid.axes, strict=False)))
+        coordinates = {"realization": self.numbers, **dict(axes)}
         names = ("_".join(name.split()) for name in image.facies_names)
         attributes = {
             "long_name": "facies",
@@ -220,7 +228,7 @@ class Ensemble:
         return notebook().ensemble_html(self)
 
     def __repr__(self) -> str:
-        return f"Ensemble({self.n} realizations of {self.grid.nx} × {self.grid.ny})"
+        return f"Ensemble({self.n} realizations of {describe_shape(self.grid.shape)})"
 
 
 def joined(parts: Sequence[Ensemble]) -> Ensemble:

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, is_whole
+from ccwsim.model.arrays import (
+    AXES,
+    Shape,
+    as_array,
+    as_floats,
+    describe_shape,
+    is_whole,
+    listing,
+)
 from ccwsim.model.bounds import MAX_GRID_SIDE
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -21,30 +29,37 @@ class Grid:
     ----------
     ny, nx : int
         Rows (y, from the south) and columns (x, from the west).
-    cell_size : pair of float
-        Width of a cell along x and y, in world units.
-    origin : pair of float
-        x and y of the outer corner of the first cell, in world units.
+    cell_size : pair or triple of float
+        Width of a cell along x, y and, for a volume, z, in world units; 1 where z is left out.
+    origin : pair or triple of float
+        x, y and, for a volume, z of the outer corner of the first cell, in world units; 0 where z
+        is left out.
+    nz : int, optional
+        Layers (z, from the bottom) of a volume; None for a map.
 
     Raises
     ------
     CCWSIMError
-        For sizes that are not positive.
+        For sizes that are not positive; the message names the axis.
 
     Examples
     --------
     >>> grid = Grid(100, 200, cell_size=(10.0, 10.0), origin=(5000.0, 0.0))
     >>> grid.cells_of([5015.0], [25.0])
     array([[2, 1]])
+    >>> volume = Grid(100, 200, cell_size=(10.0, 10.0, 0.5), nz=40)
+    >>> volume.shape, volume.origin, volume.cells_of([5.0], [15.0], [1.2])
+    ((40, 100, 200), (0.0, 0.0, 0.0), array([[2, 1, 0]]))
     """
 
     ny: int
     nx: int
-    cell_size: tuple[float, float] = (1.0, 1.0)
-    origin: tuple[float, float] = (0.0, 0.0)
+    cell_size: tuple[float, ...] = (1.0, 1.0)
+    origin: tuple[float, ...] = (0.0, 0.0)
+    nz: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("ny", "nx"):
+        for name in ("ny", "nx") if self.nz is None else ("ny", "nx", "nz"):
             value = getattr(self, name)
             if not is_whole(value) or value < 1:
                 raise CCWSIMError(
@@ -55,25 +70,39 @@ class Grid:
                     f"grid {name} = {shown(value)} must be at most {MAX_GRID_SIDE} cells"
                 )
             object.__setattr__(self, name, int(value))
-        for name in ("cell_size", "origin"):
-            object.__setattr__(self, name, _two_numbers(name, getattr(self, name)))
+        for name, along_z in (("cell_size", 1.0), ("origin", 0.0)):
+            numbers = _numbers(name, getattr(self, name), self.n_dimensions, along_z)
+            object.__setattr__(self, name, numbers)
         if min(self.cell_size) <= 0:
             raise CCWSIMError(f"grid cell size {self.cell_size} must be positive")
 
+    def __repr__(self) -> str:
+        names = ("ny", "nx", "cell_size", "origin", "nz")[: None if self.nz else -1]
+        return f"Grid({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
     @classmethod
     def of(cls, shape: Grid | Sequence[int]) -> Grid:
-        """Return a grid as it is, or the grid of unit cells with these rows and columns.
+        """Return a grid as it is, or that of unit cells with these (layers,) rows and columns.
 
         Raises
         ------
         CCWSIMError
-            For anything but two whole numbers.
+            For anything but two or three whole numbers.
+
+        Examples
+        --------
+        >>> Grid.of((50, 100, 200)).nz
+        50
         """
         if isinstance(shape, Grid):
             return shape
-        if as_array(shape, "grid_shape").shape != (2,):
-            raise CCWSIMError(f"grid_shape = {shown(shape)} must be two numbers, rows and columns")
-        return cls(shape[0], shape[1])
+        if as_array(shape, "grid_shape").shape not in ((2,), (3,)):
+            raise CCWSIMError(
+                f"grid_shape = {shown(shape)} must be two numbers, rows and columns, or three: "
+                "layers, rows and columns"
+            )
+        *nz, ny, nx = shape
+        return cls(ny, nx, nz=nz[0] if nz else None)
 
     @classmethod
     def fit(
@@ -87,13 +116,14 @@ class Grid:
 
         Parameters
         ----------
-        places : array_like, shape (n, 2)
-            x and y in world coordinates, at least one point.
-        shape : pair of int, optional
-            Rows and columns to keep. Without it the longer side has 100 to 300 cells, or as many
-            as `cell_size` asks for.
-        cell_size : float or pair of float, optional
-            World units. Without it cells are squares of 1, 2 or 5 times a power of ten.
+        places : array_like, shape (n, 2) or (n, 3)
+            x, y and, for a volume, z in world coordinates, at least one point.
+        shape : pair or triple of int, optional
+            (Layers,) rows and columns to keep. Without it the longer horizontal side has 100 to
+            300 cells and z 20 to 60 layers, or as many as `cell_size` asks for.
+        cell_size : float, pair or triple of float, optional
+            World units, along x, y and z. Without it cells are squares of 1, 2 or 5 times a power
+            of ten, and as high as another of these numbers.
 
         Returns
         -------
@@ -112,100 +142,145 @@ class Grid:
         Grid(ny=512, nx=512, cell_size=(10.0, 10.0), origin=(435400.0, 4504600.0))
         """
         points = as_floats(places, "points")
-        if points.ndim != 2 or points.shape[1:] != (2,) or not len(points):
-            raise CCWSIMError(f"points of shape {points.shape} must be (n, 2), x and y, n above 0")
+        if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
+            raise CCWSIMError(
+                f"points of shape {points.shape} must be (n, 2), x and y, or (n, 3), x, y and z, "
+                "n above 0"
+            )
+        n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
-            raise CCWSIMError(f"x and y of every point must be known numbers up to {_MAX_PLACE:g}")
+            raise CCWSIMError(
+                f"{listing(AXES[:n])} of every point must be known numbers up to {_MAX_PLACE:g}"
+            )
         low, high = points.min(axis=0), points.max(axis=0)
-        asked = None if shape is None else (cls.of(shape).nx, cls.of(shape).ny)
-        pair = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * 2
-        given = None if cell_size is None else _two_numbers("cell_size", pair)
+        asked = None if shape is None else cls.of(shape).shape[::-1]
+        if asked is not None and len(asked) != n:
+            raise CCWSIMError(
+                f"grid shape {shown(shape)} does not suit points of {listing(AXES[:n])}; give "
+                f"{'rows and columns' if n == 2 else 'layers, rows and columns'}"
+            )
+        sizes = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * n
+        given = None if cell_size is None else _numbers("cell_size", sizes, n, 1.0)
         if given is not None and min(given) <= 0:
             raise CCWSIMError(f"grid cell size {given} must be positive")
         grid = _fitting(low, high, asked, given)
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
-                f"{grid.nx} × {grid.ny} cells of {grid.cell_size[0]:g} × {grid.cell_size[1]:g} do "
+                f"{describe_shape(grid.shape)} cells of "
+                f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do "
                 f"not hold points from {low.tolist()} to {high.tolist()}; give more or larger cells"
             )
         return grid
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns, as the arrays have them."""
-        return self.ny, self.nx
+    def shape(self) -> Shape:
+        """Rows and columns of a map; layers, rows and columns of a volume; as arrays have them."""
+        return (self.ny, self.nx) if self.nz is None else (self.nz, self.ny, self.nx)
 
     @property
-    def axes(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-        """x of the centres of columns and y of those of rows, in world units."""
-        (width, height), (west, south) = self.cell_size, self.origin
-        x, y = np.arange(self.nx) + 0.5, np.arange(self.ny) + 0.5
-        return west + x * width, south + y * height
+    def n_dimensions(self) -> int:
+        """2 for a map, 3 for a volume."""
+        return 2 if self.nz is None else 3
 
-    def cells_of(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.int64]:
-        """Return the (row, col) of the cells that hold world points, also outside the grid.
+    @property
+    def n_cells(self) -> int:
+        """How many cells there are."""
+        return self.ny * self.nx * (self.nz or 1)
+
+    @property
+    def axes(self) -> tuple[NDArray[np.floating], ...]:
+        """x of the centres of columns, y of those of rows and, for a volume, z of layers."""
+        sides = zip(self.origin, self.cell_size, reversed(self.shape), strict=True)
+        return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
+
+    def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
+        """Return the (row, col) or (layer, row, col) of world points, also outside the grid.
 
         Parameters
         ----------
         x, y : array_like, shape (n,)
             World coordinates.
+        z : array_like, shape (n,), optional
+            For a volume only.
 
         Returns
         -------
-        ndarray, shape (n, 2)
-            Row and column; a point on the far edge of the grid belongs to the last cell.
+        ndarray, shape (n, 2) or (n, 3)
+            (Layer,) row and column; a point on the far edge of the grid belongs to the last cell.
 
         Raises
         ------
         CCWSIMError
-            For coordinates that are not numbers.
+            For coordinates that are not numbers, and for z of a map or none of a volume.
         """
-        points = [np.atleast_1d(as_floats(p, f"{n} of points")) for p, n in ((x, "x"), (y, "y"))]
-        if points[0].ndim != 1 or points[0].shape != points[1].shape:
-            raise CCWSIMError("as many x as y of points are needed, each in one row")
+        given = (x, y) if z is None else (x, y, z)
+        names = AXES[: len(given)]
+        if len(given) != self.n_dimensions:
+            raise CCWSIMError(
+                "the grid is a map: leave out z of points, or give the grid nz"
+                if z is not None
+                else f"the grid has {self.nz} layers: z of points is needed as well"
+            )
+        named = zip(given, names, strict=True)
+        points = [np.atleast_1d(as_floats(p, f"{name} of points")) for p, name in named]
+        if any(p.ndim != 1 or p.shape != points[0].shape for p in points):
+            raise CCWSIMError(f"as many {' as '.join(names)} of points are needed, each in one row")
         if not all(np.isfinite(p).all() for p in points):
-            raise CCWSIMError("x and y of every point must be known numbers")
+            raise CCWSIMError(f"{listing(names)} of every point must be known numbers")
+        sides = list(zip(points, self.origin, self.cell_size, strict=True))
         with np.errstate(over="ignore"):
-            columns = (points[0] - self.origin[0]) / self.cell_size[0]
-            rows = (points[1] - self.origin[1]) / self.cell_size[1]
-        far = np.concatenate([columns, rows])
-        if not (np.abs(far) < 2.0**62).all():
+            places = np.stack([(p - corner) / width for p, corner, width in sides[::-1]], axis=1)
+        if not (np.abs(places) < 2.0**62).all():
             raise CCWSIMError("some points are absurdly far from the grid; correct them")
-        columns[columns == self.nx] = self.nx - 1
-        rows[rows == self.ny] = self.ny - 1
-        return np.floor(np.stack([rows, columns], axis=1)).astype(np.int64)
+        last = np.array(self.shape)
+        return np.floor(places - (places == last)).astype(np.int64)
 
     def centers_of(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Return x and y of the centres of cells (row, col), shape (n, 2), in world units."""
-        middles = np.asarray(cells, float)[:, ::-1] + 0.5
+        """Return x, y (and z) of the centres of cells, shape (n, 2) or (n, 3), in world units."""
+        middles = self._checked(cells).astype(float)[:, ::-1] + 0.5
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
     def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return which cells (row, col) lie in the grid, shape (n,)."""
-        rows, columns = np.asarray(cells).T
-        return (rows >= 0) & (rows < self.ny) & (columns >= 0) & (columns < self.nx)
+        """Return which cells, (row, col) or (layer, row, col), lie in the grid, shape (n,)."""
+        places = self._checked(cells)
+        sides = zip(places.T, self.shape, strict=True)
+        return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
+
+    def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Cells with as many numbers as the grid has dimensions."""
+        places = np.asarray(cells)
+        if places.ndim == 2 and places.shape[1] == self.n_dimensions:
+            return places
+        raise CCWSIMError(
+            f"cells of shape {places.shape} do not suit a grid of {describe_shape(self.shape)}: "
+            f"(n, {self.n_dimensions}) is needed, "
+            f"{'row and column' if self.nz is None else 'layer, row and column'}"
+        )
 
 
 _MAX_PLACE = 1e12
 _MARGIN = 0.05
 """Free space on each side of fitted points, of their extent."""
 _FITTED_CELLS = 250
-"""About as many along the longer side of a fitted grid."""
+"""About as many along the longer horizontal side of a fitted grid."""
+_FITTED_LAYERS = 50
+"""About as many layers: volumes are low for their width, so z has a cell size of its own."""
 
 
 def _fitting(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
-    shape: tuple[int, int] | None,
-    cell_size: tuple[float, float] | None,
+    shape: Shape | None,
+    cell_size: tuple[float, ...] | None,
 ) -> Grid:
-    """A grid around the points from `low` to `high`; `shape` is along x and y here."""
+    """A grid around the points from `low` to `high`; `shape` is along x, y and z here."""
     extent = (high - low) * (1 + 2 * _MARGIN)
     least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # what numbers of this size can tell
     if cell_size is None:
-        n = np.array(shape or (_FITTED_CELLS, _FITTED_CELLS), float)
-        needed = float((extent / n).max())
-        cell = np.full(2, _nice(needed) if needed > least else 1.0)
+        usual = (_FITTED_CELLS, _FITTED_CELLS, _FITTED_LAYERS)
+        needed = extent / np.array(shape or usual[: len(low)], float)
+        needed[:2] = needed[:2].max()
+        cell = np.array([_nice(float(n)) if n > least else 1.0 for n in needed])
     else:
         cell = np.array(cell_size)
     counts = np.array(shape or np.maximum(np.ceil(extent / cell) + 1, 1))
@@ -213,8 +288,8 @@ def _fitting(
     rounded = (_rounded(start, step * cell) for step in (10, 1, 0.1))
     held = (o for o in rounded if ((o <= low) & (high < o + counts * cell)).all())
     origin = next(held, start)
-    nx, ny = (min(int(n), MAX_GRID_SIDE + 1) for n in counts)
-    return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()))
+    nx, ny, *nz = (min(int(n), MAX_GRID_SIDE + 1) for n in counts)
+    return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()), *nz)
 
 
 def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -231,11 +306,16 @@ def _nice(least: float) -> float:
     return next((step for step in steps if step >= least * (1 - 1e-9)), least)
 
 
-def _two_numbers(name: str, pair: object) -> tuple[float, float]:
+def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, ...]:
+    """Two numbers for a map, three for a volume; the third may be left out."""
     try:
-        x, y = (float(value) for value in pair)  # type: ignore[attr-defined]
+        numbers = tuple(float(value) for value in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        x = y = np.nan
-    if not np.isfinite([x, y]).all():
-        raise CCWSIMError(f"grid {name} = {shown(pair)} must be two numbers, along x and y")
-    return x, y
+        numbers = ()
+    if n == 3 and len(numbers) == 2:
+        numbers = *numbers, along_z
+    if len(numbers) != n or not np.isfinite(numbers).all():
+        needed = "two numbers, along x and y" if n == 2 else "three numbers, along x, y and z"
+        more = "; a third one needs nz" if n == 2 and len(numbers) == 3 else ""
+        raise CCWSIMError(f"grid {name} = {shown(values)} must be {needed}{more}")
+    return numbers

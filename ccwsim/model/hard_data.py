@@ -20,15 +20,17 @@ class HardData:
 
     Parameters
     ----------
-    cells : array_like, shape (n, 2)
-        Row (from the south) and column of each datum.
+    cells : array_like, shape (n, 2) or (n, 3)
+        Row (from the south) and column of each datum; in a volume layer (from the bottom), row and
+        column.
     facies : array_like, shape (n,)
         Its facies code.
 
     Attributes
     ----------
-    cells : ndarray of int64, shape (n, 2)
-        Sorted by row, then column; a datum given twice with the same facies is kept once.
+    cells : ndarray of int64, shape (n, 2) or (n, 3)
+        Sorted by layer, row, then column; a datum given twice with the same facies is kept once.
+        No data have shape (0, 2) and go with maps and volumes.
     facies : ndarray of int64, shape (n,)
         The codes, read-only.
 
@@ -50,17 +52,17 @@ class HardData:
         codes = as_array(facies, "facies of hard data")
         places = as_integers(places, "cells of hard data") if places.size else np.empty((0, 2))
         codes = as_integers(codes, "facies of hard data") if codes.size else np.empty(0)
-        if places.ndim != 2 or places.shape[1] != 2 or codes.shape != (len(places),):
+        if places.ndim != 2 or places.shape[1] not in (2, 3) or codes.shape != (len(places),):
             raise CCWSIMError(
-                f"hard data: cells of shape (n, 2) and facies of shape (n,) are needed, "
+                f"hard data: cells of shape (n, 2) or (n, 3) and facies of shape (n,) are needed, "
                 f"not {np.shape(cells)} and {np.shape(facies)}"
             )
         unique = np.unique(np.column_stack([places, codes]).astype(np.int64), axis=0)
-        clashing = np.flatnonzero((np.diff(unique[:, :2], axis=0) == 0).all(axis=1))
+        clashing = np.flatnonzero((np.diff(unique[:, :-1], axis=0) == 0).all(axis=1))
         if len(clashing):
-            raise CCWSIMError(_clash(places, codes, unique[clashing[0], :2]))
-        self.cells = frozen(unique[:, :2])
-        self.facies = frozen(unique[:, 2])
+            raise CCWSIMError(_clash(places, codes, unique[clashing[0], :-1]))
+        self.cells = frozen(unique[:, :-1])
+        self.facies = frozen(unique[:, -1])
 
     @classmethod
     def of(cls, data: Any, grid: Grid, training_image: TrainingImage | None = None) -> HardData:
@@ -70,8 +72,9 @@ class HardData:
         ----------
         data : HardData, None, pair, DataFrame or array_like
             A pair is (cells, facies), as `HardData` takes them. A table, of pandas or whatever has
-            named `columns`, has x, y and facies, in world coordinates, or row, column and facies.
-            An array has the shape of the grid, facies codes where they are known and NaN elsewhere.
+            named `columns`, has x, y and facies, in world coordinates, or row, column and facies;
+            for a volume x, y, z and facies or layer, row, column and facies. An array has the shape
+            of the grid, facies codes where they are known and NaN elsewhere.
         grid : Grid
             Which the data lie on.
         training_image : TrainingImage, optional
@@ -104,10 +107,11 @@ class HardData:
             return cls(data[0], _codes(data[1], training_image))
         values = as_floats(data, "hard data")
         if values.shape != grid.shape:
+            world = "x, y" if grid.nz is None else "x, y, z"
             raise CCWSIMError(
                 f"hard data: an array of shape {values.shape} is not one of the grid's "
                 f"{grid.shape} with NaN where nothing is known; give that, (cells, facies) or a "
-                "table with x, y and facies"
+                f"table with {world} and facies"
             )
         cells = np.argwhere(~np.isnan(values))
         return cls(cells, values[tuple(cells.T)])
@@ -117,14 +121,19 @@ class HardData:
         """How many data there are."""
         return len(self.facies)
 
+    @property
+    def n_dimensions(self) -> int:
+        """2 for data of a map, 3 for those of a volume; no data have 2 and go with both."""
+        return self.cells.shape[1]
+
     @cached_property
     def digest(self) -> str:
         """A short name of the content: equal for equal data in any order."""
         return digest(self.cells, self.facies)
 
     @cached_property
-    def triples(self) -> tuple[tuple[int, int, int], ...]:
-        """Each datum as (row, column, facies), to look for it among others.
+    def triples(self) -> tuple[tuple[int, ...], ...]:
+        """Each datum as ((layer,) row, column, facies), to look for it among others.
 
         Examples
         --------
@@ -136,16 +145,28 @@ class HardData:
     def check(self, grid: Grid, training_image: TrainingImage) -> None:
         """Say which data lie outside the grid or have a facies that the TI does not have.
 
+        Data of a map do not go with a volume, nor the reverse, unless there are none.
+
         Raises
         ------
         CCWSIMError
             The message names the first such data.
         """
+        if self.n and self.n_dimensions != grid.n_dimensions:
+            raise CCWSIMError(
+                "hard data have rows and columns only, but the grid is a volume of "
+                f"{grid.nz} layers: give layer, row and column of each"
+                if grid.nz is not None
+                else "hard data have layers, rows and columns, but the grid is a map: give the "
+                "grid nz, or row and column of the data of one layer"
+            )
         outside = np.flatnonzero(~grid.holds(self.cells)) if self.n else np.empty(0, int)
         if len(outside):
+            layers = "" if grid.nz is None else f"{grid.nz} layers, "
             raise CCWSIMError(
-                f"{len(outside)} of {self.n} hard data lie outside the grid of {grid.ny} rows and "
-                f"{grid.nx} columns: {_listed(self, outside)}; drop them or enlarge the grid"
+                f"{len(outside)} of {self.n} hard data lie outside the grid of {layers}{grid.ny} "
+                f"rows and {grid.nx} columns: {_listed(self, outside)}; drop them or enlarge the "
+                "grid"
             )
         unknown = np.flatnonzero(~np.isin(self.facies, training_image.codes))
         if len(unknown):
@@ -156,9 +177,10 @@ class HardData:
             )
 
     def n_mismatched(self, realization: NDArray[np.integer]) -> int:
-        """Return how many data a realization, shape (ny, nx) in facies codes, does not honour."""
-        rows, columns = self.cells.T
-        return int(np.count_nonzero(realization[rows, columns] != self.facies))
+        """Return how many data a realization, of the grid's shape in codes, does not honour."""
+        if not self.n:
+            return 0
+        return int(np.count_nonzero(realization[tuple(self.cells.T)] != self.facies))
 
     def plot(self) -> Any:
         """Return the data as points at their columns and rows (a plotly Figure)."""
@@ -175,19 +197,21 @@ def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
     """Return cells and facies of a table with named columns."""
     found = {str(name).strip().lower(): name for name in table.columns}
     facies = next((found[name] for name in ("facies", "code", "class") if name in found), None)
-    places = [
-        pair for pair in (("x", "y"), ("column", "row"), ("col", "row")) if {*pair} <= {*found}
-    ]
-    if facies is None or not places:
+    world, own = ("x", "y", "z"), ("layer", "row", "column")
+    if grid.nz is None:
+        world, own = world[:2], own[1:]
+    known = (world, own, (*own[:-1], "col"))
+    names = next((names for names in known if {*names} <= {*found}), None)
+    if facies is None or names is None:
         there = ", ".join(map(str, table.columns))
         raise CCWSIMError(
-            f"hard data: a table needs columns x, y and facies, or row, column and facies; it has "
-            f"{there}: rename some"
+            f"hard data: a table needs columns {', '.join(world)} and facies, or "
+            f"{', '.join(own)} and facies; it has {there}: rename some"
         )
-    first, second = (np.asarray(table[found[name]]) for name in places[0])
-    if places[0] == ("x", "y"):
-        return grid.cells_of(first, second), np.asarray(table[facies])
-    return np.column_stack([second, first]), np.asarray(table[facies])
+    columns = [np.asarray(table[found[name]]) for name in names]
+    if names == world:
+        return grid.cells_of(*columns), np.asarray(table[facies])
+    return np.column_stack(columns), np.asarray(table[facies])
 
 
 def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
@@ -212,16 +236,19 @@ def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
 
 def _listed(data: HardData, which: NDArray[np.integer]) -> str:
     shown = [
-        f"row {row}, column {col}, facies {code}"
-        for (row, col), code in zip(data.cells[which[:3]], data.facies[which[:3]], strict=True)
+        f"{_named(cell)}, facies {code}"
+        for cell, code in zip(data.cells[which[:3]], data.facies[which[:3]], strict=True)
     ]
     return "; ".join(shown) + (" …" if len(which) > 3 else "")
+
+
+def _named(cell: NDArray[np.integer]) -> str:
+    """A cell as messages name it: row and column, in a volume the layer too."""
+    names = ("layer", "row", "column")[-len(cell) :]
+    return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))
 
 
 def _clash(places: NDArray, codes: NDArray, cell: NDArray) -> str:
     same = np.flatnonzero((places == cell).all(axis=1))
     said = ", ".join(f"no. {k + 1} says {codes[k]}" for k in same[:6])
-    return (
-        f"hard data: two facies in the cell at row {cell[0]}, column {cell[1]} ({said}); "
-        "keep one of them"
-    )
+    return f"hard data: two facies in the cell at {_named(cell)} ({said}); keep one of them"

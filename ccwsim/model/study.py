@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import AXES, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters, legal_sizes
+from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters, legal_sizes
 from ccwsim.model.training_image import TrainingImage
 
 
@@ -23,8 +23,9 @@ class Study:
     Raises
     ------
     CCWSIMError
-        For data outside the grid or of an unknown facies, and for a template larger than the
-        training image; the message says what would fit.
+        For data outside the grid or of an unknown facies, for a template larger than the training
+        image, and where one of image, grid, data and parameters is that of a map and another that
+        of a volume; the message says what would fit.
 
     Examples
     --------
@@ -49,6 +50,7 @@ class Study:
             if not isinstance(getattr(self, name), kind):
                 given = type(getattr(self, name)).__name__
                 raise CCWSIMError(f"{name}: a {kind.__name__} is needed, not a {given}")
+        _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
 
@@ -59,12 +61,48 @@ class Study:
         return found.astype(np.uint8)
 
 
-def _check_template(training_image: TrainingImage, p: Parameters) -> None:
-    ny, nx = training_image.shape
-    if p.template_size <= min(ny, nx):
+def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
+    if training_image.n_dimensions == grid.n_dimensions:
         return
-    legal = legal_sizes(p.level, max(4, 2 * p.overlap_size), min(ny, nx))
-    advice = f"use at most {legal[-1]}" if legal else "use a larger image or a smaller overlap"
+    image, cells = describe_shape(training_image.shape), describe_shape(grid.shape)
+    if grid.nz is None:
+        raise CCWSIMError(
+            f"the training image is a volume of {image} cells, but the grid of {cells} is a map: "
+            "give the grid nz, or one layer of the image: ti.array[k]"
+        )
     raise CCWSIMError(
-        f"Template {p.template_size} is larger than the training image of {nx} × {ny}: {advice}"
+        f"the training image of {image} cells is a map, but the grid is a volume of {cells}: "
+        "leave out nz of the grid, or give a volume as training image"
     )
+
+
+def _check_template(training_image: TrainingImage, p: Parameters) -> None:
+    shape = training_image.shape
+    lengths = p.along(shape)
+    sides = list(zip(AXES[::-1], lengths.template, (1, *shape)[-3:], strict=True))
+    large = [(axis, size) for axis, size, n in sides if size > n]
+    if not large:
+        return
+    axis, template = large[0]
+    if training_image.n_dimensions == 3:
+        what, advice = f"Template {template} along {axis}", _smaller(p, lengths, shape)
+    else:
+        what = f"Template {template}"
+        legal = legal_sizes(p.level, max(4, 2 * p.overlap_size), min(shape))
+        advice = f"at most {legal[-1]}" if legal else "a larger image or a smaller overlap"
+    raise CCWSIMError(
+        f"{what} is larger than the training image of {describe_shape(shape)}: use {advice}"
+    )
+
+
+def _smaller(p: Parameters, own: Lengths, shape: tuple[int, ...]) -> str:
+    """The sizes along all axes that fit into a volume, as they are given to `Parameters`."""
+    fitting = []
+    for template, overlap, level, n in zip(*own, shape, strict=True):
+        while template > n and level and n < 2 * 2**level:
+            level -= 1
+        unit = 2**level
+        template = min(template, n // unit * unit)
+        fitting.append((template, min(overlap, template // 2 // unit * unit), level))
+    found = zip(PER_AXIS, zip(*fitting, strict=True), own, strict=True)
+    return " and ".join(f"{name}={new}" for name, new, old in found if new != old)

@@ -1,4 +1,4 @@
-"""The training image: the picture of facies that realizations should look like."""
+"""The training image: the map or volume of facies that realizations should look like."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import (
+    Shape,
     as_array,
     as_integers,
+    describe_shape,
     digest,
     frozen,
     is_whole,
@@ -23,15 +25,15 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 
 class TrainingImage:
-    """A picture of facies codes, in which patches are searched (the TI).
+    """A map or volume of facies codes, in which patches are searched (the TI).
 
     Facies are categories: any integer codes, in any number up to 254; nothing depends on how they
     are numbered.
 
     Parameters
     ----------
-    array : array_like, shape (ny, nx)
-        Facies codes, row 0 at the south.
+    array : array_like, shape (ny, nx) or (nz, ny, nx)
+        Facies codes, row 0 at the south, layer 0 at the bottom. A volume of one layer stays one.
     name : str
         What to call it on screen and in files.
     facies_names : sequence of str, optional
@@ -39,11 +41,11 @@ class TrainingImage:
 
     Attributes
     ----------
-    array : ndarray, shape (ny, nx)
+    array : ndarray, shape (ny, nx) or (nz, ny, nx)
         The codes, read-only, in the smallest integer type that holds them.
     codes : ndarray, shape (n_facies,)
         The codes that occur, sorted.
-    indices : ndarray of uint8, shape (ny, nx)
+    indices : ndarray of uint8, shape of `array`
         Where the code of each cell stands in `codes`.
     digest : str
         A short name of the content.
@@ -59,16 +61,18 @@ class TrainingImage:
     >>> ti = TrainingImage([[0, 0, 7], [0, 7, 7]])
     >>> ti.codes, ti.proportions
     (array([0, 7], dtype=uint8), array([0.5, 0.5]))
+    >>> TrainingImage(np.eye(40)[None].repeat(5, axis=0), name="plates")
+    TrainingImage('plates', 40 × 40 × 5, 2 facies)
     """
 
     def __init__(
         self, array: ArrayLike, *, name: str = "", facies_names: Sequence[str] | None = None
     ) -> None:
         raw = as_array(array, "training image")
-        if raw.ndim != 2 or raw.size == 0:
+        if raw.ndim not in (2, 3) or raw.size == 0:
             raise CCWSIMError(
-                f"training image: an array of shape (ny, nx) is needed, not {raw.shape}; "
-                "for a 3-D image take one slice"
+                f"training image: an array of shape (ny, nx) or (nz, ny, nx) is needed, "
+                f"not {raw.shape}"
             )
         integers = as_integers(raw, "training image")
         codes, indices = _coded(integers)
@@ -114,9 +118,14 @@ class TrainingImage:
         return tuple(names)
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
-        return self.array.shape[0], self.array.shape[1]
+    def shape(self) -> Shape:
+        """Rows and columns of a map; layers, rows and columns of a volume."""
+        return self.array.shape
+
+    @property
+    def n_dimensions(self) -> int:
+        """2 for a map, 3 for a volume."""
+        return self.array.ndim
 
     @property
     def n_facies(self) -> int:
@@ -148,15 +157,15 @@ class TrainingImage:
         return int(found[0])
 
     def plot(self) -> Any:
-        """Return the image as a chart (a plotly Figure); hovering says the facies."""
+        """Return the image as a chart (a plotly Figure), of a volume the middle layer."""
         return notebook().image_chart(self)
 
     def _repr_html_(self) -> str:
         return notebook().image_html(self)
 
     def __repr__(self) -> str:
-        ny, nx = self.shape
-        return f"TrainingImage({self.name or 'unnamed'!r}, {nx} × {ny}, {self.n_facies} facies)"
+        name, size = self.name or "unnamed", describe_shape(self.shape)
+        return f"TrainingImage({name!r}, {size}, {self.n_facies} facies)"
 
 
 def _coded(integers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.integer]]:
@@ -167,4 +176,6 @@ def _coded(integers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.i
         return codes, indices.reshape(integers.shape)
     offsets = integers - low  # close together, as nearly always: counting beats sorting
     occurs = np.bincount(offsets.ravel()) > 0
-    return np.flatnonzero(occurs) + low, (np.cumsum(occurs) - 1)[offsets]
+    codes = np.flatnonzero(occurs) + low
+    places = (np.cumsum(occurs) - 1).astype(np.min_scalar_type(len(codes)))
+    return codes, places[offsets]

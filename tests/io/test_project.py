@@ -153,3 +153,22 @@ def test_a_project_with_a_changed_byte_is_read_or_refused(data):
     content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     with suppress(CCWSIMError):
         assert read_project(BytesIO(content)).n_realizations >= 1
+
+
+@pytest.mark.parametrize("layers", [1, 6])
+def test_a_project_keeps_a_volume(layers):
+    image = TrainingImage(np.random.default_rng(1).integers(0, 3, (layers, 20, 24)))
+    grid = Grid(24, 40, (5.0, 2.5, 0.5), (0.0, 0.0, -7.0), nz=9)
+    p = Parameters((layers, 8, 8), (min(layers, 2) - 1, 4, 4), (0, 1, 1))
+    for data in (HardData(), HardData([[3, 4, 5], [8, 0, 0]], [1, 2])):
+        project = Project(Study(image, grid, p, data))
+        again = read_project(BytesIO(project_as_bytes(project))).study
+        assert (again.grid, again.parameters) == (grid, p)
+        assert again.training_image.digest == image.digest
+        assert again.hard_data.triples == data.triples
+
+
+def test_the_file_of_a_map_says_nothing_of_layers():
+    assert "nz" not in json.loads(settings())["grid"]
+    with pytest.raises(CCWSIMError, match="3 hard data are promised"):
+        read_project(changed(study=settings(grid={"ny": 24, "nx": 40, "nz": 2})))

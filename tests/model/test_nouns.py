@@ -66,7 +66,7 @@ class TestTrainingImage:
         ("array", "said"),
         [
             ([0, 1], r"\(2,\)"),
-            (np.zeros((2, 2, 2)), "slice"),
+            (np.zeros((2, 2, 2, 2)), r"\(nz, ny, nx\)"),
             (np.zeros((0, 3)), r"\(0, 3\)"),
             ([[0.5, 1.0]], r"0\.5"),
             ([[np.nan, 1.0]], "nan"),
@@ -133,7 +133,7 @@ class TestHardData:
             ([[0, 1]], []),
             ([[0, 1], [0, 2]], [1]),
             ([0, 1], [1]),
-            ([[0, 1, 2]], [1]),
+            ([[0, 1, 2, 3]], [1]),
             ([[0.5, 1]], [1]),
             ([[0, 1]], [np.nan]),
             ([["a", "b"]], [1]),
@@ -203,7 +203,19 @@ class TestGrid:
             assert Grid.of(shape) == Grid(7, 9)
 
     @pytest.mark.parametrize(
-        "shape", [5, (5,), (1, 2, 3), "ab", None, (0, 5), (2.5, 5), {1: 2, 3: 4}, np.zeros((2, 2))]
+        "shape",
+        [
+            5,
+            (5,),
+            (1, 2, 3, 4),
+            (0, 1, 2),
+            "ab",
+            None,
+            (0, 5),
+            (2.5, 5),
+            {1: 2, 3: 4},
+            np.zeros((2, 2)),
+        ],
     )
     def test_what_is_no_shape_is_refused(self, shape):
         with pytest.raises(CCWSIMError, match="grid"):
