@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ccwsim.io.limits import check_cells
 from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 
 MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
 """Values that GSLIB, SGeMS and MPSLIB files write where nothing is known."""
@@ -33,6 +34,7 @@ class DataFile:
     # where the file says them: along x and y, the origin at the corner of the first cell
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
+    along_z: tuple[float, float] | None = None  # cell size and origin there, if the file says them
     # columns of a table that hold words, such as names of wells and facies, as they stand in it
     words: dict[str, tuple[str, ...]] = field(default_factory=dict)
     columns: tuple[str, ...] = ()  # of a table: all of them in their order, those of words too
@@ -85,6 +87,15 @@ class DataFile:
             )
         full = _full_shape(self.name, shape, len(values))
         return values.reshape(full)
+
+    def placed(self, shape: tuple[int, ...]) -> Grid:
+        """Return the grid of a map or a volume of this shape, placed where the file says."""
+        grid = Grid.of(shape)
+        size, origin = self.cell_size or (1.0, 1.0), self.origin or (0.0, 0.0)
+        if grid.nz is not None:
+            height, bottom = self.along_z or (1.0, 0.0)
+            size, origin = (*size, height), (*origin, bottom)
+        return replace(grid, cell_size=size, origin=origin)
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:
         """Return where `values` are known: neither NaN nor a code for "missing"."""

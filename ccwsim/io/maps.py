@@ -31,15 +31,15 @@ def write_maps(
     *,
     format: str | None = None,
 ) -> None:
-    """Write maps of a grid to a file, whole or not at all, where they are in the world.
+    """Write maps or volumes of a grid to a file, whole or not at all, placed in the world.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
         A path is replaced at once; a file object needs `format`.
-    maps : mapping of str to array_like, shape (ny, nx)
-        Real or whole numbers by name, row 0 at the south; `metrics.etype(e).maps` are those of an
-        ensemble.
+    maps : mapping of str to array_like, shape of the grid
+        Real or whole numbers by name, row 0 at the south, layer 0 at the bottom;
+        `metrics.etype(e).maps` are those of an ensemble.
     grid : Grid
         The grid of the maps; its cell size and origin are in world units.
     format : str, optional

@@ -26,6 +26,7 @@ from ccwsim.io.formats.pictures import (
 )
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
+from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.limits import check_bytes, limits
 from ccwsim.io.part import Part
 from ccwsim.model.errors import CCWSIMError
@@ -77,7 +78,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
 
 
 def kind_of(content: bytes) -> str:
-    """Return the kind of file by its first bytes: npy, npz, picture, matlab, text or unknown.
+    """Return the kind of file by its first bytes: npy, npz, picture, matlab, vti, text or unknown.
 
     Examples
     --------
@@ -87,6 +88,8 @@ def kind_of(content: bytes) -> str:
     for magic, kind in _MAGIC:
         if content.startswith(magic):
             return "shapefile" if kind == "npz" and is_shapefile_zip(content) else kind
+    if is_vti(content):
+        return "vti"
     if content.startswith(b"BM") and content[6:10] == bytes(4):
         return "picture"
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -142,7 +145,7 @@ def _shown(name: object) -> str:
     return printable(base) or "file"
 
 
-_READERS = {"npz": read_npz, "matlab": read_matlab}
+_READERS = {"npz": read_npz, "matlab": read_matlab, "vti": read_vti}
 
 
 def open_file(

@@ -62,10 +62,10 @@ class Part:
         return row, column, ny - ny % self.every, nx - nx % self.every
 
     def of(self, name: str, grid: NDArray) -> NDArray:
-        """Return the part of a grid, shape (ny, nx), row 0 in the south."""
-        row, column, ny, nx = self.box(name, grid.shape)
-        piece = grid[row : row + ny, column : column + nx]
-        return piece[(self.every - 1) // 2 :: self.every, self.every // 2 :: self.every]
+        """Return the part of a grid, shape (ny, nx) or (nz, ny, nx), row 0 in the south."""
+        row, column, ny, nx = self.box(name, grid.shape[-2:])
+        piece = grid[..., row : row + ny, column : column + nx]
+        return piece[..., (self.every - 1) // 2 :: self.every, self.every // 2 :: self.every]
 
 
 def thinning(shape: tuple[int, int]) -> int:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.map_files import realizations_as_netcdf
-from ccwsim.io.formats.numpy_files import npz_arrays
+from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
 from ccwsim.io.formats.pictures import Picture, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
@@ -83,14 +83,15 @@ def realizations_as_bytes(
 ) -> bytes:
     """Return realizations as the content of a file, for a download.
 
-    `npz` holds `realizations` (n, ny, nx) in the training image's codes and the study, so that
-    `read_realizations` gives the ensemble again: `training_image`, `image_name`, `codes`,
-    `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`, `numbers`,
-    `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`;
+    `npz` holds `realizations` (n, ny, nx) or (n, nz, ny, nx) in the training image's codes and the
+    study, so that `read_realizations` gives the ensemble again: `training_image`, `image_name`,
+    `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
+    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`;
     `gslib`, `sgems` and `dat` hold one column a realization, from the south-west, x fastest, with
     size of the cells and origin in line 1; `vti` has them as cell data of a VTK grid, `tif` as
     bands of a GeoTIFF, north up (needs rasterio), `nc` as `Ensemble.to_xarray` (needs xarray);
-    `png` is one map, or a contact sheet of all, north up.
+    `png` is one map, or a contact sheet of all, north up. Volumes are not written as `tif` or
+    `png`.
 
     Raises
     ------
@@ -113,6 +114,8 @@ def realizations_as_bytes(
     if kind == "npz":
         return _npz(ensemble)
     if kind == "png":
+        if ensemble.grid.nz is not None:
+            raise CCWSIMError("a PNG holds maps, not volumes; write npz, vti or gslib")
         n_facies = ensemble.training_image.n_facies
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
     if kind == "nc":
@@ -151,12 +154,13 @@ def read_realizations(
     ----------
     path_or_file : str, Path or binary file
         An npz of `write_realizations`, which is read back with its whole study; a GSLIB or SGeMS
-        grid, one realization a column; or an npy array of shape (n, ny, nx), row 0 at the south,
-        as `simulate(out=...)` writes it.
-    training_image : TrainingImage or array_like, shape (ny, nx), optional
+        grid, one realization a column; or an npy array of shape (n, ny, nx) or (n, nz, ny, nx), row
+        0 at the south, layer 0 at the bottom, as `simulate(out=...)` writes it.
+    training_image : TrainingImage or array_like, optional
         What they were simulated from, where the file does not have it: npz files of older versions,
         text grids and npy. Left out there, an image of one cell a facies code stands for it, whose
-        proportions and patterns mean nothing.
+        proportions and patterns mean nothing. With a volume, an npy array of three dimensions is
+        one realization.
 
     Returns
     -------
@@ -182,6 +186,8 @@ def read_realizations(
     try:
         if kind_of(content) == "npz":
             return _of_npz(npz_arrays(content, name, _MEMBERS), image)
+        if kind_of(content) == "npy":
+            return _of_grids(read_npy(content, name, stacked=True), image)
         return _of_grids(open_content(content, name), image)
     except CCWSIMError as error:
         said = str(error)
@@ -190,23 +196,22 @@ def read_realizations(
 
 def _of_npz(found: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
     stack = found.get("realizations", np.empty(0))
-    if stack.ndim != 3 or not stack.size:
+    if stack.ndim not in (3, 4) or not stack.size:
         raise CCWSIMError(
-            "it has no realizations; save whole numbers of shape (n, ny, nx) as `realizations`"
+            "it has no realizations; save whole numbers of shape (n, ny, nx) or (n, nz, ny, nx) as "
+            "`realizations`"
         )
-    n, ny, nx = stack.shape
+    n, *shape = stack.shape
     if image is None and "training_image" in found:
         names = found["facies_names"].tolist() if "facies_names" in found else None
         label = printable(str(_one(found, "image_name", "")))
         named = names if names is None else [printable(own) for own in _listed(names)]
         image = TrainingImage(found["training_image"], name=label, facies_names=named)
     if image is None and "codes" in found:
-        image = _stand_in(found["codes"])
-    size, origin = (
-        found[key].tolist() if key in found else None for key in ("cell_size", "origin")
-    )
+        image = _stand_in(found["codes"], len(shape))
+    place = {key: found[key].tolist() for key in ("cell_size", "origin") if key in found}
     data = HardData(found.get("hard_cells", ()), found.get("hard_facies", ()))
-    ensemble = _ensemble(stack, Grid(ny, nx, size or (1.0, 1.0), origin or (0.0, 0.0)), image)
+    ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
     data.check(ensemble.grid, ensemble.training_image)
     return replace(
         ensemble,
@@ -227,24 +232,27 @@ def _of_grids(file: DataFile | Picture, image: TrainingImage | None) -> Ensemble
             "realizations are read from npz and npy files and from GSLIB or SGeMS grids that say "
             "their size; this is a picture or a table"
         )
-    layers = [layer for grid in file.variables.values() for layer in grid]
-    if file.kind != "NumPy array" and len(layers) > len(file.variables):
-        raise CCWSIMError("it is a volume; realizations are maps, one a column")
+    layers = list(file.variables.values())
+    if file.kind == "NumPy array" and not (image and image.n_dimensions == layers[0].ndim == 3):
+        layers = list(layers[0])
+    elif not (image and image.n_dimensions == 3) and all(len(grid) == 1 for grid in layers):
+        layers = [grid[0] for grid in layers]
     if len({layer.shape for layer in layers}) > 1:
         raise CCWSIMError("its variables have different sizes; realizations have one")
     if image is None and not all(file.known(layer).all() for layer in layers):
         raise CCWSIMError("some cells have no facies; realizations have one in every cell")
     codes = [smallest_integers(as_integers(layer, "realizations")) for layer in layers]
-    stack = np.stack(codes)[:, :: 1 if file.south_first else -1]
-    _, ny, nx = stack.shape
-    grid = Grid(ny, nx, file.cell_size or (1.0, 1.0), file.origin or (0.0, 0.0))
-    return _ensemble(stack, grid, image)
+    stack = np.stack(codes)[..., :: 1 if file.south_first else -1, :]
+    return _ensemble(stack, file.placed(stack.shape[1:]), image)
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
     """An ensemble of which nothing but the realizations is known."""
     there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
-    image = image or _stand_in(np.array(sorted(there)))
+    image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
+    if image.n_dimensions != grid.n_dimensions:
+        holds, own = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
+        raise CCWSIMError(f"it holds {holds}, but the training image is {own}; give that of them")
     missing = sorted(there - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))
@@ -268,9 +276,9 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     )
 
 
-def _stand_in(codes: NDArray) -> TrainingImage:
+def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
     """An image of the codes alone, for a training image that is not known."""
-    return TrainingImage(codes.reshape(1, -1))
+    return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
 
 
 def _one(found: Mapping[str, NDArray], key: str, default: Any) -> Any:

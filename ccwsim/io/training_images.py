@@ -26,7 +26,7 @@ from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file, stem
 from ccwsim.io.part import Crop, Part
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "png")
@@ -49,11 +49,13 @@ def read_training_image(
     threshold: float | None = None,
     classes: Classes = None,
     name: str = "",
+    volume: bool = False,
+    z_up: bool | None = None,
 ) -> TrainingImage:
     """Return the training image of a file, whatever its format.
 
     Read are pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
-    ESRI ASCII grids, tables and matrices in text, and NumPy and MATLAB files.
+    ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
     Parameters
     ----------
@@ -66,18 +68,24 @@ def read_training_image(
         as the format has it: north first in pictures, ESRI grids and text matrices, else south.
     transpose : bool
         Exchange rows and columns.
-    shape : (ny, nx), optional
+    shape : (ny, nx) or (nz, ny, nx), optional
         Needed where the file does not say it (classic GSLIB).
     slice_index : int, optional
         Which slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
-        The piece to take, by its south-west cell (row 0 in the south) and its size in cells.
+        The piece to take, by its south-west cell (row 0 in the south) and its size in cells; of
+        every layer of a volume.
     every : int
-        Of each square of so many cells a side only the one in its middle is taken.
+        Of each square of so many cells a side only the one in its middle is taken; layers stay.
     threshold, classes : optional
         For continuous variables, as in `classify`; for pictures as in `picture_facies`.
     name : str
         What to call it; the file's name by default.
+    volume : bool
+        Take all layers of a 3-D grid, as a volume, instead of one slice.
+    z_up : bool, optional
+        Of a volume: True where the first layer of the file is the bottom, False where it is the
+        top. By default as the format has it: the bottom first; arrays of NumPy and MATLAB too.
 
     Raises
     ------
@@ -89,14 +97,23 @@ def read_training_image(
     >>> read_training_image(BytesIO(b"2 2 1\\n1\\nfacies\\n0\\n0\\n0\\n7\\n")).array
     array([[0, 0],
            [0, 7]], dtype=uint8)
+    >>> file = BytesIO(b"2 1 3\\n1\\nfacies\\n0\\n1\\n2\\n3\\n4\\n5\\n")
+    >>> read_training_image(file, volume=True).shape
+    (3, 1, 2)
     """
+    if volume and slice_index is not None:
+        raise CCWSIMError(
+            f"slice_index = {shown(slice_index)} takes one layer and volume=True all; give one"
+        )
     part = Part.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
     if isinstance(file, Picture):
+        if volume:
+            raise CCWSIMError(f"{file.name} is a picture, one layer; leave volume out")
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:
-        key, values = _values(file, variable, up, shape, slice_index, part)
+        key, values = _values(file, variable, up, shape, slice_index, part, volume, z_up)
         unknown = int(np.count_nonzero(~file.known(values)))
         if unknown:
             raise CCWSIMError(
@@ -104,7 +121,8 @@ def read_training_image(
                 "of a training image must be known, so cut out a piece without gaps (crop=)"
             )
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
-    return TrainingImage(codes.T if transpose else codes, name=name or stem(file.name))
+    own = np.swapaxes(codes, -1, -2) if transpose else codes
+    return TrainingImage(own, name=name or stem(file.name))
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
@@ -148,6 +166,8 @@ def read_grid(
     slice_index: int | None = None,
     crop: Crop = None,
     every: int = 1,
+    volume: bool = False,
+    z_up: bool | None = None,
 ) -> NDArray[np.float64]:
     """Return the values of a grid before they become facies; the grey values of a picture.
 
@@ -155,8 +175,8 @@ def read_grid(
 
     Returns
     -------
-    ndarray, shape (ny, nx)
-        Row 0 at the south, NaN where nothing is known.
+    ndarray, shape (ny, nx) or, of a volume, (nz, ny, nx)
+        Row 0 at the south, layer 0 at the bottom, NaN where nothing is known.
 
     Raises
     ------
@@ -173,7 +193,7 @@ def read_grid(
     if isinstance(file, Picture):
         grey = grey_of(file.rgb)
         return grey if up else grey[::-1]
-    _, values = _values(file, variable, up, shape, slice_index, part)
+    _, values = _values(file, variable, up, shape, slice_index, part, volume, z_up)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
 
@@ -191,7 +211,8 @@ def write_training_image(
     path_or_file : str, Path or binary file
         A path is replaced at once and whole; a file object needs `format`.
     training_image : TrainingImage
-        A PNG keeps the codes 0 to 254 as numbers of the palette; others are numbered from 0.
+        A PNG keeps the codes 0 to 254 as numbers of the palette, others are numbered from 0; it
+        holds maps only.
     format : str, optional
         By the ending of the path by default.
     colours : sequence of str, optional
@@ -232,6 +253,11 @@ def training_image_as_bytes(
     """
     kind = format_of(None, format, FORMATS)
     if kind == "png":
+        if training_image.n_dimensions == 3:
+            raise CCWSIMError(
+                "a PNG holds maps, not volumes: write one layer, TrainingImage(ti.array[k]), or "
+                "npy or sgems"
+            )
         return _png(training_image, colours)
     if kind != "npy":
         return grid_as_bytes([training_image.array], ["facies"])
@@ -247,11 +273,17 @@ def _values(
     shape: tuple[int, ...] | None,
     slice_index: int | None,
     part: Part | None,
+    volume: bool,
+    z_up: bool | None,
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
-    values = layer(file.name, file.grid_of(key, shape), slice_index)
+    values = file.grid_of(key, shape)
+    if not volume:
+        values = layer(file.name, values, slice_index)
+    elif z_up is False:
+        values = values[::-1]
     south_first = file.south_first if up is None else up
-    values = values if south_first else values[::-1]
+    values = values if south_first else np.flip(values, -2)
     if part is not None and file.kind != PICTURE_OF_NUMBERS:  # its part came with the pixels
         values = part.of(file.name, values)
         check_cells(file.name, values.shape)

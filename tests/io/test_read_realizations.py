@@ -100,7 +100,6 @@ def test_rows_of_a_grid_from_the_north_are_turned():
         ),
         (BytesIO(sample.picture()), "picture or a table"),
         (BytesIO(sample.gslib_table()), "picture or a table"),
-        (BytesIO(b"1 1 2\n1\na\n0\n1\n"), "is a volume"),
         (BytesIO(b"2 1 1\n1\na\n0\n-999\n"), "some cells have no facies"),
         (BytesIO(b"2 1 1\n1\na\n0\n0.5\n"), "not a whole number"),
     ],

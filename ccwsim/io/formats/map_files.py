@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
@@ -38,22 +39,23 @@ def can_write(kind: str) -> bool:
 
 
 def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps, row 0 at the south, as VTK XML ImageData: an array of cell data each.
+    """Return maps or volumes, row 0 at the south, as VTK XML ImageData: an array of cell data each.
 
-    The grid is one cell of size 1 thick, z from 0 to 1.
+    The grid of maps is one cell of size 1 thick, z from 0 to 1.
 
     Examples
     --------
     >>> vti_as_bytes({"facies": np.eye(2)}, Grid(2, 2))[:50]
     b'<?xml version="1.0"?>\\n<VTKFile type="ImageData" ve'
     """
-    (sx, sy), (ox, oy) = grid.cell_size, grid.origin
-    extent = f'"0 {grid.nx} 0 {grid.ny} 0 1"'
+    extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
+    spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
+    origin = " ".join((*map(repr, grid.origin), "0")[:3])
     parts = [
         b'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian"'
         b' header_type="UInt64" compressor="vtkZLibDataCompressor">\n',
-        f'<ImageData WholeExtent={extent} Origin="{ox!r} {oy!r} 0" '
-        f'Spacing="{sx!r} {sy!r} 1">\n<Piece Extent={extent}>\n<CellData>\n'.encode(),
+        f'<ImageData WholeExtent={extent} Origin="{origin}" '
+        f'Spacing="{spacing}">\n<Piece Extent={extent}>\n<CellData>\n'.encode(),
     ]
     for name, values in maps.items():
         little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
@@ -76,8 +78,10 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     Raises
     ------
     CCWSIMError
-        Where rasterio is not installed, or codes do not fit a GeoTIFF.
+        Where rasterio is not installed, codes do not fit a GeoTIFF, or maps are volumes.
     """
+    if grid.nz is not None:
+        raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
     rasterio = _package("tif")
     from rasterio.io import MemoryFile
 
@@ -114,7 +118,7 @@ def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
 
 
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as NetCDF, a variable each over y and x, the centres of cells in world units.
+    """Return maps as NetCDF, a variable each over (z,) y and x, the centres of cells in the world.
 
     Raises
     ------
@@ -122,9 +126,9 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
         Where xarray is not installed, or codes do not fit NetCDF.
     """
     xarray = _package("nc")
-    x, y = grid.axes
-    found = {name: (("y", "x"), netcdf_integers(values)) for name, values in maps.items()}
-    return bytes(xarray.Dataset(found, {"y": y, "x": x}).to_netcdf(engine="scipy"))
+    axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
+    found = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
+    return bytes(xarray.Dataset(found, axes).to_netcdf(engine="scipy"))
 
 
 def realizations_as_netcdf(array: Any) -> bytes:

@@ -19,10 +19,11 @@ MAX_NPY_HEADER = 10_000
 """Bytes of the header of an array, a Python literal; NumPy's own limit."""
 
 
-def read_npy(content: bytes, name: str, *, whole: bool = False) -> DataFile:
+def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = False) -> DataFile:
     """Return the array of an `.npy` file: (ny, nx), or (n, ny, nx) with n slices.
 
-    It may be larger where it is the `whole` of which a part is taken: it is not copied.
+    It may be larger where it is the `whole` of which a part is taken: it is not copied. It may be
+    of shape (n, nz, ny, nx) where volumes may be `stacked`.
 
     Examples
     --------
@@ -31,7 +32,7 @@ def read_npy(content: bytes, name: str, *, whole: bool = False) -> DataFile:
     >>> read_npy(content.getvalue(), "a.npy").variables["array"].shape
     (1, 2, 2)
     """
-    grid = _as_grid(_array(content, name, whole))
+    grid = _as_grid(_array(content, name, whole, (2, 3, 4) if stacked else (2, 3)))
     return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
 
 
@@ -182,10 +183,12 @@ def _promise(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]
     return tuple(map(int, shape)), by_columns, dtype
 
 
-def _array(content: bytes, name: str, whole: bool = False) -> NDArray:
+def _array(
+    content: bytes, name: str, whole: bool = False, dimensions: tuple[int, ...] = (2, 3)
+) -> NDArray:
     file = BytesIO(content)
     shape, by_columns, dtype = _header(file, name, whole)
-    if len(shape) not in (2, 3):
+    if len(shape) not in dimensions:
         raise CCWSIMError(
             f"{name}: an array of shape {shown(shape)} is no grid of rows and columns"
         )

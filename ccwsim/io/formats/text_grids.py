@@ -69,15 +69,16 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     extra = [float(word) for word in lines[0].split()[3:]] if _grid_sizes(lines[0]) else []
     cell = (extra[0], extra[1]) if len(extra) >= 3 and min(extra[:2]) > 0 else None
     origin = (extra[3], extra[4]) if cell and len(extra) == 6 else None
+    along_z = (extra[2], extra[5] if origin else 0.0) if cell and extra[2] > 0 else None
     grids = dict(zip(names, values, strict=True))
     file = DataFile("SGeMS/GSLIB grid", name, grids, missing=MISSING_CODES)
-    return replace(file, cell_size=cell, origin=origin)
+    return replace(file, cell_size=cell, origin=origin, along_z=along_z)
 
 
 def grid_as_bytes(
     columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
-    """Return grids of shape (ny, nx), row 0 at the south, as an SGeMS text.
+    """Return grids, (ny, nx) or (nz, ny, nx), from the south and the bottom, as an SGeMS text.
 
     Where the cells have another size than 1, or the grid another origin than 0, line 1 has them
     behind the numbers of cells: `nx ny nz sx sy sz ox oy oz`, as geone and DeeSse write them.
@@ -90,11 +91,11 @@ def grid_as_bytes(
     >>> grid_as_bytes([np.array([[0, 1]])], ["facies"], placed)
     b'2 1 1 10.0 5.0 1 350000.0 4505000.0 0\\n1\\nfacies\\n0\\n1\\n'
     """
-    ny, nx = columns[0].shape
+    nz, ny, nx = (1, *columns[0].shape)[-3:]
     place = ""
-    if grid is not None and (grid.cell_size, grid.origin) != ((1.0, 1.0), (0.0, 0.0)):
-        (sx, sy), (ox, oy) = grid.cell_size, grid.origin
-        place = f" {sx!r} {sy!r} 1 {ox!r} {oy!r} 0"
+    if grid is not None and ({*grid.cell_size}, {*grid.origin}) != ({1.0}, {0.0}):
+        sizes, origin = (*map(repr, grid.cell_size), "1")[:3], (*map(repr, grid.origin), "0")[:3]
+        place = f" {' '.join(sizes)} {' '.join(origin)}"
     table = np.stack([column.ravel() for column in columns], axis=1)
     codes, indices = np.unique(table, return_inverse=True)
     width = max(len(str(code)) for code in codes)
@@ -103,7 +104,7 @@ def grid_as_bytes(
     ).reshape(len(codes), width + 1)
     text = words[indices.reshape(table.shape)]
     text[:, -1, -1] = ord("\n")
-    header = "\n".join([f"{nx} {ny} 1{place}", str(len(names)), *names, ""])
+    header = "\n".join([f"{nx} {ny} {nz}{place}", str(len(names)), *names, ""])
     return header.encode() + text.tobytes()
 
 

@@ -1,0 +1,234 @@
+"""VTK XML ImageData (.vti) of ParaView and pyvista: regular grids with cell or point data."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+import zlib
+from math import prod
+from typing import NamedTuple, NoReturn
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile, distinct_names
+from ccwsim.io.limits import (
+    MAX_VARIABLES,
+    check_bytes,
+    check_cells,
+    check_packing,
+    check_time,
+)
+from ccwsim.model.errors import CCWSIMError, shown
+
+_TYPES = {
+    f"{name}{8 * size}": f"{kind}{size}"
+    for name, kind in (("Int", "i"), ("UInt", "u"))
+    for size in (1, 2, 4, 8)
+} | {"Float32": "f4", "Float64": "f8"}
+_HEADERS = {"UInt32": "u4", "UInt64": "u8"}
+_START = 1000
+"""Bytes in which the kind of a file stands."""
+
+
+class _Appended(NamedTuple):
+    """What stands behind the elements of a file: raw bytes, or base64."""
+
+    data: memoryview
+    raw: bool
+
+
+def is_vti(content: bytes) -> bool:
+    """Return whether a file starts as VTK XML does.
+
+    Examples
+    --------
+    >>> is_vti(b'<?xml version="1.0"?><VTKFile type="ImageData">')
+    True
+    """
+    return b"<VTKFile" in content[:_START] and content.lstrip()[:1] == b"<"
+
+
+def read_vti(content: bytes, name: str) -> DataFile:
+    """Return the arrays of cell data, or where there are none of point data, as grids.
+
+    A value of a point stands for the cell around it.
+
+    Examples
+    --------
+    >>> from ccwsim.io.formats.map_files import vti_as_bytes
+    >>> from ccwsim.model.grid import Grid
+    >>> written = vti_as_bytes({"facies": np.eye(2)}, Grid(2, 2, origin=(5.0, 0.0)))
+    >>> file = read_vti(written, "a.vti")
+    >>> file.variables["facies"].tolist(), file.origin
+    ([[[1.0, 0.0], [0.0, 1.0]]], (5.0, 0.0))
+    """
+    root, appended = _tree(content, name)
+    image = root.find("ImageData")
+    pieces = [] if image is None else image.findall("Piece")
+    if root.get("type") != "ImageData" or image is None or len(pieces) != 1:
+        raise CCWSIMError(f"{name}: VTK files of ImageData in one piece are read; save it as such")
+    spacing = _numbers(image, "Spacing", "1 1 1", 3, name)
+    origin = _numbers(image, "Origin", "0 0 0", 3, name)
+    if not (spacing > 0).all():
+        raise CCWSIMError(f"{name}: the spacing {spacing.tolist()} must be positive")
+    extent = _numbers(pieces[0], "Extent", image.get("WholeExtent", ""), 6, name)
+    low, n_points = extent[::2], extent[1::2] - extent[::2] + 1
+    corner, shape = origin + low * spacing, np.maximum(n_points - 1, 1)
+    arrays = pieces[0].findall("CellData/DataArray")
+    if not arrays:
+        arrays, shape = pieces[0].findall("PointData/DataArray"), n_points
+        corner = corner - spacing / 2
+    arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
+    arrays = [a for a in arrays if a.get("type") in _TYPES]
+    if not arrays or len(arrays) > MAX_VARIABLES:
+        raise CCWSIMError(f"{name}: it has {len(arrays)} arrays of one number a cell; save some")
+    full = tuple(int(n) if abs(n) < 2**31 else 0 for n in shape[::-1])
+    check_cells(name, (len(arrays), *full))
+    reader = _Values(root, appended, name)
+    grids = [reader.read(array, prod(full)).reshape(full) for array in arrays]
+    names = distinct_names([array.get("Name", "") for array in arrays])
+    (sx, sy, sz), (ox, oy, oz) = spacing.tolist(), corner.tolist()
+    return DataFile(
+        "VTK ImageData",
+        name,
+        dict(zip(names, grids, strict=True)),
+        cell_size=(sx, sy),
+        origin=(ox, oy),
+        along_z=(sz, oz),
+    )
+
+
+def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
+    """The elements of a file, and what is appended to them, which may be no XML."""
+    appended = _Appended(memoryview(b""), True)
+    at = content.find(b"<AppendedData")
+    if at >= 0:
+        end = content.find(b">", at)
+        mark = content.find(b"_", max(end, at))
+        raw = b"base64" not in content[at:end]
+        data = memoryview(content)[mark + 1 :] if mark >= 0 else memoryview(b"")
+        appended = _Appended(data, raw)
+        content = content[:at] + b"</VTKFile>"
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:  # entities can grow without bounds
+        raise CCWSIMError(f"{name}: a VTK file with declarations is not read; save it again")
+    try:
+        return ElementTree.fromstring(content), appended
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise CCWSIMError(f"{name}: the XML is broken ({error}); get the whole file") from error
+
+
+def _numbers(
+    element: ElementTree.Element, key: str, default: str, n: int, name: str
+) -> NDArray[np.float64]:
+    words = element.get(key, default).split()
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError:
+        values = np.empty(0)
+    if len(values) != n or not np.isfinite(values).all():
+        raise CCWSIMError(f"{name}: {key} = {shown(element.get(key))} must be {n} numbers")
+    return values
+
+
+class _Values:
+    """The values of arrays: as text, or in base64 or raw bytes, packed or not."""
+
+    def __init__(self, root: ElementTree.Element, appended: _Appended, name: str) -> None:
+        self._order = ">" if root.get("byte_order") == "BigEndian" else "<"
+        self._packed = root.get("compressor", "")
+        self._appended, self._name = appended, name
+        header = _HEADERS.get(root.get("header_type", "UInt32"), "u4")
+        self._header = np.dtype(self._order + header)
+        if self._packed not in ("", "vtkZLibDataCompressor"):
+            packed = self._packed[:40]
+            raise CCWSIMError(f"{name}: values packed by {packed} are not read; pack by zlib")
+
+    def read(self, array: ElementTree.Element, n: int) -> NDArray:
+        """Return n values; an error says how many there are instead."""
+        check_time(self._name)
+        kind = np.dtype(self._order + _TYPES[array.get("type", "")])
+        form, raw = array.get("format", "ascii"), False
+        text = (array.text or "").encode()
+        if form == "ascii":
+            return self._of_text(text, n)
+        if form == "appended":
+            at = array.get("offset", "")
+            first = int(at) if re.fullmatch(r"[0-9]{1,15}", at) else len(self._appended.data)
+            text, raw = self._appended.data[first:], self._appended.raw
+        else:
+            text = memoryview(b"".join(text.split()))
+        check_bytes(self._name, n * kind.itemsize, unpacked=True)
+        data = (self._unpacked if self._packed else self._plain)(text, raw, n * kind.itemsize)
+        if len(data) != n * kind.itemsize:
+            self._raise_count(n, len(data) // kind.itemsize)
+        return np.frombuffer(data, kind).astype(kind.newbyteorder("="))
+
+    def _of_text(self, text: bytes, n: int) -> NDArray[np.float64]:
+        words = text.split()
+        if len(words) != n:
+            self._raise_count(n, len(words))
+        try:
+            return np.array(words, "S40").astype(np.float64)
+        except ValueError:
+            raise CCWSIMError(f"{self._name}: an array has a word that is no number") from None
+
+    def _plain(self, text: memoryview, raw: bool, n: int) -> bytes:
+        """The bytes behind their number, which may be a text of its own."""
+        size = self._header.itemsize
+        promised = int(self._words(text, raw, 1)[0])
+        if raw:
+            return bytes(text[size : size + min(promised, n + 1)])
+        own = -(-size // 3) * 4
+        if b"=" in bytes(text[:own]):
+            return self._decoded(text[own:], False, min(promised, n + 1))
+        return self._decoded(text, False, size + min(promised, n + 1))[size:]
+
+    def _unpacked(self, text: memoryview, raw: bool, n: int) -> bytes:
+        """The bytes of packed blocks, whose sizes stand before them, a text of its own."""
+        size = self._header.itemsize
+        n_blocks = int(self._words(text, raw, 1)[0])
+        if n_blocks * size > len(text):
+            self._raise_end()
+        sizes = self._words(text, raw, 3 + n_blocks)[3:].tolist()
+        start = (3 + n_blocks) * size
+        data = self._decoded(text[start if raw else -(-start // 3) * 4 :], raw, sum(sizes))
+        check_packing(self._name, len(data), n)
+        blocks, at, left = [], 0, n
+        for length in sizes:
+            try:
+                stream = zlib.decompressobj()
+                blocks.append(stream.decompress(data[at : at + length], left + 1))
+            except zlib.error as error:
+                raise CCWSIMError(f"{self._name}: a packed array is broken") from error
+            at, left = at + length, max(left - len(blocks[-1]), 0)
+        return b"".join(blocks)
+
+    def _words(self, text: memoryview, raw: bool, n: int) -> NDArray[np.integer]:
+        """The first n numbers of a header."""
+        data = self._decoded(text, raw, n * self._header.itemsize)
+        if len(data) < n * self._header.itemsize:
+            self._raise_end()
+        return np.frombuffer(data, self._header, count=n)
+
+    def _decoded(self, text: memoryview, raw: bool, n: int) -> bytes:
+        """The first n bytes that a text stands for."""
+        if raw:
+            return bytes(text[:n])
+        letters = bytes(text[: -(-n // 3) * 4])
+        try:
+            return base64.b64decode(letters[: len(letters) // 4 * 4])[:n]
+        except binascii.Error as error:
+            raise CCWSIMError(f"{self._name}: an array is no base64; save it again") from error
+
+    def _raise_count(self, promised: int, found: int) -> NoReturn:
+        more = "more than " if found > promised else ""
+        raise CCWSIMError(
+            f"{self._name} promises {promised} cells, but {more}{min(found, promised)} values of "
+            "an array follow; get the whole file"
+        )
+
+    def _raise_end(self) -> NoReturn:
+        raise CCWSIMError(f"{self._name} ends in the middle of an array; get the whole file")
