@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +12,13 @@ from ccwsim.io.data_file import MISSING_CODES, DataFile, layer, printable
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import Picture
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
+from ccwsim.io.hard_data.columns import (
+    Roles,
+    height_column,
+    place_columns,
+    table_roles,
+    value_column,
+)
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import check_int, frozen
@@ -398,175 +403,3 @@ def _is_list(values: NDArray, in_text: bool, grid_shape: tuple[int, int] | None)
     """Three columns, or x, y, z, facies in a text, unless that is the grid itself."""
     one = values.shape[0] == 1 and (values.shape[2] == 3 or (in_text and values.shape[2] == 4))
     return one and (grid_shape is None or values.shape[1:] != tuple(grid_shape))
-
-
-def _words(text: str) -> tuple[str, ...]:
-    return tuple(text.split())
-
-
-_X = _words(
-    "x xcoord xcoordinate coordx xkoordinate xkoord xm xutm utmx utme easting utmeasting eastings "
-    "east eastm utmeast ostwert rechtswert ost rechts rw este est lon long longitude laengengrad "
-    "lngengrad xworld surfacex xwgs84 e"
-)
-_Y = _words(
-    "y ycoord ycoordinate coordy ykoordinate ykoord ym yutm utmy utmn northing utmnorthing "
-    "northings north northm utmnorth nordwert hochwert nord hoch hw norte lat latitude breitengrad "
-    "yworld surfacey ywgs84 n"
-)
-_Z = _words(
-    "z zcoord zcoordinate zm elevation elev altitude alt height depth dept md tvd tvdss "
-    "measureddepth tiefe teufe hoehe hhe top base bottom from to kb k iz slice"
-)
-_ROW = ("row", "rows", "i", "iy", "rowindex")
-_COLUMN = ("col", "cols", "column", "columns", "j", "ix", "colindex", "columnindex")
-_CODE = _words(
-    "facies faciescode faciesname fazies lithofacies lithology lithologie litho lith rock rocktype "
-    "gestein code codes class klasse category soil boden geology unit"
-)
-_VALUE = (*_CODE, "value", "wert", "var", "variable", "v")
-_NAMES = _words(
-    "well wellname wellid wells hole holeid bore borehole bohrung bohrungsname sonde uwi id fid "
-    "objectid pointid name no nr number index station point punkt sample date datum remark remarks "
-    "comment comments bemerkung surface"
-)
-"""Names of wells, numbers of rows, remarks: never taken for facies unasked."""
-
-
-def is_points(names: list[str]) -> bool:
-    """Return whether columns of these names say where something is.
-
-    Examples
-    --------
-    >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
-    (True, False)
-    """
-    pairs = (_X, _Y), (_ROW, _COLUMN)
-    return any(_first(names, first) and _first(names, second) for first, second in pairs)
-
-
-class Roles(NamedTuple):
-    """Which columns of a table are what, and what was taken for granted."""
-
-    x: str  # or the column of a cell
-    y: str  # or the row of a cell
-    world: bool
-    facies: str
-    notes: list[str]
-
-
-def table_roles(
-    file: DataFile, x: str | None, y: str | None, facies: str | None, coordinates: str | None
-) -> Roles:
-    """Return which columns of a table hold places and facies: as asked for, or by their names.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Ost", "Nord", "z", "Rock"))
-    >>> table_roles(file, None, None, None, None)
-    Roles(x='Ost', y='Nord', world=True, facies='Rock', notes=[])
-    """
-    first, second, world, notes = place_columns(file, x, y, coordinates)
-    rest = [name for name in file.names if name not in (first, second)]
-    return Roles(first, second, world, value_column(file, rest, facies), notes)
-
-
-def place_columns(
-    file: DataFile, x: str | None = None, y: str | None = None, coordinates: str | None = None
-) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y, or of col and row; whether they are of the world; notes.
-
-    Examples
-    --------
-    >>> columns = ("Easting [m]", "Northing [m]", "facies")
-    >>> place_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
-    ('Easting [m]', 'Northing [m]', True, [])
-    """
-    names, cells = list(file.names), coordinates == "cells"
-    asked = [None if name is None else file.column(name) for name in (x, y)]
-    if asked[0] is not None and asked[0] == asked[1]:
-        raise CCWSIMError(f"{file.name}: x and y are both {shown(asked[0])}; name two columns")
-    free = [name for name in names if name not in asked]
-    column, row = asked[0] or _first(free, _COLUMN), asked[1] or _first(free, _ROW)
-    first, second = asked[0] or _first(free, _X, 4), asked[1] or _first(free, _Y, 4)
-    if coordinates is None and column and row:
-        cells = _plain(column) in _COLUMN and _plain(row) in _ROW and not (first and second)
-        cells |= column == first and row == second and _plain(column) in _COLUMN
-    if first and second and not cells:
-        return first, second, True, []
-    if row and column and coordinates != "world":
-        letters = {_plain(row), _plain(column)} == {"i", "j"} and asked == [None, None]
-        note = [f"{row} was taken as the row and {column} as the column."] if letters else []
-        return column, row, False, note
-    numeric = [name for name in free if name in file.variables]
-    if len(names) < 3 or len(numeric) < asked.count(None):
-        there = ", ".join(names)
-        raise CCWSIMError(
-            f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
-        )
-    places = [name for name in numeric if _plain(name) not in (*_Z, *_NAMES, *_CODE)]
-    guess = iter(places if len(places) >= asked.count(None) else numeric)
-    if cells:  # as they are read aloud: row, then column
-        row, column = (name or next(guess) for name in (asked[1], asked[0]))
-        return column, row, False, [_untold(row, column, "row and col")]
-    first, second = (name or next(guess) for name in asked)
-    return first, second, True, [_untold(first, second, "x and y")]
-
-
-def _untold(one: str, two: str, said: str) -> str:
-    return f"No column is called so: {one} and {two} were taken as {said}."
-
-
-def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
-    """Return the column of facies among those that are no places.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("x", "y", "id", "Code"))
-    >>> value_column(file, ["id", "Code"], None)
-    'Code'
-    """
-    if variable is not None:
-        return file.column(variable)
-    named = _first(rest, _CODE, 5) or _first(rest, _VALUE)
-    if named:
-        return named
-    likely = [name for name in rest if _plain(name) not in (*_Z, *_NAMES)]
-    if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
-        return likely[1]  # x, y, z, value without telling names
-    if len(likely) == 1:
-        return likely[0]
-    if not likely:
-        others = f" (left are {', '.join(rest[:9])})" if rest else ""
-        raise CCWSIMError(
-            f"{file.name} has no column that looks like facies{others}; name it (facies=)"
-        )
-    there = ", ".join(map(repr, likely[:20]))
-    raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
-
-
-def _unnamed(file: DataFile) -> bool:
-    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
-
-
-def height_column(rest: list[str], key: str) -> str | None:
-    """Return the column of heights among those that are no places, if there is one.
-
-    Examples
-    --------
-    >>> height_column(["Z", "facies"], "facies")
-    'Z'
-    """
-    return next((name for name in rest if _plain(name) in _Z and name != key), None)
-
-
-def _first(names: list[str], known: tuple[str, ...], prefix: int = 0) -> str | None:
-    """The first name that is a known word; else one that begins with a word of so many letters."""
-    found = next((name for word in known for name in names if _plain(name) == word), None)
-    long = [word for word in known if prefix and len(word) >= prefix]
-    return found or next((n for word in long for n in names if _plain(n).startswith(word)), None)
-
-
-def _plain(name: str) -> str:
-    """A column's name without units, case and marks: "X [m]" is x."""
-    return re.sub(r"[^a-z0-9]", "", re.split(r"[\[(,]", name.lower())[0])
