@@ -110,7 +110,7 @@ def _as_grid(array: NDArray) -> NDArray:
 
 
 def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
-    """The table of an archive with what `HardData` takes: cells (n, 2) and facies (n,)."""
+    """The table of an archive with what `HardData` takes: cells (n, 2 or 3) and facies (n,)."""
     keys = ("cells", "facies")
     if not {f"{key}.npy" for key in keys} <= archive.infos.keys():
         return None
@@ -118,13 +118,14 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     files = {f"{name}, {key}": BytesIO(archive.read(f"{key}.npy")) for key in keys}
     promises = {own: _promise(file, own) for own, file in files.items()}
     (shape, _, kind), (of_facies, _, kind_of_facies) = promises.values()
-    if len(shape) != 2 or shape[1] != 2 or of_facies != shape[:1] or not shape[0]:
+    if len(shape) != 2 or shape[1] not in (2, 3) or of_facies != shape[:1] or not shape[0]:
         return None
     if kind.kind not in "uif" or kind_of_facies.kind not in "buifU":
         return None
-    check_cells(name, (shape[0], 3))
+    check_cells(name, (shape[0], shape[1] + 1))
     cells, facies = (_values(file, own, *promises[own]) for own, file in files.items())
-    columns = {"row": cells[:, 0], "col": cells[:, 1], "facies": facies}
+    places = ("layer", "row", "col")[-shape[1] :]
+    columns = {**dict(zip(places, cells.T, strict=True)), "facies": facies}
     words = {}
     if facies.dtype.kind == "U":
         words["facies"] = tuple(text[:200] for text in columns.pop("facies").tolist())
@@ -135,7 +136,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
         is_table=True,
         lines=np.arange(1, shape[0] + 1),
         words=words,
-        columns=("row", "col", "facies"),
+        columns=(*places, "facies"),
         counted="row",
     )
 

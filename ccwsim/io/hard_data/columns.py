@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ccwsim.io.data_file import DataFile
@@ -40,6 +41,16 @@ _NAMES = _words(
     "comment comments bemerkung surface"
 )
 """Names of wells, numbers of rows, remarks: never taken for facies unasked."""
+
+
+_LAYER = ("layer", "layers", "k", "iz", "kz", "slice", "layerindex")
+_COLLAR = _words(
+    "z zcoord zcoordinate coordz zkoordinate zm elevation elev altitude alt height hoehe "
+    "collar zcollar collarz collarelevation kb"
+)
+_DEPTH = _words("depth dept md tvd measureddepth tiefe teufe")
+_FROM = _words("from depthfrom fromdepth mdfrom frommd top depthtop topdepth von tiefevon")
+_TO = _words("to depthto todepth mdto tomd bottom base depthbase basedepth bis tiefebis")
 
 
 def is_points(names: list[str]) -> bool:
@@ -124,6 +135,55 @@ def place_columns(
 
 def _untold(one: str, two: str, said: str) -> str:
     return f"No column is called so: {one} and {two} were taken as {said}."
+
+
+class HeightRoles(NamedTuple):
+    """Which columns of a table hold heights: all empty for a map."""
+
+    z: str = ""  # the elevation of points or of the collars of wells, or the layer of a cell
+    depths: tuple[str, ...] = ()  # below it: of points, or from and to of intervals
+
+
+def height_roles(file: DataFile, z: str | None, taken: Sequence[str], world: bool) -> HeightRoles:
+    """Return which columns hold the heights of data of a volume; an error names what is missing.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Z", "from", "to"))
+    >>> height_roles(file, None, [], True)
+    HeightRoles(z='Z', depths=('from', 'to'))
+    """
+    own = None if z is None else file.column(z)
+    if own in taken:
+        raise CCWSIMError(
+            f"{file.name}: z = {shown(z)} is a column of something else; name another"
+        )
+    free = [name for name in file.names if name not in (*taken, own)]
+    if not world:
+        layer = own or _first(free, _LAYER)
+        if layer is None:
+            raise CCWSIMError(
+                f"{file.name} has no column of layers, which a volume needs; it has "
+                f"{', '.join(file.names)}: name it (z=)"
+            )
+        return HeightRoles(layer)
+    start, end, depth = (_first(free, words) for words in (_FROM, _TO, _DEPTH))
+    collar = own or _first(free, _COLLAR)
+    if collar is None:
+        depths = " and ".join(name for name in (start, end, depth) if name)
+        said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
+        raise CCWSIMError(
+            f"{file.name} has {said}, which a volume needs; it has {', '.join(file.names)}: add "
+            "a column z, or name it (z=)"
+        )
+    if bool(start) != bool(end) and not depth:
+        raise CCWSIMError(
+            f"{file.name} has the depth {start or end} of intervals, but not that of their other "
+            f"end; add a column {'to' if start else 'from'}"
+        )
+    if start and end:
+        return HeightRoles(collar, (start, end))
+    return HeightRoles(collar, (depth,) if depth else ())
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:

@@ -15,6 +15,7 @@ from ccwsim.io.hard_data.placing import (
 )
 from ccwsim.io.hard_data.points import read_points
 from ccwsim.io.opening import PathOrFile
+from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -39,15 +40,18 @@ def import_hard_data(
     on_collision: str = "error",
     on_outside: str = "error",
     on_unknown: str = "error",
+    z: str | None = None,
+    z_up: bool | None = None,
 ) -> HardDataImport:
     """Return the hard data of a file and a report of what happened on the way.
 
     Parameters
     ----------
-    path_or_file, x, y, facies, variable, coordinates, up, slice_index
+    path_or_file, x, y, z, facies, variable, coordinates, up, z_up, slice_index
         As in `read_points`.
-    grid : Grid or pair of int, optional
-        A pair is rows and columns of unit cells from (0, 0) on.
+    grid : Grid, pair or triple of int, optional
+        A pair is rows and columns of unit cells from (0, 0) on, a triple layers, rows and columns.
+        For a volume, an interval of depth in a well gives every cell whose centre is in it.
     training_image, facies_names, threshold, classes
         As in `place_points`.
     on_collision, on_outside, on_unknown
@@ -77,6 +81,8 @@ def import_hard_data(
         coordinates=coordinates,
         up=up,
         slice_index=slice_index,
+        z=z,
+        z_up=z_up,
     )
     placed = place_points(
         points,
@@ -109,14 +115,16 @@ def read_hard_data(
     on_collision: str = "error",
     on_outside: str = "error",
     on_unknown: str = "error",
+    z: str | None = None,
+    z_up: bool | None = None,
 ) -> HardData:
     """Return the hard data of a file; `import_hard_data` also says what happened on the way.
 
     Parameters
     ----------
-    path_or_file, grid, training_image, x, y, facies, variable, coordinates, up, slice_index
+    path_or_file, grid, training_image, x, y, z, facies, variable, coordinates, up, z_up
         As in `import_hard_data`.
-    facies_names, threshold, classes
+    slice_index, facies_names, threshold, classes
         As in `import_hard_data`.
     on_collision, on_outside, on_unknown
         As in `import_hard_data`.
@@ -131,6 +139,9 @@ def read_hard_data(
     >>> from io import BytesIO
     >>> read_hard_data(BytesIO(b"x;y;facies\\n10,5;2,5;1\\n"), (8, 16)).cells
     array([[ 2, 10]])
+    >>> well = b"well,x,y,z,from,to,facies\\nA,10.5,2.5,8,1,3,1\\nA,10.5,2.5,8,3,4,0\\n"
+    >>> read_hard_data(BytesIO(well), (8, 8, 16)).triples
+    ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
     """
     imported = import_hard_data(
         path_or_file,
@@ -149,6 +160,8 @@ def read_hard_data(
         on_collision=on_collision,
         on_outside=on_outside,
         on_unknown=on_unknown,
+        z=z,
+        z_up=z_up,
     )
     return imported.hard_data
 
@@ -191,8 +204,8 @@ def write_hard_data(
 def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = None) -> bytes:
     """Return hard data as the content of a file, for a download.
 
-    `csv` has the columns x, y, facies; `gslib` and `dat` are a Geo-EAS table of x, y, z (0) and
-    facies, as SGeMS and GSLIB programs take point sets.
+    `csv` has the columns x, y, facies, of volumes x, y, z, facies; `gslib` and `dat` are a Geo-EAS
+    table of x, y, z (0 of maps) and facies, as SGeMS and GSLIB programs take point sets.
 
     Raises
     ------
@@ -207,11 +220,13 @@ def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = Non
     kind = format_of(None, format, FORMATS)
     if not hard_data.n:
         raise CCWSIMError("there are no hard data to write; place some first")
-    places = (grid or Grid(1, 1)).centers_of(hard_data.cells).tolist()
+    frame = grid or Grid.of((1,) * hard_data.n_dimensions)
+    places = frame.centers_of(hard_data.cells).tolist()
     rows = zip(places, hard_data.facies.tolist(), strict=True)
     if kind == "csv":
-        lines = ["x,y,facies", *(f"{x!r},{y!r},{code}" for (x, y), code in rows)]
+        head = [",".join([*AXES[: hard_data.n_dimensions], "facies"])]
+        lines = [",".join([*map(repr, place), str(code)]) for place, code in rows]
     else:
         head = [f"{hard_data.n} hard data", "4", "x", "y", "z", "facies"]
-        lines = [*head, *(f"{x!r} {y!r} 0 {code}" for (x, y), code in rows)]
-    return "\n".join([*lines, ""]).encode()
+        lines = [" ".join([*(*map(repr, place), "0")[:3], str(code)]) for place, code in rows]
+    return "\n".join([*head, *lines, ""]).encode()

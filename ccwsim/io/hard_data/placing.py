@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.formats.text_tables import is_number
+from ccwsim.io.hard_data.depths import along_wells
 from ccwsim.io.hard_data.points import ImportedPoints
 from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
@@ -27,9 +28,9 @@ class PlacedPoints:
     Attributes
     ----------
     points : ImportedPoints
-        What was placed.
-    cells : ndarray of int64, shape (n, 2)
-        Row and column of each point, also outside the grid.
+        What was placed; intervals in wells are a point a cell.
+    cells : ndarray of int64, shape (n, 2) or (n, 3)
+        (Layer,) row and column of each point, also outside the grid.
     facies : ndarray of int64, shape (n,)
         The facies code of each; the least number there is where its name is not known.
     offsets : ndarray of float64, shape (n,)
@@ -109,6 +110,7 @@ def place_points(
             f"classes = {shown(classes)} means equally many of what is classed, and hard data must "
             "be classed as the training image is: give its class edges"
         )
+    points = along_wells(points, grid)
     cells, offsets = _cells(points, grid)
     given = _checked_names(facies_names)
     if points.words:
@@ -179,7 +181,7 @@ def _cells(
                 "whole numbers; for world coordinates name the columns x and y"
             )
         return cells.astype(np.int64), np.zeros(points.n)
-    frame = grid or Grid(1, 1, origin=(0.0, 0.0))
+    frame = grid or Grid.of((1,) * points.places.shape[1])
     in_cells = (points.places - frame.origin) / frame.cell_size
     far = np.abs(in_cells).max(axis=1, initial=0) > _FAR
     if far.any():
@@ -276,7 +278,7 @@ def colliding(
     """
     if not len(among):
         return ()
-    order = among[np.lexsort((among, cells[among, 1], cells[among, 0]))]
+    order = among[np.lexsort((among, *cells[among].T[::-1]))]
     new_cell = np.any(np.diff(cells[order], axis=0) != 0, axis=1)
     starts = np.concatenate([[0], np.flatnonzero(new_cell) + 1, [len(order)]])
     low = np.minimum.reduceat(facies[order], starts[:-1])
@@ -416,7 +418,9 @@ def _said_unknown(placed: PlacedPoints) -> str:
 
 def _said_collision(placed: PlacedPoints) -> str:
     points, members = placed.points, placed.collisions[0]
-    row, column = placed.cells[members[0]]
+    names = ("layer", "row", "column")[-placed.cells.shape[1] :]
+    numbers = zip(names, placed.cells[members[0]], strict=True)
+    where = ", ".join(f"{name} {number}" for name, number in numbers)
     said = ", ".join(
         f"{points.counted} {points.lines[k]} says "
         f"{points.said(k) if points.words else placed.facies[k]}"
@@ -425,7 +429,7 @@ def _said_collision(placed: PlacedPoints) -> str:
     more = len(placed.collisions) - 1
     tail = f", and {more} more such cells" if more else ""
     return (
-        f"{points.name}: two facies in the cell at row {row}, column {column} ({said}){tail}; "
+        f"{points.name}: two facies in the cell at {where} ({said}){tail}; "
         "drop them, or keep the majority or the nearest"
     )
 

@@ -13,15 +13,18 @@ from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import Picture
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.hard_data.columns import (
+    HeightRoles,
     Roles,
     height_column,
+    height_roles,
     place_columns,
     table_roles,
     value_column,
 )
+from ccwsim.io.hard_data.depths import heights_below
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import check_int, frozen
+from ccwsim.model.arrays import Shape, check_int, describe_shape, frozen
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
@@ -35,8 +38,8 @@ class ImportedPoints:
 
     Attributes
     ----------
-    places : ndarray of float64, shape (n, 2)
-        x and y in the world where `world`, else row (from the south) and column.
+    places : ndarray of float64, shape (n, 2) or, of a volume, (n, 3)
+        x, y (and z) in the world where `world`, else (layer,) row (from the south) and column.
     values : ndarray of float64, shape (n,)
         What was measured: a facies code or a continuous variable; never NaN.
     lines : ndarray of int64, shape (n,)
@@ -55,6 +58,8 @@ class ImportedPoints:
         Where facies are given by name: the different names; `values` are places in it.
     grid : Grid, optional
         Where the file is a whole grid with gaps: that grid, placed where the file says.
+    spans : ndarray of float64, shape (n, 2), optional
+        Of intervals in vertical wells: z of their bottoms and tops; z in `places` is the middle.
     """
 
     places: NDArray[np.float64]
@@ -68,6 +73,7 @@ class ImportedPoints:
     notes: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
     grid: Grid | None = None
+    spans: NDArray[np.float64] | None = None
 
     @property
     def n(self) -> int:
@@ -94,9 +100,10 @@ class ImportedPoints:
         >>> points.named(np.array([0, 1]))
         'lines 2 and 3'
         """
-        numbers = [str(line) for line in np.sort(self.lines[which])[:6]]
-        if len(which) > 6:
-            return f"{self.counted}s {', '.join(numbers)} and {len(which) - 6} more"
+        different = np.unique(self.lines[which])  # a well has many cells from one line
+        numbers = [str(line) for line in different[:6]]
+        if len(different) > 6:
+            return f"{self.counted}s {', '.join(numbers)} and {len(different) - 6} more"
         if len(numbers) < 2:
             return f"{self.counted} {''.join(numbers)}"
         return f"{self.counted}s {', '.join(numbers[:-1])} and {numbers[-1]}"
@@ -105,7 +112,7 @@ class ImportedPoints:
 def read_points(
     path_or_file: PathOrFile,
     *,
-    grid_shape: tuple[int, int] | None = None,
+    grid_shape: Shape | None = None,
     x: str | None = None,
     y: str | None = None,
     facies: str | None = None,
@@ -113,6 +120,8 @@ def read_points(
     coordinates: str | None = None,
     up: bool | None = None,
     slice_index: int | None = None,
+    z: str | None = None,
+    z_up: bool | None = None,
 ) -> ImportedPoints:
     """Return the hard data of a file as they stand in it.
 
@@ -126,8 +135,9 @@ def read_points(
     ----------
     path_or_file : str, Path or binary file
         Known by its content, not by its name.
-    grid_shape : (ny, nx), optional
-        The simulation grid: a file that holds a whole grid must have this shape.
+    grid_shape : (ny, nx) or (nz, ny, nx), optional
+        The simulation grid: a file that holds a whole grid must have this shape. For a volume, data
+        have heights as well: z, or the layer of a cell.
     x, y : str, optional
         Which columns of a table hold the places; guessed by their names where not given. With
         `coordinates="cells"`, x is the column and y the row of a cell.
@@ -142,6 +152,12 @@ def read_points(
         For whole grids: whether the first row is the south, as in `read_training_image`.
     slice_index : int, optional
         Which slice of a 3-D grid.
+    z : str, optional
+        For a volume: which column holds the elevation of points, or of the collars of vertical
+        wells where depths stand beside it: one a row, or from and to of intervals; or, with
+        `coordinates="cells"`, the layer. Guessed by the names where not given.
+    z_up : bool, optional
+        For whole grids of a volume: whether the first layer is the bottom, as it is by default.
 
     Raises
     ------
@@ -167,16 +183,47 @@ def read_points(
         )
     variable = facies if variable is None else variable
     if file.is_table:
-        return _of_table(file, table_roles(file, x, y, variable, coordinates))
-    if x is not None or y is not None:
+        return _of_table(file, *_roles(file, x, y, z, variable, coordinates, grid_shape))
+    if x is not None or y is not None or z is not None:
         raise CCWSIMError(f"{file.name} has no named columns; leave x and y out")
     key = file.chosen(variable, PREFERRED)
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
-        return _of_list(file, key, coordinates)
-    cells = layer(file.name, values, slice_index)
+        return _of_list(file, key, coordinates, _is_volume(grid_shape))
+    if not _is_volume(grid_shape):
+        cells = layer(file.name, values, slice_index)
+    else:
+        cells = values[::-1] if z_up is False else values
     south_first = file.south_first if up is None else up
-    return _of_grid(file, key, cells if south_first else cells[::-1], grid_shape)
+    return _of_grid(file, key, cells if south_first else np.flip(cells, -2), grid_shape)
+
+
+def _is_volume(grid_shape: Shape | None) -> bool:
+    return grid_shape is not None and len(grid_shape) == 3
+
+
+def _roles(
+    file: DataFile,
+    x: str | None,
+    y: str | None,
+    z: str | None,
+    facies: str | None,
+    coordinates: str | None,
+    grid_shape: Shape | None,
+) -> tuple[Roles, HeightRoles]:
+    """Columns of places and facies, and those of heights where the grid is a volume."""
+    if not _is_volume(grid_shape):
+        if z is not None:
+            raise CCWSIMError(
+                f"z = {shown(z)} is of a volume; give a grid with nz, or leave it out"
+            )
+        return table_roles(file, x, y, facies, coordinates), HeightRoles()
+    first, second, world, notes = place_columns(file, x, y, coordinates)
+    asked = [] if facies is None else [file.column(facies)]
+    heights = height_roles(file, z, [first, second, *asked], world)
+    taken = (first, second, heights.z, *heights.depths)
+    rest = [name for name in file.names if name not in taken]
+    return Roles(first, second, world, value_column(file, rest, facies), notes), heights
 
 
 @dataclass(frozen=True)
@@ -291,21 +338,26 @@ def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
     return ["" if v != v else f"{v:.12g}" for v in file.variables[column][:n].tolist()]
 
 
-def _of_table(file: DataFile, roles: Roles) -> ImportedPoints:
+def _of_table(file: DataFile, roles: Roles, heights: HeightRoles) -> ImportedPoints:
     _check_few(file.name, len(next(iter(file.variables.values()))), "rows")
     lines = file.lines
     if lines is None:
         raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
     first, second = (_numbers(file, name, lines) for name in (roles.x, roles.y))
     notes = list(roles.notes)
-    height = height_column(list(file.variables), roles.facies)
+    height = None if heights.z else height_column(list(file.variables), roles.facies)
     if height and len(np.unique(file.variables[height])) > 1:
         notes.append(f"The column {height} has several values; data are seen from above.")
-    places = np.stack([first, second] if roles.world else [second, first], axis=1)
+    along, spans = [first, second], None
+    if heights.z:
+        columns = [_numbers(file, name, lines) for name in (heights.z, *heights.depths)]
+        z, spans = heights_below(file.name, lines, columns[0], columns[1:])
+        along.append(z)
+    places = np.stack(along if roles.world else along[::-1], axis=1)
     values, words = _facies_column(file, roles.facies)
     own = replace(file, missing=()) if words else file  # a place in the names is no value
-    found = _known(own, roles.facies, places, values, lines, roles.world, file.counted, notes)
-    return replace(found, words=words)
+    how = roles.world, file.counted, notes, spans
+    return replace(_known(own, roles.facies, places, values, lines, *how), words=words)
 
 
 def _numbers(file: DataFile, column: str, lines: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -329,21 +381,31 @@ def _facies_column(file: DataFile, column: str) -> tuple[NDArray[np.float64], tu
     return np.array([places.get(field, np.nan) for field in fields]), words
 
 
-def _of_list(file: DataFile, key: str, coordinates: str | None) -> ImportedPoints:
+def _of_list(file: DataFile, key: str, coordinates: str | None, is_volume: bool) -> ImportedPoints:
     rows = file.variables[key][0]
-    rows = rows[:, [0, 1, -1]]
+    if is_volume and rows.shape[1] < 4:
+        raise CCWSIMError(
+            f"{file.name} has three columns without names, and data of a volume need four: x, y, z "
+            "and facies"
+        )
+    rows = rows[:, [0, 1, 2, -1] if is_volume else [0, 1, -1]]
     world = coordinates == "world" or (coordinates is None and file.lines is not None)
     said = "x, y and facies" if world else "row, column and facies"
+    if is_volume:
+        said = "x, y, z and facies" if world else "layer, row, column and facies"
     lines = file.lines if file.lines is not None else np.arange(1, len(rows) + 1)
     counted = "line" if file.lines is not None else "row"
     notes = [f"Columns without names were taken as {said}."]
-    return _known(file, key, rows[:, :2], rows[:, 2], lines, world, counted, notes)
+    return _known(file, key, rows[:, :-1], rows[:, -1], lines, world, counted, notes)
 
 
-def _of_grid(
-    file: DataFile, key: str, cells: NDArray, grid_shape: tuple[int, int] | None
-) -> ImportedPoints:
+def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
     if grid_shape is not None and cells.shape != tuple(grid_shape):
+        if _is_volume(grid_shape):
+            raise CCWSIMError(
+                f"{file.name} is a grid of {describe_shape(cells.shape)} cells, the simulation "
+                f"grid has {describe_shape(grid_shape)}; make them the same"
+            )
         raise CCWSIMError(
             f"{file.name} is a grid of {cells.shape[0]} rows and {cells.shape[1]} columns, the "
             f"simulation grid has {grid_shape[0]} and {grid_shape[1]}; make them the same"
@@ -353,8 +415,7 @@ def _of_grid(
     places = np.argwhere(known)
     lines = np.flatnonzero(known) + 1
     found = _known(file, key, places, cells[known], lines, False, "cell", [])
-    ny, nx = cells.shape
-    return replace(found, grid=Grid(ny, nx, file.cell_size or (1, 1), file.origin or (0, 0)))
+    return replace(found, grid=file.placed(cells.shape))
 
 
 def _known(
@@ -366,6 +427,7 @@ def _known(
     world: bool,
     counted: str,
     notes: list[str],
+    spans: NDArray | None = None,
 ) -> ImportedPoints:
     """Rows with a value; one that has a value but no place is an error."""
     _check_few(file.name, len(values), "rows")
@@ -381,6 +443,7 @@ def _known(
         key,
         int(np.count_nonzero(~known)),
         tuple(notes),
+        spans=None if spans is None else frozen(spans[known]),
     )
     lost = np.flatnonzero(~np.isfinite(points.places).all(axis=1))
     if len(lost):
@@ -399,7 +462,8 @@ def _check_few(name: str, n: int, what: str) -> None:
         )
 
 
-def _is_list(values: NDArray, in_text: bool, grid_shape: tuple[int, int] | None) -> bool:
-    """Three columns, or x, y, z, facies in a text, unless that is the grid itself."""
-    one = values.shape[0] == 1 and (values.shape[2] == 3 or (in_text and values.shape[2] == 4))
-    return one and (grid_shape is None or values.shape[1:] != tuple(grid_shape))
+def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
+    """Three columns, or x, y, z, facies in a text or for a volume, unless it is the grid itself."""
+    four = in_text or _is_volume(grid_shape)
+    one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
+    return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))

@@ -1,0 +1,170 @@
+"""Hard data of volumes: points with z, vertical wells by depths, whole grids with gaps."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ccwsim.io as cio
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
+from ccwsim.io.limits import limited, upload_limits
+from tests.io import sample_files as sample
+
+GRID = Grid(8, 9, (10.0, 20.0, 0.5), (350000.0, 4505000.0, -10.0), nz=20)
+DATA = HardData([[0, 0, 0], [3, 4, 5], [3, 4, 6], [19, 7, 8]], [1, 0, 1, 2])
+IMAGE = TrainingImage([[[0, 1, 2]]], facies_names=["clay", "silt", "sand"])
+
+
+def read(text: str | bytes, grid: Grid = GRID, **choices) -> HardData:
+    content = text if isinstance(text, bytes) else text.encode()
+    return cio.read_hard_data(BytesIO(content), grid, IMAGE, **choices)
+
+
+def well(rows: str, header: str = "well,x,y,z,from,to,facies") -> str:
+    return f"{header}\n{rows}\n"
+
+
+@pytest.mark.parametrize("kind", ["csv", "gslib"])
+def test_written_data_come_back(kind):
+    assert read(cio.hard_data_as_bytes(DATA, kind, GRID)).triples == DATA.triples
+    unit = Grid(8, 9, nz=20)
+    assert read(cio.hard_data_as_bytes(DATA, kind), unit).triples == DATA.triples
+
+
+def test_cells_have_layer_row_and_column():
+    rows = "\n".join(",".join(map(str, row)) for row in DATA.triples)
+    assert read(f"layer,row,col,facies\n{rows}\n").triples == DATA.triples
+    swapped = "\n".join(f"{r},{k},{c},{f}" for k, r, c, f in DATA.triples)
+    assert read(f"row,k,col,facies\n{swapped}\n").triples == DATA.triples
+    content = sample.npz(cells=DATA.cells, facies=DATA.facies)
+    assert read(content).triples == DATA.triples
+    table = np.array(DATA.triples)
+    assert read(sample.npy(table)).triples == DATA.triples
+
+
+def test_points_without_names_of_columns_are_x_y_z_facies():
+    points = GRID.centers_of(DATA.cells)
+    rows = zip(points.tolist(), DATA.facies, strict=True)
+    text = "\n".join(f"{x} {y} {z} {code}" for (x, y, z), code in rows)
+    assert read(text).triples == DATA.triples
+
+
+@pytest.mark.parametrize("kind", ["npy", "sgems", "vti"])
+def test_a_grid_with_gaps_has_layers(kind):
+    values = np.full(GRID.shape, -999.0)
+    values[tuple(DATA.cells.T)] = DATA.facies
+    if kind == "npy":
+        values[values < 0] = np.nan
+        content = sample.npy(values)
+        top_first = read(sample.npy(values[::-1]), z_up=False)
+        assert top_first.triples == DATA.triples
+    else:
+        content = cio.maps_as_bytes({"facies": values}, GRID, kind)
+    assert read(content).triples == DATA.triples
+    with pytest.raises(
+        CCWSIMError, match="grid of 9 × 8 × 20 cells, the simulation grid has 9 × 8"
+    ):
+        read(content, Grid(8, 9, nz=4))
+
+
+def test_names_of_facies_and_columns_of_other_origins():
+    text = "Bohrung;Rechtswert;Hochwert;Hoehe;Litho\nB1;350005,0;4505010,0;-9,8;Sand\n"
+    assert read(text).triples == ((0, 0, 0, 2),)
+    text = "East,North,Elev,code\n350005,4505010,-9.8,1\n"
+    assert read(text).triples == ((0, 0, 0, 1),)
+    text = "x,y,height above,facies\n350005,4505010,-9.8,1\n"
+    assert read(text, z="height above").triples == ((0, 0, 0, 1),)
+
+
+class TestWells:
+    def test_a_depth_is_below_the_collar(self):
+        rows = "A,350005,4505010,-1,8.8,1\nA,350005,4505010,-1,2.1,2"
+        found = read(well(rows, "well,x,y,z,depth,facies"))
+        assert found.triples == ((0, 0, 0, 1), (13, 0, 0, 2))
+
+    @given(
+        st.lists(st.floats(0.01, 3.0), min_size=1, max_size=8),
+        st.floats(-3.0, 3.0),
+        st.sampled_from([0.25, 0.5, 0.7]),
+    )
+    def test_intervals_fill_the_cells_whose_centres_they_hold(self, lengths, collar, height):
+        grid = Grid(3, 4, (10.0, 10.0, height), (0.0, 0.0, -40.0), nz=200)
+        ends = np.cumsum(lengths)
+        starts = np.concatenate([[0.0], ends[:-1]])
+        facies = np.arange(len(lengths)) % 3
+        rows = [
+            f"W,25,15,{collar!r},{a!r},{b!r},{f}"
+            for a, b, f in zip(starts.tolist(), ends.tolist(), facies, strict=True)
+        ]
+        found = read(well("\n".join(rows)), grid)
+        expected = {}
+        for layer, z in enumerate(grid.axes[2]):
+            if collar - ends[-1] + 1e-9 < z < collar - 1e-9:
+                k = int(np.searchsorted(ends, collar - z))
+                if np.abs(ends - (collar - z)).min() > 1e-9:
+                    expected[layer] = facies[k]
+        got = {layer: code for layer, row, column, code in found.triples}
+        assert all(got[layer] == code for layer, code in expected.items())
+        assert len(got) - len(expected) <= len(lengths) + 1  # centres on an end
+        assert {cell[1:3] for cell in found.triples} <= {(1, 2)}
+
+    def test_intervals_that_meet_do_not_clash(self):
+        rows = "A,350005,4505010,0,0,0.25,0\nA,350005,4505010,0,0.25,0.75,1\n"
+        rows += "A,350005,4505010,0,0.75,5,2"
+        found = read(well(rows))
+        assert found.facies.tolist() == [2] * 8 + [1, 0]
+        assert found.cells[-1].tolist() == [19, 0, 0]
+
+    def test_what_is_too_thin_for_a_cell_is_said(self):
+        rows = "A,350005,4505010,0,0,0.1,0\nA,350005,4505010,0,0.1,2,1"
+        report = cio.import_hard_data(BytesIO(well(rows).encode()), GRID, IMAGE)
+        assert "Intervals of depth that hold no centre of a cell, left out: 1." in report.notes
+        assert report.hard_data.facies.tolist() == [1] * 4
+
+    def test_wells_that_leave_the_grid_are_named(self):
+        rows = "A,350005,4505010,0,0,12,0"
+        with pytest.raises(CCWSIMError, match=r"line 2.*: 4 of 24 data lie outside the grid"):
+            read(well(rows))
+        assert read(well(rows), on_outside="drop").n == 20
+
+    @pytest.mark.parametrize(
+        ("text", "said"),
+        [
+            (well("A,1,1,0,1", "well,x,y,depth,facies"), r"depths \(depth\) but no z of the coll"),
+            (well("A,1,1,0,1,1", "well,x,y,from,to,facies"), r"depths \(from and to\) but no z"),
+            (well("A,1,1,0,1", "well,x,y,porosity,facies"), "no column of heights"),
+            (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "add a column to"),
+            (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column from"),
+            (well("A,1,1,0,3,2,1"), "line 2: the depth from 3 is below the depth to 2"),
+            (well("A,1,1,0,,2,1\nA,1,1,0,2,3,1"), "line 2: a coordinate is missing"),
+            (well("A,1,1,0,0,1e300,1"), "absurdly far"),
+            (well("3,4,1", "row,col,facies"), "no column of layers"),
+            ("1 2 0\n3 4 1\n", "four: x, y, z and facies|no column of heights"),
+        ],
+    )
+    def test_what_is_missing_or_wrong_is_named(self, text, said):
+        with pytest.raises(CCWSIMError, match=said):
+            read(text)
+
+    def test_two_facies_in_a_cell_are_said_with_the_layer(self):
+        rows = "A,350005,4505010,0,1,2,0\nB,350006,4505011,0,1,2,1"
+        with pytest.raises(CCWSIMError, match=r"layer 16, row 0, column 0 \(line 2 says 0, line 3"):
+            read(well(rows))
+        assert read(well(rows), on_collision="drop").n == 0
+
+    def test_cells_of_wells_are_counted_before_they_are_made(self):
+        grid = Grid(8, 9, (10.0, 20.0, 1e-6), nz=2)
+        with limited(upload_limits({})), pytest.raises(CCWSIMError, match="more than 100000 hard"):
+            read(well("A,1,1,0,0,2,1"), grid)
+
+
+def test_a_map_reads_files_with_z_as_before():
+    text = well("A,5,5,0,1,2,1")
+    found = cio.import_hard_data(BytesIO(text.encode()), (8, 9))
+    assert found.hard_data.triples == ((5, 5, 1),)
+    with pytest.raises(CCWSIMError, match="of a volume; give a grid with nz"):
+        cio.read_hard_data(BytesIO(text.encode()), (8, 9), z="z")
