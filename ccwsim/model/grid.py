@@ -227,13 +227,16 @@ class Grid:
             raise CCWSIMError(f"as many {' as '.join(names)} of points are needed, each in one row")
         if not all(np.isfinite(p).all() for p in points):
             raise CCWSIMError(f"{listing(names)} of every point must be known numbers")
-        sides = list(zip(points, self.origin, self.cell_size, strict=True))
-        with np.errstate(over="ignore"):
-            places = np.stack([(p - corner) / width for p, corner, width in sides[::-1]], axis=1)
-        if not (np.abs(places) < 2.0**62).all():
-            raise CCWSIMError("some points are absurdly far from the grid; correct them")
-        last = np.array(self.shape)
-        return np.floor(places - (places == last)).astype(np.int64)
+        sides = zip(points, self.origin, self.cell_size, self.shape[::-1], strict=True)
+        cells = np.empty((len(points[0]), len(points)), np.int64)
+        for axis, (along, corner, width, n) in enumerate(sides, start=1):
+            with np.errstate(over="ignore"):
+                places = (along - corner) / width
+            if not (np.abs(places) < 2.0**62).all():
+                raise CCWSIMError("some points are absurdly far from the grid; correct them")
+            places[places == n] = n - 1
+            cells[:, -axis] = np.floor(places)
+        return cells
 
     def centers_of(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return x, y (and z) of the centres of cells, shape (n, 2) or (n, 3), in world units."""

@@ -232,17 +232,23 @@ def _triple(size: Any) -> tuple[int, int, int]:
 
 
 def _check_sizes(p: Parameters) -> None:
-    alike = all(isinstance(getattr(p, name), int) for name in PER_AXIS)
-    sides = zip(AXES[::-1], *map(_triple, (p.template_size, p.overlap_size, p.level)), strict=True)
-    for axis, template, overlap, level in sides:
-        thin = axis == "z" and not alike
-        least = (1, 0 if template < MIN_TEMPLATE else 1) if thin else (MIN_TEMPLATE, 1)
-        where = "" if alike else f" along {axis}"
-        _check_size(f"Template {template}{where}", template, level, least[0], MAX_TEMPLATE)
-        _check_size(f"Overlap {overlap}{where}", overlap, level, least[1], template // 2)
+    sizes = p.template_size, p.overlap_size, p.level
+    if all(isinstance(size, int) for size in sizes):
+        _check_axis("", *sizes)
+        return
+    for axis, *own in zip(AXES[::-1], *map(_triple, sizes), strict=True):
+        _check_axis(f" along {axis}", *own)
 
 
-def _check_size(what: str, size: int, level: int, low: int, high: int) -> None:
+def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
+    """Check the sizes along one axis, or along all where they are the same; z may be thin."""
+    thin = where == " along z"
+    _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
+    least = 0 if thin and template < MIN_TEMPLATE else 1
+    _check_size("Overlap", where, overlap, level, least, template // 2)
+
+
+def _check_size(what: str, where: str, size: int, level: int, low: int, high: int) -> None:
     """Say which sizes a level allows where it does not allow this one."""
     unit = 2**level
     if size % unit == 0 and low <= size <= high:
@@ -255,7 +261,7 @@ def _check_size(what: str, size: int, level: int, low: int, high: int) -> None:
     elif size < low:
         rule = f"at least {low}"
     tail = f"try {' or '.join(map(str, sorted(near)))}" if near else "choose a lower level"
-    raise CCWSIMError(f"{what} must be {rule} at level {level}: {tail}")
+    raise CCWSIMError(f"{what} {size}{where} must be {rule} at level {level}: {tail}")
 
 
 def _documented() -> str:
