@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ccwsim.io as cio
-from ccwsim import CCWSIMError, Grid
+from ccwsim import CCWSIMError, Grid, TrainingImage
 
 
 @pytest.mark.parametrize(
@@ -27,6 +28,24 @@ def test_grids_of_other_tools(data_dir: Path, name, shape, codes):
     assert ti.codes.tolist() == codes
     plain = np.array(path.read_text().split("\n")[3:-1], dtype=float).reshape(shape)
     assert (ti.array == plain).all(), "x fastest, from the south-west"
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "n_facies"),
+    [("ti_maules_creek_340x200x80", (80, 200, 340), 2), ("ti_alluvial_ti1_78x59x116", None, 4)],
+)
+def test_volumes(data_dir: Path, name, shape, n_facies):
+    path = data_dir / "volumes" / f"{name}.npz"
+    if not path.is_file():
+        pytest.skip(f"no {path.name}")
+    ti = cio.read_training_image(path, volume=True)
+    assert ti.shape == (shape or (116, 59, 78))
+    assert ti.n_facies == n_facies
+    with np.load(path) as saved:
+        assert (ti.array == saved["ti"]).all()
+    piece = TrainingImage(ti.array[:9, :40, :50])
+    written = BytesIO(cio.training_image_as_bytes(piece, "sgems"))
+    assert cio.read_training_image(written, volume=True).digest == piece.digest
 
 
 def test_grey_values_ask_for_classes(data_dir: Path):

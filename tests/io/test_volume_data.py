@@ -162,6 +162,22 @@ class TestWells:
             read(well("A,1,1,0,0,2,1"), grid)
 
 
+@pytest.mark.parametrize("kind", ["points", "intervals", "cells"])
+def test_a_grid_fits_all_data(kind):
+    text = {
+        "points": cio.hard_data_as_bytes(DATA, "csv", GRID),
+        "intervals": well("A,0,50,10,0,12,0\nB,700,300,8,1,90,1").encode(),
+        "cells": b"layer,row,col,facies\n3,4,5,0\n6,2,1,1\n",
+    }[kind]
+    points = cio.read_points(BytesIO(text), grid_shape=(1, 1, 1))
+    grid = cio.fit_grid(points)
+    assert grid.nz is not None
+    placed = cio.place_points(points, grid, IMAGE)
+    assert not len(placed.outside)
+    if kind == "cells":
+        assert grid == Grid(5, 6, nz=7)
+
+
 def test_a_map_reads_files_with_z_as_before():
     text = well("A,5,5,0,1,2,1")
     found = cio.import_hard_data(BytesIO(text.encode()), (8, 9))

@@ -138,8 +138,8 @@ def fit_grid(
     Parameters
     ----------
     points : ImportedPoints
-        From `read_points`. Rows and columns need as many cells as the largest of them says; a
-        whole grid with gaps is the grid.
+        From `read_points`. (Layers,) rows and columns need as many cells as the largest of them
+        says; a whole grid with gaps is the grid.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
 
@@ -157,14 +157,18 @@ def fit_grid(
     Grid(ny=512, nx=512, cell_size=(10.0, 10.0), origin=(435400.0, 4504600.0))
     """
     if points.world:
-        return Grid.fit(points.places, shape=shape, cell_size=cell_size)
+        places = points.places
+        if points.spans is not None:  # a grid that holds both ends of an interval
+            places = np.repeat(places, 2, axis=0)
+            places[:, 2] = points.spans.ravel()
+        return Grid.fit(places, shape=shape, cell_size=cell_size)
     if points.grid is not None:
         return points.grid
-    ny, nx = Grid.of(shape).shape if shape is not None else (1, 1)
+    least = Grid.of(shape if shape is not None else (1,) * points.places.shape[1])
     if not points.n:
-        return Grid(ny, nx)
+        return least
     most = _cells(points, None)[0].max(axis=0) + 1
-    return Grid(max(ny, int(most[0])), max(nx, int(most[1])))
+    return Grid.of(np.maximum(least.shape, most))
 
 
 def _cells(
