@@ -22,7 +22,7 @@ class DataFile:
 
     kind: str  # the format, in words
     name: str  # what to call the file in messages
-    # grids of shape (nz, ny, nx), or columns of shape (n,) of a table
+    # grids of shape (nz, ny, nx), a stack of volumes, or columns of shape (n,) of a table
     variables: dict[str, NDArray]
     # whether the variables are columns: points, or a grid whose size the file does not say
     is_table: bool = False

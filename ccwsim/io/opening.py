@@ -183,7 +183,7 @@ def open_content(
     if kind == "unknown":
         raise CCWSIMError(
             f"{name} is of no known kind; bring a picture, an SGeMS or GSLIB file, a CSV table, "
-            "GeoJSON points, or a NumPy or MATLAB file"
+            "GeoJSON points, or a NumPy, MATLAB or VTK file"
         )
     return _read_text(_plain_text(content, name), name)
 

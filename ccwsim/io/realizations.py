@@ -154,8 +154,9 @@ def read_realizations(
     ----------
     path_or_file : str, Path or binary file
         An npz of `write_realizations`, which is read back with its whole study; a GSLIB or SGeMS
-        grid, one realization a column; or an npy array of shape (n, ny, nx) or (n, nz, ny, nx), row
-        0 at the south, layer 0 at the bottom, as `simulate(out=...)` writes it.
+        grid or VTK ImageData, one realization a column; or an npy array of shape (n, ny, nx) or
+        (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom, as `simulate(out=...)` writes
+        it.
     training_image : TrainingImage or array_like, optional
         What they were simulated from, where the file does not have it: npz files of older versions,
         text grids and npy. Left out there, an image of one cell a facies code stands for it, whose

@@ -29,6 +29,9 @@ _TYPES = {
     for size in (1, 2, 4, 8)
 } | {"Float32": "f4", "Float64": "f8"}
 _HEADERS = {"UInt32": "u4", "UInt64": "u8"}
+_MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")
+"""Arrays that VTK adds."""
+_NORTH_UP = "1 0 0 0 1 0 0 0 1"
 _START = 1000
 """Bytes in which the kind of a file stands."""
 
@@ -72,6 +75,8 @@ def read_vti(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: VTK files of ImageData in one piece are read; save it as such")
     spacing = _numbers(image, "Spacing", "1 1 1", 3, name)
     origin = _numbers(image, "Origin", "0 0 0", 3, name)
+    if _numbers(image, "Direction", _NORTH_UP, 9, name).tolist() != np.eye(3).ravel().tolist():
+        raise CCWSIMError(f"{name}: a grid that is turned in space is not read; resample it")
     if not (spacing > 0).all():
         raise CCWSIMError(f"{name}: the spacing {spacing.tolist()} must be positive")
     extent = _numbers(pieces[0], "Extent", image.get("WholeExtent", ""), 6, name)
@@ -82,7 +87,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
         arrays, shape = pieces[0].findall("PointData/DataArray"), n_points
         corner = corner - spacing / 2
     arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
-    arrays = [a for a in arrays if a.get("type") in _TYPES]
+    arrays = [a for a in arrays if a.get("type") in _TYPES and a.get("Name") not in _MARKS]
     if not arrays or len(arrays) > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: it has {len(arrays)} arrays of one number a cell; save some")
     full = tuple(int(n) if abs(n) < 2**31 else 0 for n in shape[::-1])
