@@ -20,9 +20,10 @@ from ccwsim.metrics.etype import (
     facies_counts,
     proportion_quantiles,
     proportions,
+    vertical_proportions,
 )
 from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
-from ccwsim.metrics.lags import STEPS, Direction
+from ccwsim.metrics.lags import STEPS, VERTICAL, Direction
 from ccwsim.metrics.patterns import (
     PatternHistogram,
     coarsened,
@@ -58,6 +59,7 @@ from ccwsim.model.deprecation import renamed
 __all__ = [
     "QUARTERS",
     "STEPS",
+    "VERTICAL",
     "Advice",
     "Anodi",
     "Band",
@@ -121,6 +123,7 @@ __all__ = [
     "transition_map",
     "variogram",
     "variogram_map",
+    "vertical_proportions",
 ]
 
 __getattr__ = renamed(

@@ -8,14 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.lags import Direction, Lags, lags_within
-from ccwsim.metrics.stack import Fraction, Images, as_image, as_stack, in_pieces, map_parallel
-from ccwsim.model.errors import CCWSIMError, shown
-
-_TOUCHING = {4: ndimage.generate_binary_structure(2, 1), 8: np.ones((3, 3), bool)}
+from ccwsim.metrics.labelling import euler_number, label, neighbours_of
+from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
+from ccwsim.metrics.stack import (
+    Fraction,
+    Images,
+    as_image,
+    as_stack,
+    in_pieces,
+    map_parallel,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +35,7 @@ class Connectivity:
     unconditional : ndarray, shape (n, n_lags)
         P(x and x + h in one geobody), over all pairs of cells.
     neighbours : int
-        4 or 8: which cells count as touching.
+        Which cells count as touching: 4 or 8, in volumes 6, 18 or 26.
     """
 
     lags: NDArray[np.int64]
@@ -41,29 +45,30 @@ class Connectivity:
 
 
 def connected_geobodies(
-    image: Images, facies: int, neighbours: int = 8
+    image: Images, facies: int, neighbours: int | None = None
 ) -> tuple[NDArray[np.int32], int]:
     """Number the connected geobodies of a facies.
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx)
+    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     facies : int
         The code of one.
-    neighbours : int
-        4 (sides) or 8 (sides and corners).
+    neighbours : int, optional
+        In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
+        corners); 8 or 26 where left out.
 
     Returns
     -------
-    labels : ndarray of int32, shape (ny, nx)
+    labels : ndarray of int32, shape of the image
         0 outside the facies, else the number of the geobody from 1 on.
     n_geobodies : int
 
     Raises
     ------
     CCWSIMError
-        For other neighbours than 4 or 8, and for a facies code that the image does not have.
+        For other neighbours, and for a facies code that the image does not have.
 
     Examples
     --------
@@ -71,15 +76,9 @@ def connected_geobodies(
     3
     """
     stack = as_image(image)
-    return _numbered(stack.indices[0] == stack.index_of(facies), neighbours)
-
-
-def _numbered(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
-    if not isinstance(neighbours, (int, np.integer)) or neighbours not in _TOUCHING:
-        raise CCWSIMError(f"neighbours = {shown(neighbours)} must be 4 or 8")
-    labels = np.empty(inside.shape, np.int32)
-    ndimage.label(inside, _TOUCHING[neighbours], output=labels)
-    return labels, int(labels.max())
+    inside = stack.volume(0) == stack.index_of(facies)
+    labels, n_geobodies = label(inside, neighbours_of(stack.shape, neighbours))
+    return labels.reshape(stack.shape), n_geobodies
 
 
 def connectivity(
@@ -87,7 +86,7 @@ def connectivity(
     facies: int,
     direction: Direction = "E-W",
     lags: Lags = 100,
-    neighbours: int = 8,
+    neighbours: int | None = None,
     progress: Fraction | None = None,
 ) -> Connectivity:
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
@@ -97,17 +96,18 @@ def connectivity(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     facies : int
         The code of one.
     direction : str, float or pair of int
         "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
-        (rows, columns).
+        (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
     lags : int or sequence of int
         The largest lag, or the lags.
-    neighbours : int
-        4 or 8.
+    neighbours : int, optional
+        In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
+        corners); 8 or 26 where left out.
     progress : callable, optional
         Called with the share that is done.
 
@@ -118,7 +118,7 @@ def connectivity(
     Raises
     ------
     CCWSIMError
-        For lags larger than the image, an unknown direction, other neighbours than 4 or 8, or a
+        For lags larger than the image, an unknown direction, other neighbours, or a
         facies code that none of the images has, nor the training image of an ensemble.
 
     Examples
@@ -129,34 +129,37 @@ def connectivity(
     stack = as_stack(images)
     steps, offsets = lags_within(stack.shape, direction, lags)
     index = stack.index_of(facies)
+    touching = neighbours_of(stack.shape, neighbours)
 
     def one(k: int) -> NDArray[np.integer]:
-        labels = _numbered(stack.indices[k] == index, neighbours)[0]
+        labels = label(stack.volume(k) == index, touching)[0]
         return in_pieces(lambda some: _count_pairs(labels, some), offsets, labels.size)
 
     counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
     both, joined = counts[:, :, 0], counts[:, :, 1]
     tau = np.divide(joined, both, out=np.full(both.shape, np.nan), where=both > 0)
-    n_pairs = np.prod(stack.shape - np.abs(offsets), axis=1)
-    return Connectivity(steps, tau, joined / n_pairs, neighbours)
+    unconditional = joined / count_pairs(stack.shape, offsets)
+    return Connectivity(steps, tau, unconditional, touching)
 
 
 @kernel
 def _count_pairs(labels, offsets):
     """Count, for each lag, the pairs with both cells in the facies and those in one geobody."""
-    ny, nx = labels.shape
+    nz, ny, nx = labels.shape
     counts = np.zeros((len(offsets), 2), np.int64)
     for lag in range(len(offsets)):
-        dy, dx = offsets[lag]
+        dz, dy, dx = offsets[lag]
         first, last = max(0, -dx), nx - max(0, dx)
-        for i in range(max(0, -dy), ny - max(0, dy)):
-            tail, head = labels[i, first:last], labels[i + dy, first + dx : last + dx]
-            both, joined = np.int32(0), np.int32(0)
-            for j in range(len(tail)):
-                both += np.int32((tail[j] != 0) & (head[j] != 0))
-                joined += np.int32((tail[j] != 0) & (tail[j] == head[j]))
-            counts[lag, 0] += both
-            counts[lag, 1] += joined
+        for k in range(max(0, -dz), nz - max(0, dz)):
+            for i in range(max(0, -dy), ny - max(0, dy)):
+                tail = labels[k, i, first:last]
+                head = labels[k + dz, i + dy, first + dx : last + dx]
+                both, joined = np.int32(0), np.int32(0)
+                for j in range(len(tail)):
+                    both += np.int32((tail[j] != 0) & (head[j] != 0))
+                    joined += np.int32((tail[j] != 0) & (tail[j] == head[j]))
+                counts[lag, 0] += both
+                counts[lag, 1] += joined
     return counts
 
 
@@ -175,9 +178,11 @@ class Geobodies:
     percolates_ew, percolates_ns : ndarray of bool, shape (n,)
         Whether one geobody touches the west and the east edge, or the south and the north edge.
     euler_number : ndarray of int, shape (n,)
-        Geobodies minus holes.
+        Geobodies minus holes; in volumes geobodies − tunnels + cavities.
     neighbours : int
-        4 or 8: which cells count as touching. Holes use the other of the two.
+        Which cells count as touching: 4 or 8, in volumes 6, 18 or 26.
+    percolates_vertical : ndarray of bool, shape (n,), or None
+        Whether one geobody touches the lowest and the highest layer; None for maps.
     """
 
     n_geobodies: NDArray[np.int64]
@@ -187,6 +192,7 @@ class Geobodies:
     percolates_ns: NDArray[np.bool_]
     euler_number: NDArray[np.int64]
     neighbours: int
+    percolates_vertical: NDArray[np.bool_] | None = None
 
     @property
     def n_bodies(self) -> NDArray[np.int64]:
@@ -199,22 +205,24 @@ class _ImageGeobodies(NamedTuple):
     sizes: NDArray[np.int64]
     ew: bool
     ns: bool
+    vertical: bool
     euler: int
 
 
 def geobody_statistics(
-    images: Images, facies: int, neighbours: int = 8, progress: Fraction | None = None
+    images: Images, facies: int, neighbours: int | None = None, progress: Fraction | None = None
 ) -> Geobodies:
     """Return the connected geobodies of a facies in each image (Renard & Allard 2013).
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     facies : int
         The code of one.
-    neighbours : int
-        4 (sides) or 8 (sides and corners).
+    neighbours : int, optional
+        In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
+        corners); 8 or 26 where left out.
     progress : callable, optional
         Called with the share that is done.
 
@@ -225,7 +233,7 @@ def geobody_statistics(
     Raises
     ------
     CCWSIMError
-        For other neighbours than 4 or 8, or a facies code that none of the images has, nor the
+        For other neighbours, or a facies code that none of the images has, nor the
         training image of an ensemble.
 
     Examples
@@ -236,8 +244,9 @@ def geobody_statistics(
     """
     stack = as_stack(images)
     index = stack.index_of(facies)
+    touching = neighbours_of(stack.shape, neighbours)
     found = map_parallel(
-        lambda k: _of_one(stack.indices[k] == index, neighbours), len(stack), progress
+        lambda k: _of_one(stack.volume(k) == index, touching), len(stack), progress
     )
     totals = np.array([one.sizes.sum() for one in found], dtype=float)
     squares = np.array([(one.sizes.astype(float) ** 2).sum() for one in found])
@@ -250,39 +259,23 @@ def geobody_statistics(
         percolates_ew=np.array([one.ew for one in found]),
         percolates_ns=np.array([one.ns for one in found]),
         euler_number=np.array([one.euler for one in found]),
-        neighbours=neighbours,
+        neighbours=touching,
+        percolates_vertical=np.array([one.vertical for one in found]) if stack.is_volumes else None,
     )
 
 
 def _of_one(inside: NDArray[np.bool_], neighbours: int) -> _ImageGeobodies:
-    labels, n_geobodies = _numbered(inside, neighbours)
+    labels, n_geobodies = label(inside, neighbours)
     sizes = np.bincount(labels.ravel(), minlength=n_geobodies + 1)[1:]
     return _ImageGeobodies(
         sizes=np.sort(sizes)[::-1],
-        ew=_have_common_label(labels[:, 0], labels[:, -1]),
-        ns=_have_common_label(labels[0], labels[-1]),
-        euler=int(_euler_number(labels, neighbours == 8)),
+        ew=_have_common_label(labels[:, :, 0], labels[:, :, -1]),
+        ns=_have_common_label(labels[:, 0], labels[:, -1]),
+        vertical=_have_common_label(labels[0], labels[-1]),
+        euler=euler_number(labels, neighbours),
     )
 
 
 def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
     both = np.intersect1d(one, other)
     return bool((both > 0).any())
-
-
-@kernel
-def _euler_number(labels, corners_touch):
-    """Count squares of 2 × 2 cells with one, three, or two diagonal cells inside (Gray 1971)."""
-    ny, nx = labels.shape
-    one, three, diagonal = 0, 0, 0
-    for i in range(-1, ny):
-        for j in range(-1, nx):
-            a = i >= 0 and j >= 0 and labels[i, j] > 0
-            b = i >= 0 and j + 1 < nx and labels[i, j + 1] > 0
-            c = i + 1 < ny and j >= 0 and labels[i + 1, j] > 0
-            d = i + 1 < ny and j + 1 < nx and labels[i + 1, j + 1] > 0
-            n = int(a) + int(b) + int(c) + int(d)
-            one += n == 1
-            three += n == 3
-            diagonal += n == 2 and a == d
-    return (one - three + (-2 if corners_touch else 2) * diagonal) // 4

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics.stack import Images, as_values
+from ccwsim.metrics.stack import N_AXES, Ensemble, Images, Stack, as_values
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
@@ -24,7 +24,7 @@ class DataMatch:
         How many data each realization misses.
     times_wrong : ndarray of int, shape (n_data,)
         How many realizations miss each datum.
-    map : ndarray of int, shape (ny, nx)
+    map : ndarray of int, shape of a realization
         `times_wrong` in the cells with data, −1 elsewhere.
     """
 
@@ -39,8 +39,9 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
 
     Parameters
     ----------
-    realizations : Ensemble or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes, as the data have them.
+    realizations : Ensemble or array_like
+        An array has facies codes, as the data have them, shape (ny, nx), (n, ny, nx) or, for
+        volumes, (n, nz, ny, nx); with data in layers (nz, ny, nx) is one volume.
     hard_data : HardData
 
     Returns
@@ -50,7 +51,7 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     Raises
     ------
     CCWSIMError
-        Where a datum lies outside the realizations.
+        Where a datum lies outside the realizations, or data in layers meet maps.
 
     Examples
     --------
@@ -61,17 +62,28 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     stack = as_values(realizations)
     if not isinstance(hard_data, HardData):
         raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
-    rows, columns = hard_data.cells.T
-    ny, nx = stack.shape[1:]
-    outside = (rows < 0) | (rows >= ny) | (columns < 0) | (columns >= nx)
-    if outside.any():
-        k = int(np.flatnonzero(outside)[0])
+    cells, names = hard_data.cells, ("layer", "row", "column")
+    is_array = not isinstance(realizations, (Ensemble, Stack))
+    if is_array and cells.shape[1] == N_AXES == np.ndim(realizations):  # one volume
+        stack = stack[None]
+    shape = stack.shape[1:]
+    if not len(cells):
+        cells = np.empty((0, len(shape)), np.int64)
+    if cells.shape[1] != len(shape):
         raise CCWSIMError(
-            f"the datum at row {rows[k]}, column {columns[k]} lies outside realizations of "
-            f"{ny} rows and {nx} columns; drop it or take the grid it belongs to"
+            f"hard data of {cells.shape[1]} coordinates do not fit realizations of shape {shape}; "
+            f"give {', '.join(names[-len(shape) :])} of each"
         )
-    wrong = stack[:, rows, columns] != hard_data.facies
+    outside = ((cells < 0) | (cells >= shape)).any(axis=1)
+    if outside.any():
+        places = zip(names[-len(shape) :], cells[outside][0], shape, strict=True)
+        where, sides = zip(*((f"{n} {k}", f"{m} {n}s") for n, k, m in places), strict=True)
+        raise CCWSIMError(
+            f"the datum at {', '.join(where)} lies outside realizations of "
+            f"{', '.join(sides[:-1])} and {sides[-1]}; drop it or take the grid it belongs to"
+        )
+    wrong = stack[:, *cells.T] != hard_data.facies
     times = np.count_nonzero(wrong, axis=0)
-    where = np.full((ny, nx), -1)
-    where[rows, columns] = times
+    where = np.full(shape, -1)
+    where[tuple(cells.T)] = times
     return DataMatch(wrong, np.count_nonzero(wrong, axis=1), times, where)

@@ -10,7 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.stack import Codes, Images, as_stack, codes_or_places
+from ccwsim.metrics.stack import (
+    N_AXES,
+    Codes,
+    Ensemble,
+    Images,
+    Stack,
+    TrainingImage,
+    as_image,
+    as_stack,
+    codes_or_places,
+)
 from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.workers import check_stop
@@ -24,8 +34,8 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
 
@@ -43,6 +53,51 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
     n = stack.n_facies
     counts = np.array([np.bincount(image.ravel(), minlength=n) for image in stack.indices])
     return counts / stack.indices[0].size
+
+
+def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
+    """Return the share of each facies in each layer of volumes: vertical proportion curves.
+
+    Parameters
+    ----------
+    images : Ensemble, TrainingImage or array_like, shape (nz, ny, nx) or (n, nz, ny, nx)
+        Volumes; an array has facies codes.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
+
+    Returns
+    -------
+    ndarray, shape (n, n_facies, nz)
+        Facies in the order of the sorted codes, layer 0 at the bottom; for each image and layer
+        the shares sum to 1.
+
+    Raises
+    ------
+    CCWSIMError
+        For maps, which have no layers.
+
+    Examples
+    --------
+    >>> vertical_proportions([[[3, 3]], [[3, 7]]])
+    array([[[1. , 0.5],
+            [0. , 0.5]]])
+    """
+    if isinstance(images, (Stack, Ensemble, TrainingImage)):
+        stack = as_stack(images, codes)
+    else:  # no stack of maps, which have no layers
+        array = as_array(images, "images")
+        is_one = array.ndim == N_AXES
+        stack = as_image(array, codes, N_AXES) if is_one else as_stack(array, codes)
+    if not stack.is_volumes:
+        raise CCWSIMError(
+            "proportions by layer need volumes, shape (nz, ny, nx) or (n, nz, ny, nx), not "
+            f"{len(stack)} of shape {stack.shape}"
+        )
+    n = stack.n_facies
+    counts = [
+        [np.bincount(layer.ravel(), minlength=n) for layer in volume] for volume in stack.indices
+    ]
+    return np.swapaxes(np.array(counts), 1, 2) / stack.indices[0, 0].size
 
 
 def proportion_quantiles(
@@ -86,7 +141,7 @@ class EType:
 
     Attributes
     ----------
-    probability : ndarray, shape (n_facies, ny, nx)
+    probability : ndarray, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
         Share of the realizations that have each facies.
     n : int
         How many realizations.
@@ -100,22 +155,22 @@ class EType:
 
     @cached_property
     def most_likely(self) -> NDArray[np.integer]:
-        """Code of the most probable facies, shape (ny, nx); of several the smallest."""
+        """Code of the most probable facies by cell; of several the smallest."""
         return self.codes[self.most_likely_indices]
 
     @cached_property
     def most_likely_indices(self) -> NDArray[np.uint8]:
-        """Where the most probable facies stands in `codes`, shape (ny, nx)."""
+        """Where the most probable facies stands in `codes`, by cell."""
         return self.probability.argmax(axis=0).astype(np.uint8)
 
     @property
     def most_likely_probability(self) -> NDArray[np.float64]:
-        """Probability of the most probable facies, shape (ny, nx)."""
+        """Probability of the most probable facies, by cell."""
         return self.probability.max(axis=0)
 
     @property
     def maps(self) -> dict[str, NDArray]:
-        """All maps (ny, nx) by name, as `ccwsim.io.write_maps` takes them."""
+        """All maps, or volumes, by name, as `ccwsim.io.write_maps` takes them."""
         each = zip(self.codes.tolist(), self.probability, strict=True)
         return {
             **{f"probability_{code}": values for code, values in each},
@@ -126,7 +181,7 @@ class EType:
 
     @cached_property
     def entropy(self) -> NDArray[np.float64]:
-        """−Σ p log p / log(n_facies), from 0 (certain) to 1 (all equally likely), (ny, nx)."""
+        """−Σ p log p / log(n_facies), from 0 (certain) to 1 (all equally likely)."""
         return entropy(self.probability)
 
 
@@ -135,8 +190,8 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
 
@@ -155,18 +210,18 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
 
 
 def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int32]:
-    """Return how many realizations have each facies in each cell, shape (n_facies, ny, nx).
+    """Return how many realizations have each facies in each cell.
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
 
     Returns
     -------
-    ndarray of int32, shape (n_facies, ny, nx)
+    ndarray of int32, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
 
     Examples
     --------
@@ -182,11 +237,11 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
 
 def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
-    """Return the E-type of counts (n_facies, ny, nx), as `facies_counts` makes them.
+    """Return the E-type of counts as `facies_counts` makes them.
 
     Parameters
     ----------
-    counts : ndarray of int, shape (n_facies, ny, nx)
+    counts : ndarray of int, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
         Realizations by facies and cell, as `facies_counts` gives them.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes, 0 … n_facies − 1 where left out.
@@ -206,9 +261,13 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
     array([0.25, 0.75])
     """
     counts = as_array(counts, "counts")
-    if counts.ndim != 3 or not counts.size or counts.dtype.kind not in "ui":
-        raise CCWSIMError(f"counts of shape (n_facies, ny, nx) are needed, not {counts.shape}")
-    n = int(counts[:, 0, 0].sum())
+    n_axes = counts.ndim - 1
+    if n_axes not in (2, N_AXES) or not counts.size or counts.dtype.kind not in "ui":
+        raise CCWSIMError(
+            "counts of shape (n_facies, ny, nx) or (n_facies, nz, ny, nx) are needed, not "
+            f"{counts.shape}"
+        )
+    n = int(counts.reshape(len(counts), -1)[:, 0].sum())
     if not n:
         raise CCWSIMError("no realization was counted yet; an E-type needs at least one")
     return EType(counts / n, n, codes_or_places(codes, len(counts)))
@@ -250,9 +309,20 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     return found.reshape(p.shape[1:])
 
 
+def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
+    """Add one realization to counts, shape (n_facies, *image.shape), in place.
+
+    Examples
+    --------
+    >>> counts = np.zeros((2, 1, 3), np.int32)
+    >>> add_counts(np.array([[0, 1, 1]], np.uint8), counts)
+    >>> counts.tolist()
+    [[[1, 0, 0]], [[0, 1, 1]]]
+    """
+    _add_counts(np.ascontiguousarray(image).reshape(-1), counts.reshape(len(counts), -1))
+
+
 @kernel
-def add_counts(image, counts):
-    """Add one realization (ny, nx) to counts (n_facies, ny, nx) in place."""
-    for i in range(image.shape[0]):
-        for j in range(image.shape[1]):
-            counts[image[i, j], i, j] += 1
+def _add_counts(cells, counts):
+    for cell in range(len(cells)):
+        counts[cells[cell], cell] += 1

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ccwsim.metrics.stack import N_AXES
 from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
@@ -15,21 +16,28 @@ from ccwsim.model.errors import CCWSIMError, shown
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
 """One lag of each named direction in rows (to the north) and columns (to the east)."""
 
+VERTICAL = "vertical"
+"""The direction of one layer up, in volumes."""
+
 MAX_STEPS = 1_000_000
 """Of a lag."""
 
-Direction = str | float | tuple[int, int]
-"""A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag."""
+Direction = str | float | tuple[int, ...]
+"""A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag; in
+volumes also "vertical" and (layers, rows, columns)."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
 """The largest lag, or the lags."""
 
 
-def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.int64]:
+def lag_offsets(
+    direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
+) -> NDArray[np.int64]:
     """Return the (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
 
     A named direction and a pair (rows, columns) take `lag` whole steps; an azimuth goes `lag`
-    cells far and is rounded to the nearest cell.
+    cells far and is rounded to the nearest cell. For volumes, `n_axes` = 3, it is (layers, rows,
+    columns), where "vertical" and three numbers go across layers and all others stay in one.
 
     Examples
     --------
@@ -37,10 +45,22 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
     [[0, 0], [2, 2]]
     >>> lag_offsets(90.0, np.array([3])).tolist()
     [[0, 3]]
+    >>> lag_offsets("vertical", np.array([3]), n_axes=3).tolist()
+    [[3, 0, 0]]
     """
+    offsets = _offsets(direction, lags, n_axes)
+    return np.pad(offsets, ((0, 0), (n_axes - offsets.shape[1], 0)))
+
+
+def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> NDArray[np.int64]:
+    """Return the offsets along as many axes as a direction has."""
     if isinstance(direction, str):
+        if direction == VERTICAL:
+            if n_axes < N_AXES:
+                raise CCWSIMError('direction "vertical" needs volumes, shape (n, nz, ny, nx)')
+            return np.outer(lags, (1, 0, 0)).astype(np.int64)
         if direction not in STEPS:
-            known = ", ".join(STEPS)
+            known = ", ".join([*STEPS, *([VERTICAL] if n_axes == N_AXES else [])])
             raise CCWSIMError(f"direction {shown(direction)} must be one of {known}, or an azimuth")
         return np.outer(lags, STEPS[direction]).astype(np.int64)
     if isinstance(direction, (int, float, np.integer, np.floating)):
@@ -49,22 +69,31 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer]) -> NDArray[np.i
         angle = np.deg2rad(float(direction))
         return np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
     step = as_array(direction, "direction")
-    if step.shape != (2,) or step.dtype.kind not in "ui" or not step.any():
-        raise CCWSIMError(f"direction {shown(direction)} must be two whole numbers, not both 0")
-    if max(abs(int(step[0])), abs(int(step[1]))) > MAX_STEPS:
+    if step.shape not in ((2,), (n_axes,)) or step.dtype.kind not in "ui" or not step.any():
+        several = "two whole numbers, not both 0"
+        if n_axes == N_AXES:
+            several = "(rows, columns) or (layers, rows, columns), whole numbers, not all 0"
+        raise CCWSIMError(f"direction {shown(direction)} must be {several}")
+    if max(abs(n) for n in step.tolist()) > MAX_STEPS:
         raise CCWSIMError(f"direction {shown(direction)} must have numbers of at most {MAX_STEPS}")
     return np.outer(lags, step.astype(np.int64))
 
 
-def max_lag(direction: Direction, *shapes: tuple[int, int]) -> int:
+def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
     """Return the largest lag to look at: half of the side that all `shapes` have, at most 100.
 
     Examples
     --------
     >>> max_lag("E-W", (256, 256), (64, 60)), max_lag("N-S", (1, 60))
     (30, 0)
+    >>> max_lag("vertical", (50, 256, 256)), max_lag((1, 2, 0), (50, 20, 256))
+    (25, 5)
     """
-    rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
+    *layers, rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
+    if layers and (str(direction) == VERTICAL or np.shape(direction) == (N_AXES,)):
+        step = np.abs(lag_offsets(direction, np.array([1]), N_AXES)[0])
+        halves = np.array([*layers, rows, columns]) // 2
+        return min(MAX_LAG, int((halves[step > 0] // step[step > 0]).min()))
     side = {"E-W": columns, "N-S": rows}.get(str(direction), min(rows, columns))
     return min(MAX_LAG, side // 2)
 
@@ -95,26 +124,55 @@ def distinct_lags(
     >>> distinct_lags(45.0, 2)
     (array([0, 1]), array([0.        , 1.41421356]))
     """
-    offsets = lag_offsets(direction, np.arange(n_lags + 1))
+    offsets = lag_offsets(direction, np.arange(n_lags + 1), N_AXES)
     _, first = np.unique(offsets, axis=0, return_index=True)
     lags = np.sort(first)
-    return lags, np.hypot(*offsets[lags].T.astype(float))
+    return lags, np.hypot.reduce(offsets[lags].astype(float), axis=1)
 
 
 def lags_within(
     shape: tuple[int, ...], direction: Direction, lags: Lags
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return lags and their offsets; raise `CCWSIMError` for the first longer than the image."""
+    """Return lags and their offsets (layers, rows, columns), shape (n_lags, 3).
+
+    Raises `CCWSIMError` for the first longer than the image.
+    """
     steps = as_lags(lags)
-    offsets = lag_offsets(direction, steps)
+    offsets = lag_offsets(direction, steps, len(shape))
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))
     if len(far):
-        rows, columns = offsets[far[0]]
+        *layers, rows, columns = offsets[far[0]]
+        across = f"{layers[0]} layers, " if layers else ""
         raise CCWSIMError(
-            f"lag no. {far[0]} of {rows} rows and {columns} columns does not fit an image of "
-            f"{shape[0]} × {shape[1]}; give a smaller largest lag"
+            f"lag no. {far[0]} of {across}{rows} rows and {columns} columns does not fit an image "
+            f"of {' × '.join(map(str, shape))}; give a smaller largest lag"
         )
-    return steps, offsets
+    return steps, np.pad(offsets, ((0, 0), (N_AXES - len(shape), 0)))
+
+
+def lags_that_fit(
+    shape: tuple[int, ...], direction: Direction, lags: NDArray[np.integer]
+) -> NDArray[np.integer]:
+    """Return the lags at which pairs of cells lie in an image.
+
+    Examples
+    --------
+    >>> lags_that_fit((2, 9, 9), "vertical", np.arange(4))
+    array([0, 1])
+    """
+    fits = (np.abs(lag_offsets(direction, lags, len(shape))) < shape).all(axis=1)
+    return lags[fits]
+
+
+def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many pairs x, x + h lie in an image, by lag, of offsets as `lags_within` gives.
+
+    Examples
+    --------
+    >>> count_pairs((3, 4), np.array([[0, 0, 1], [0, 2, 2]]))
+    array([9, 2])
+    """
+    return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
@@ -125,6 +183,11 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
     >>> lags_of_map(1, (5, 5))
     array([-1,  0,  1])
     """
+    if len(shape) == N_AXES:
+        raise CCWSIMError(
+            f"lags of a map need a map, not a volume of {shape[0]} layers; give some of its layers "
+            "or take a direction"
+        )
     max_lag = check_int("max_lag", max_lag, 1, min(shape) - 1)
     return np.arange(-max_lag, max_lag + 1)
 

@@ -29,7 +29,7 @@ class ReferenceScores:
         (n p + ½) / (n + n_facies / 2), so that a facies that no realization has is not impossible.
     n_cells : int
         How many cells were scored.
-    right : ndarray of bool, shape (ny, nx)
+    right : ndarray of bool, shape of the reference field
         Where the most likely facies is the true one, also in cells that were not scored.
     """
 
@@ -76,13 +76,13 @@ def score_reference(
 
     Parameters
     ----------
-    probability : EType or array_like, shape (n_facies, ny, nx)
+    probability : EType or array_like, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
         They sum to 1 in each cell.
-    truth : TrainingImage or array_like, shape (ny, nx)
+    truth : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         The reference field; an array has facies codes.
     n_realizations : int, optional
         How many the probabilities are shares of; an `EType` says it itself.
-    scored : ndarray of bool, shape (ny, nx), optional
+    scored : ndarray of bool, shape of `truth`, optional
         Which cells count; exclude those with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes of an array of probabilities, 0 … n_facies − 1 where left out.
@@ -185,11 +185,12 @@ def _checked(
     else:
         p = as_floats(probability, "probabilities")
     known = codes_or_places(codes, len(p) if p.ndim else 0)
-    field = as_image(truth, known)
-    if p.ndim != 3 or p.shape[1:] != field.shape:
+    field = as_image(truth, known, p.ndim - 1)
+    if p.shape[1:] != field.shape:
         raise CCWSIMError(
-            "probabilities of shape (n_facies, ny, nx) and a reference field of (ny, nx) are "
-            f"needed, not {p.shape} and {field.shape}"
+            "probabilities of shape (n_facies, ny, nx) and a reference field of (ny, nx), or of "
+            "(n_facies, nz, ny, nx) and (nz, ny, nx), are needed, not "
+            f"{p.shape} and {field.shape}"
         )
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)

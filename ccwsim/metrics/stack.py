@@ -17,6 +17,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
 
+N_AXES = 3
+"""Of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
 """Cells that are compared between two checks for a stop: some tenths of a second."""
 Result = TypeVar("Result")
@@ -31,7 +33,7 @@ class Stack:
     A facies that some or all of the images lack is known where its code is one of `codes`.
     """
 
-    indices: NDArray[np.uint8]  # shape (n, ny, nx)
+    indices: NDArray[np.uint8]  # shape (n, ny, nx), or (n, nz, ny, nx) for volumes
     codes: NDArray[np.integer]  # shape (n_facies,): sorted
 
     def __len__(self) -> int:
@@ -43,9 +45,18 @@ class Stack:
         return len(self.codes)
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns of each image."""
-        return self.indices.shape[1], self.indices.shape[2]
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns of each map; layers, rows and columns of each volume."""
+        return self.indices.shape[1:]
+
+    @property
+    def is_volumes(self) -> bool:
+        """Whether the images are volumes."""
+        return len(self.shape) == N_AXES
+
+    def volume(self, k: int) -> NDArray[np.uint8]:
+        """Return an image as kernels take it, shape (nz, ny, nx): a map has one layer."""
+        return as_volume(self.indices[k])
 
     def index_of(self, code: int, name: str = "facies") -> int:
         """Return where a code stands among those known, or say which there are."""
@@ -74,6 +85,8 @@ Codes = ArrayLike
 
 def as_stack(images: Images, codes: Codes | None = None) -> Stack:
     """Return one image or many, with `codes` or those that they say themselves.
+
+    An array of two axes is a map, one of three a stack of maps, one of four a stack of volumes.
 
     Raises
     ------
@@ -104,22 +117,30 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
     return Stack(_indices(found.codes[found.indices], wanted), wanted)
 
 
-def as_image(image: Images, codes: Codes | None = None) -> Stack:
-    """Return a stack of one image.
+def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = None) -> Stack:
+    """Return a stack of one image; an array of several layers is a volume.
+
+    So is one of a single layer where `n_axes` is 3, for an image that others have to fit.
 
     Examples
     --------
-    >>> as_image([[0, 1], [1, 1]]).shape
-    (2, 2)
+    >>> as_image([[0, 1], [1, 1]]).shape, as_image(np.ones((2, 5, 6), int)).shape
+    ((2, 2), (2, 5, 6))
     """
+    if not isinstance(image, (Stack, Ensemble, TrainingImage)):
+        image = as_array(image, "images")
+        if image.ndim == N_AXES and (len(image) > 1 or n_axes == N_AXES):
+            image = image[None]
     stack = as_stack(image, codes)
     if len(stack) > 1:
-        raise CCWSIMError(f"one image of shape (ny, nx) is needed, not {len(stack)} of them")
+        raise CCWSIMError(
+            f"one image of shape (ny, nx) or (nz, ny, nx) is needed, not {len(stack)} of them"
+        )
     return stack
 
 
 def as_values(images: Images) -> NDArray[np.integer]:
-    """Return one image or many as an array (n, ny, nx) of facies codes, or raise `CCWSIMError`.
+    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`.
 
     Examples
     --------
@@ -130,11 +151,12 @@ def as_values(images: Images) -> NDArray[np.integer]:
         return images.codes[images.indices]
     if isinstance(images, Ensemble):
         return images.realizations
-    array = as_array(images.array if isinstance(images, TrainingImage) else images, "images")
-    if array.ndim not in (2, 3) or array.size == 0:
+    one = isinstance(images, TrainingImage)
+    array = as_array(images.array[None] if one else images, "images")
+    if array.ndim not in (2, N_AXES, N_AXES + 1) or array.size == 0:
         raise CCWSIMError(
-            f"images of shape (ny, nx) or (n, ny, nx) are needed, not {array.shape}; "
-            "give one image or a stack of realizations"
+            f"images of shape (ny, nx), (n, ny, nx) or (n, nz, ny, nx) are needed, not "
+            f"{array.shape}; give one image or a stack of realizations"
         )
     if array.dtype.kind not in "bui":
         raise CCWSIMError(
@@ -142,7 +164,18 @@ def as_values(images: Images) -> NDArray[np.integer]:
         )
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
-    return array if array.ndim == 3 else array[None]
+    return array[None] if array.ndim == N_AXES - 1 else array
+
+
+def as_volume(image: NDArray) -> NDArray:
+    """Return a map or volume as a volume: a map has one layer.
+
+    Examples
+    --------
+    >>> as_volume(np.zeros((5, 6))).shape
+    (1, 5, 6)
+    """
+    return image if image.ndim == N_AXES else image[None]
 
 
 def listed(codes: NDArray[np.integer]) -> str:

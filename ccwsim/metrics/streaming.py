@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.metrics.bands import Band, RunningCurves
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
+from ccwsim.metrics.lags import VERTICAL, lags_that_fit
 from ccwsim.metrics.stack import Codes, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_integers
@@ -31,7 +32,8 @@ class RunningSummary:
         Of the share of each facies, shape (n_facies,), in the order of the sorted codes.
     lags : ndarray of int, shape (n_lags,)
     variograms, connectivity : dict
-        Band of γ(h) and of τ(h), shape (n_lags,), by (facies code, direction).
+        Band of γ(h) and of τ(h), by (facies code, direction), over the first of the lags: as many
+        as fit the volume, all of them in a map.
     """
 
     n: int
@@ -50,19 +52,20 @@ class RunningStatistics:
 
     Parameters
     ----------
-    shape : pair of int
-        Rows and columns of the realizations.
+    shape : tuple of int
+        Rows and columns of the realizations; of volumes layers, rows and columns.
     codes : array_like of int
         The codes of all facies.
     facies : sequence of int, optional
         Codes of the facies whose curves are followed; all of them, or the second one of two,
         where left out.
-    directions : sequence of str
-        Of the curves.
+    directions : sequence of str, optional
+        Of the curves; "E-W" and "N-S", in volumes also "vertical", where left out.
     max_lag : int
-        Of the curves; made to fit the grid.
-    neighbours : int
-        4 or 8, for the connectivity function.
+        Of the curves; made to fit the rows and columns. A curve ends where its lags leave the
+        volume.
+    neighbours : int, optional
+        For the connectivity function, as in `connectivity`.
 
     Examples
     --------
@@ -76,12 +79,12 @@ class RunningStatistics:
 
     def __init__(
         self,
-        shape: tuple[int, int],
+        shape: tuple[int, ...],
         codes: Codes,
         facies: Sequence[int] | None = None,
-        directions: Sequence[str] = ("E-W", "N-S"),
+        directions: Sequence[str] | None = None,
         max_lag: int = 100,
-        neighbours: int = 8,
+        neighbours: int | None = None,
     ) -> None:
         self.codes = checked_codes(codes)
         n_facies = len(self.codes)
@@ -91,12 +94,17 @@ class RunningStatistics:
             index_of(self.codes, code)
         self.shape, self.n = tuple(shape), 0
         self._neighbours = neighbours
-        self._lags = np.arange(min(max_lag, min(shape) - 1) + 1)
+        self._lags = np.arange(min(max_lag, min(shape[-2:]) - 1) + 1)
+        if directions is None:
+            directions = ("E-W", "N-S", VERTICAL)[: len(self.shape)]
         self._counts = np.zeros((n_facies, *shape), np.int32)
         self._shares = RunningCurves(n_facies, 0.0, 1.0)
-        keys = [(code, direction) for code in followed for direction in directions]
-        self._gamma = {key: RunningCurves(len(self._lags), 0.0, 0.5) for key in keys}
-        self._tau = {key: RunningCurves(len(self._lags), 0.0, 1.0) for key in keys}
+        self._fitting = {way: lags_that_fit(self.shape, way, self._lags) for way in directions}
+        n_lags = {
+            (code, way): len(lags) for code in followed for way, lags in self._fitting.items()
+        }
+        self._gamma = {key: RunningCurves(n, 0.0, 0.5) for key, n in n_lags.items()}
+        self._tau = {key: RunningCurves(n, 0.0, 1.0) for key, n in n_lags.items()}
 
     @property
     def nbytes(self) -> int:
@@ -105,21 +113,21 @@ class RunningStatistics:
         return self._counts.nbytes + sum(c.nbytes for c in curves)
 
     def add(self, realization: Images) -> None:
-        """Add one realization of facies codes, shape (ny, nx).
+        """Add one realization of facies codes.
 
         Raises
         ------
         CCWSIMError
             For another shape or an unknown facies.
         """
-        image = as_image(realization, self.codes)
+        image = as_image(realization, self.codes, len(self.shape))
         if image.shape != self.shape:
             raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {image.shape}")
         curves = [  # first of all: it may be stopped on the way, and then nothing is added
             (
                 key,
-                variogram(image, *key, self._lags).gamma[0],
-                connectivity(image, *key, self._lags, self._neighbours).tau[0],
+                variogram(image, *key, self._fitting[key[1]]).gamma[0],
+                connectivity(image, *key, self._fitting[key[1]], self._neighbours).tau[0],
             )
             for key in self._gamma
         ]

@@ -11,6 +11,7 @@ from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.lags import (
     Direction,
     Lags,
+    count_pairs,
     lags_of_map,
     lags_within,
     overlap_sums,
@@ -66,13 +67,13 @@ def variogram(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     facies : int
         The code of one.
     direction : str, float or pair of int
         "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
-        (rows, columns).
+        (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
     lags : int or sequence of int
         The largest lag, or the lags.
     progress : callable, optional
@@ -98,13 +99,13 @@ def variogram(
     index = stack.index_of(facies)
 
     def one(k: int) -> NDArray[np.integer]:
-        inside = (stack.indices[k] == index).view(np.uint8)
+        inside = (stack.volume(k) == index).view(np.uint8)
         return in_pieces(lambda some: _count_unequal(inside, some), offsets, inside.size)
 
     unequal = map_parallel(one, len(stack), progress)
-    n_pairs = np.prod(stack.shape - np.abs(offsets), axis=1)
-    shares = np.mean(stack.indices == index, axis=(1, 2))
-    return Variogram(steps, np.array(unequal) / (2 * n_pairs), shares * (1 - shares))
+    shares = np.mean(stack.indices == index, axis=tuple(range(1, stack.indices.ndim)))
+    gamma = np.array(unequal) / (2 * count_pairs(stack.shape, offsets))
+    return Variogram(steps, gamma, shares * (1 - shares))
 
 
 def variogram_map(
@@ -151,17 +152,19 @@ def variogram_map(
 @kernel
 def _count_unequal(inside, offsets):
     """Return how many pairs have one cell in the facies and one outside, by lag."""
-    ny, nx = inside.shape
+    nz, ny, nx = inside.shape
     counts = np.zeros(len(offsets), np.int64)
     for lag in range(len(offsets)):
-        dy, dx = offsets[lag]
+        dz, dy, dx = offsets[lag]
         first, last = max(0, -dx), nx - max(0, dx)
-        for i in range(max(0, -dy), ny - max(0, dy)):
-            tail, head = inside[i, first:last], inside[i + dy, first + dx : last + dx]
-            unequal = np.int32(0)
-            for j in range(len(tail)):
-                unequal += np.int32(tail[j] != head[j])
-            counts[lag] += unequal
+        for k in range(max(0, -dz), nz - max(0, dz)):
+            for i in range(max(0, -dy), ny - max(0, dy)):
+                tail = inside[k, i, first:last]
+                head = inside[k + dz, i + dy, first + dx : last + dx]
+                unequal = np.int32(0)
+                for j in range(len(tail)):
+                    unequal += np.int32(tail[j] != head[j])
+                counts[lag] += unequal
     return counts
 
 
@@ -191,12 +194,13 @@ def transiograms(
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
-    x + h lies to the east or the north of x, so the matrix of a lag need not be symmetric.
+    x + h lies to the east or the north of x, or above it, so the matrix of a lag need not be
+    symmetric.
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
     direction, lags, progress
@@ -220,7 +224,7 @@ def transiograms(
     stack = as_stack(images, codes)
     steps, offsets = lags_within(stack.shape, direction, lags)
     counted = map_parallel(
-        lambda k: _count_transitions(stack.indices[k], stack.n_facies, offsets),
+        lambda k: _count_transitions(stack.volume(k), stack.n_facies, offsets),
         len(stack),
         progress,
     )
@@ -278,12 +282,13 @@ def _ratio(counts: NDArray, totals: NDArray) -> NDArray[np.float64]:
 @kernel
 def _count_transitions(image, n_facies, offsets):
     """Return how many pairs go from each facies to each, shape (n_lags, n_facies, n_facies)."""
-    ny, nx = image.shape
+    nz, ny, nx = image.shape
     counts = np.zeros((len(offsets), n_facies, n_facies), np.int64)
     for lag in range(len(offsets)):
-        dy, dx = offsets[lag]
+        dz, dy, dx = offsets[lag]
         first, last = max(0, -dx), nx - max(0, dx)
-        for i in range(max(0, -dy), ny - max(0, dy)):
-            for j in range(first, last):
-                counts[lag, image[i, j], image[i + dy, j + dx]] += 1
+        for k in range(max(0, -dz), nz - max(0, dz)):
+            for i in range(max(0, -dy), ny - max(0, dy)):
+                for j in range(first, last):
+                    counts[lag, image[k, i, j], image[k + dz, i + dy, j + dx]] += 1
     return counts
