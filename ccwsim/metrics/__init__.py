@@ -2,6 +2,7 @@
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling
 from ccwsim.metrics.bands import Band, RunningCurves, band
+from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.connectivity import (
     Connectivity,
     Geobodies,
@@ -26,7 +27,6 @@ from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, gran
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction
 from ccwsim.metrics.patterns import (
     PatternHistogram,
-    coarsened,
     divergences,
     js_divergence,
     pattern_distance,
@@ -45,6 +45,7 @@ from ccwsim.metrics.reference_band import (
 )
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
+from ccwsim.metrics.unseen import unseen_patterns
 from ccwsim.metrics.variograms import (
     Transiograms,
     Variogram,
@@ -121,6 +122,7 @@ __all__ = [
     "templates_that_fit",
     "transiograms",
     "transition_map",
+    "unseen_patterns",
     "variogram",
     "variogram_map",
     "vertical_proportions",

@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.metrics.patterns import FACTORS, PATTERN_SIZE, divergences, pyramid_histograms
+from ccwsim.metrics.patterns import (
+    FACTORS,
+    divergences,
+    layers_of,
+    pyramid_histograms,
+    size_of,
+)
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
 from ccwsim.model.arrays import as_floats, check_int
 from ccwsim.model.errors import CCWSIMError, shown
@@ -210,7 +216,7 @@ def anodi(
     ensembles: Images | Mapping[str, Images],
     training_image: TrainingImage | ArrayLike,
     codes: Codes | None = None,
-    size: int = PATTERN_SIZE,
+    size: int | None = None,
     factors: Sequence[int] = FACTORS,
     weights: Sequence[float] | None = None,
     progress: Fraction | None = None,
@@ -223,14 +229,14 @@ def anodi(
 
     Parameters
     ----------
-    ensembles : Ensemble or array_like (n, ny, nx), or a mapping of names to such
-        An array has facies codes.
-    training_image : TrainingImage or array_like, shape (ny, nx)
+    ensembles : Ensemble or array_like, or a mapping of names to such
+        An array has facies codes, shape (n, ny, nx) or, for volumes, (n, nz, ny, nx).
+    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes; those of the training image where left out.
-    size : int
-        Side of the patterns in cells.
+    size : int, optional
+        Side of the patterns in cells; 4 in maps and 3 in volumes where left out.
     factors : sequence of int
         Resolutions, 1 for the full one.
     weights : sequence of float, optional
@@ -261,17 +267,18 @@ def anodi(
     stacks = {str(name): as_stack(images, own.codes) for name, images in named.items()}
     if not stacks:
         raise CCWSIMError("no ensemble was given; ANODI needs at least one")
-    rows = pyramid_histograms(own, None, size, factors)
+    side, layers = size_of(own, size), layers_of(own, *stacks.values())
+    rows = pyramid_histograms(own, None, side, factors, layers=layers)
     total = sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
         rows += pyramid_histograms(
-            stack, None, size, factors, _part(progress, done, len(stack), total)
+            stack, None, side, factors, _part(progress, done, len(stack), total), layers
         )
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
     divergence = divergences(rows, _after(progress))
     between, within = _means(divergence, owner, len(stacks))
-    return Anodi(tuple(stacks), tuple(factors), weight, size, divergence, owner, between, within)
+    return Anodi(tuple(stacks), tuple(factors), weight, side, divergence, owner, between, within)
 
 
 def _means(divergence: NDArray, owner: NDArray, n_ensembles: int) -> tuple[NDArray, NDArray]:

@@ -269,13 +269,18 @@ def _of_one(inside: NDArray[np.bool_], neighbours: int) -> _ImageGeobodies:
     sizes = np.bincount(labels.ravel(), minlength=n_geobodies + 1)[1:]
     return _ImageGeobodies(
         sizes=np.sort(sizes)[::-1],
-        ew=_have_common_label(labels[:, :, 0], labels[:, :, -1]),
-        ns=_have_common_label(labels[:, 0], labels[:, -1]),
-        vertical=_have_common_label(labels[0], labels[-1]),
+        ew=_have_common_label(labels[:, :, 0], labels[:, :, -1], n_geobodies),
+        ns=_have_common_label(labels[:, 0], labels[:, -1], n_geobodies),
+        vertical=n_geobodies > 0
+        if len(labels) == 1
+        else _have_common_label(labels[0], labels[-1], n_geobodies),
         euler=euler_number(labels, neighbours),
     )
 
 
-def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
-    both = np.intersect1d(one, other)
-    return bool((both > 0).any())
+def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32], n: int) -> bool:
+    """Return whether two sides of an image have a geobody of the n in common."""
+    touches = np.zeros(n + 1, bool)
+    touches[one] = True
+    touches[0] = False
+    return bool(touches[other].any())

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics.stack import N_AXES, Ensemble, Images, Stack, as_values
+from ccwsim.metrics.stack import N_AXES, Ensemble, Images, Stack, TrainingImage, as_values
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
@@ -63,9 +63,9 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     if not isinstance(hard_data, HardData):
         raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
     cells, names = hard_data.cells, ("layer", "row", "column")
-    is_array = not isinstance(realizations, (Ensemble, Stack))
-    if is_array and cells.shape[1] == N_AXES == np.ndim(realizations):  # one volume
-        stack = stack[None]
+    if not isinstance(realizations, (Ensemble, Stack, TrainingImage)):
+        n_axes = getattr(realizations, "ndim", stack.ndim)
+        stack = stack[None] if n_axes == N_AXES == cells.shape[1] else stack  # one volume
     shape = stack.shape[1:]
     if not len(cells):
         cells = np.empty((0, len(shape)), np.int64)

@@ -202,16 +202,17 @@ _TABLES = {neighbours: _table(neighbours) for neighbours in _LINES}
 
 @kernel
 def _sum_corners(inside, table):
-    """Sum a table over all 2 × 2 × 2 cells; of those side by side half is known."""
+    """Sum a table over all 2 × 2 × 2 cells; those above a map are a mirror image of those below."""
     nz, ny, nx = inside.shape
+    n_layers, times = (1, 2) if nz == 3 else (nz - 1, 1)  # with the layers around it
+    columns = np.empty(nx, np.uint8)
     total = 0
-    for k in range(nz - 1):
+    for k in range(n_layers):
         for i in range(ny - 1):
             a, b = inside[k, i], inside[k, i + 1]
             c, d = inside[k + 1, i], inside[k + 1, i + 1]
-            before = np.int64(0)
             for j in range(nx):
-                cells = np.int64(a[j] | b[j] << 2 | c[j] << 4 | d[j] << 6)
-                total += table[before | cells << 1]
-                before = cells
-    return total
+                columns[j] = a[j] + np.uint8(4) * b[j] + np.uint8(16) * c[j] + np.uint8(64) * d[j]
+            for j in range(1, nx):
+                total += table[np.uint8(columns[j - 1] + np.uint8(2) * columns[j])]
+    return total * times

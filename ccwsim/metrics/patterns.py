@@ -2,123 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack, map_parallel
+from ccwsim.metrics.coarsening import coarsened_volume
+from ccwsim.metrics.pattern_codes import count_patterns
+from ccwsim.metrics.stack import (
+    Codes,
+    Fraction,
+    Images,
+    Stack,
+    as_image,
+    as_stack,
+    map_parallel,
+)
 from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.system.workers import check_stop
 
-TIE = 1e-9
-"""Shares closer than this are equal, so that rounding does not decide."""
-PATTERN_SIZE = 4
+PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3
+"""Side of patterns in cells, in maps and in volumes."""
 FACTORS = (1, 2, 3)
 """Full, half and third resolution."""
-CELLS_OF_STRIP = 4_000_000
-"""Cells whose patterns are counted at a time."""
-MAX_TABLE = 2**20
-"""Up to so many possible patterns are counted in a table, more by sorting."""
-
-
-def coarsened(image: Images, factor: int, codes: Codes | None = None) -> NDArray[np.integer]:
-    """Return an image at 1 / factor of its resolution: the facies with the most weight.
-
-    The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
-    cells, mirrored at the edges, and read at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new
-    cells by linear interpolation (the usual anti-aliased resizing). The largest share wins, a tie
-    goes to the smaller code.
-
-    Parameters
-    ----------
-    image : TrainingImage or array_like, shape (ny, nx)
-        An array has facies codes.
-    factor : int
-        1 returns a copy.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
-
-    Returns
-    -------
-    ndarray of int, shape (ny // factor, nx // factor)
-        Facies codes.
-
-    Raises
-    ------
-    CCWSIMError
-        For a factor below 1 or larger than the image.
-
-    Examples
-    --------
-    >>> coarsened(np.repeat(np.eye(2, dtype=int), 4, axis=0).repeat(4, axis=1), 4)
-    array([[1, 0],
-           [0, 1]])
-    """
-    stack = as_image(image, codes)
-    return stack.codes[_coarsened(stack.indices[0], factor, stack.n_facies)]
-
-
-def _coarsened(image: NDArray[np.uint8], factor: int, n_facies: int) -> NDArray[np.uint8]:
-    factor = check_int("coarsening factor", factor, 1, min(image.shape))
-    if factor == 1:
-        return image.copy()
-    rows, row_weights = _taps(image.shape[0], factor)
-    columns, column_weights = _taps(image.shape[1], factor)
-    return _largest_share(image, n_facies, rows, row_weights, columns, column_weights)
-
-
-def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return which cells, and with which weights, make each coarse cell along one axis."""
-    n_coarse = n // factor
-    ratio = n / n_coarse
-    centers = (np.arange(n_coarse) + 0.5) * ratio - 0.5
-    sigma = (ratio - 1) / 2
-    radius = int(4 * sigma + 0.5)
-    reach = np.arange(-radius, radius + 1)
-    bell = np.exp(-0.5 * (reach / sigma) ** 2) if sigma else np.ones(1)
-    bell /= bell.sum()
-    base = np.floor(centers).astype(np.int64)
-    part = (centers - base)[:, None]
-    weights = np.zeros((n_coarse, 2 * radius + 2))
-    weights[:, :-1] += (1 - part) * bell
-    weights[:, 1:] += part * bell
-    cells = base[:, None] + np.arange(-radius, radius + 2)
-    period = max(2 * (n - 1), 1)
-    cells = np.abs((cells + n - 1) % period - (n - 1))
-    return cells, weights
-
-
-@kernel
-def _largest_share(image, n_facies, rows, row_weights, columns, column_weights):
-    ny, nx = len(rows), len(columns)
-    best = np.full((ny, nx), -1.0)
-    winner = np.zeros((ny, nx), np.uint8)
-    line = np.empty(image.shape[1])
-    for facies in range(n_facies):
-        for i in range(ny):
-            line[:] = 0.0
-            for t in range(rows.shape[1]):
-                weight, row = row_weights[i, t], rows[i, t]
-                for j in range(image.shape[1]):
-                    line[j] += weight if image[row, j] == facies else 0.0
-            for j in range(nx):
-                share = 0.0
-                for t in range(columns.shape[1]):
-                    share += column_weights[j, t] * line[columns[j, t]]
-                if share > best[i, j] + TIE:
-                    best[i, j] = share
-                    winner[i, j] = facies
-    return winner
 
 
 @dataclass(frozen=True, eq=False)
 class PatternHistogram:
-    """How often each pattern of size × size cells occurs in an image.
+    """How often each pattern of size × size cells, in volumes size × size × size, occurs.
 
     Attributes
     ----------
@@ -131,27 +45,33 @@ class PatternHistogram:
         Side of the patterns in cells.
     facies : tuple of int
         Facies codes that the digits stand for, sorted.
+    layers : int
+        Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers of a thinner
+        one.
     """
 
     codes: NDArray[np.uint64]
     frequencies: NDArray[np.float64]
     size: int
     facies: tuple[int, ...] = ()
+    layers: int = 1
 
 
 def pattern_histogram(
-    image: Images, codes: Codes | None = None, size: int = PATTERN_SIZE
+    image: Images, codes: Codes | None = None, size: int | None = None
 ) -> PatternHistogram:
-    """Count the patterns of size × size cells at every location of an image, exactly.
+    """Count the patterns of size × size (× size) cells at every location of an image, exactly.
+
+    In a volume of fewer layers patterns are as high as the volume.
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx)
+    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
-    size : int
-        Side of the patterns.
+    size : int, optional
+        Side of the patterns; 4 in maps and 3 in volumes where left out.
 
     Returns
     -------
@@ -169,60 +89,66 @@ def pattern_histogram(
     (array([2, 4, 9], dtype=uint64), array([0.25, 0.25, 0.5 ]))
     """
     stack = as_image(image, codes)
-    return _histogram(stack.indices[0], stack.codes, size)
+    side = size_of(stack, size)
+    return _histogram(stack.volume(0), stack.codes, side, min(side, layers_of(stack)))
+
+
+def size_of(stack: Stack, size: int | None) -> int:
+    """Return the side of patterns, or the usual one of maps or volumes."""
+    if size is None:
+        return VOLUME_PATTERN_SIZE if stack.is_volumes else PATTERN_SIZE
+    return check_int("pattern size", size, 1, 2**31)
+
+
+def layers_of(stack: Stack, *others: Stack) -> int:
+    """Return the layers of the thinnest of volumes, 1 for maps.
+
+    Raises
+    ------
+    CCWSIMError
+        Where some are maps and others volumes.
+    """
+    for other in others:
+        if other.is_volumes != stack.is_volumes:
+            raise CCWSIMError(
+                f"images of shape {other.shape} and of {stack.shape} cannot be compared: give "
+                "maps only or volumes only, several volumes as (n, nz, ny, nx), one as array[None]"
+            )
+    return min(one.shape[0] for one in (stack, *others)) if stack.is_volumes else 1
 
 
 def _histogram(
-    image: NDArray[np.uint8], facies: NDArray[np.integer], size: int
+    volume: NDArray[np.uint8], facies: NDArray[np.integer], size: int, height: int
 ) -> PatternHistogram:
-    n_facies = len(facies)
-    size = check_int("pattern size", size, 1, min(image.shape))
-    fits = size * size * np.log2(max(n_facies, 2)) < 64
-    base = n_facies if fits else 0
-    if fits and n_facies ** (size * size) <= MAX_TABLE:
-        table = np.zeros(n_facies ** (size * size), np.int64)
-        for codes in _codes_of_strips(image, size, base):
-            table += np.bincount(codes.view(np.int64), minlength=len(table))
-        there = np.flatnonzero(table)
-        found, counts = there.astype(np.uint64), table[there]
-    else:
-        strips = [np.unique(c, return_counts=True) for c in _codes_of_strips(image, size, base)]
-        found, index = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
-        counts = np.zeros(len(found), np.int64)
-        np.add.at(counts, index, np.concatenate([s[1] for s in strips]))
-    return PatternHistogram(found, counts / counts.sum(), size, tuple(facies.tolist()))
-
-
-def _codes_of_strips(
-    image: NDArray[np.uint8], size: int, base: int
-) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, some rows at a time: they take 16 times the image."""
-    ny, nx = image.shape
-    n_rows = max(CELLS_OF_STRIP // nx, 1)
-    for first in range(0, ny - size + 1, n_rows):
-        check_stop()
-        yield _pattern_codes(image[first : first + n_rows + size - 1], size, base).ravel()
+    size = check_int("pattern size", size, 1, min(volume.shape[1:]))
+    found, counts = count_patterns(volume, len(facies), height, size)
+    return PatternHistogram(found, counts / counts.sum(), size, tuple(facies.tolist()), height)
 
 
 def pyramid_histograms(
     images: Images,
     codes: Codes | None = None,
-    size: int = PATTERN_SIZE,
+    size: int | None = None,
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
+    layers: int | None = None,
 ) -> list[list[PatternHistogram]]:
     """Return the pattern histogram of each image at 1 / factor of its resolution.
 
+    Volumes are coarsened along z only as far as patterns fit their layers.
+
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     codes, size
         As in `pattern_histogram`.
     factors : sequence of int
         See `coarsened`.
     progress : callable, optional
         Called with the share that is done.
+    layers : int, optional
+        Layers of the thinnest volume to compare these with, where they have more.
 
     Returns
     -------
@@ -236,46 +162,19 @@ def pyramid_histograms(
     """
     stack = as_stack(images, codes)
     factors = as_integers(as_array(factors, "factors"), "factors").reshape(-1).tolist()
-    return map_parallel(
-        lambda k: [
-            _histogram(_coarsened(stack.indices[k], factor, stack.n_facies), stack.codes, size)
-            for factor in factors
-        ],
-        len(stack),
-        progress,
-    )
+    side, thickest = size_of(stack, size), layers_of(stack)
+    thinnest = thickest if layers is None else check_int("layers", layers, 1, thickest)
+    height = min(side, thinnest)
+    along_z = [max(min(factor, thinnest // height), 1) for factor in factors]
 
+    def one(k: int) -> list[PatternHistogram]:
+        found = []
+        for factor, z in zip(factors, along_z, strict=True):
+            coarse = coarsened_volume(stack.volume(k), (z, factor, factor), stack.n_facies)
+            found.append(_histogram(coarse, stack.codes, side, height))
+        return found
 
-@kernel
-def _mixed(value):
-    """Spread a number over 64 bits (splitmix64)."""
-    value = value + np.uint64(0x9E3779B97F4A7C15)
-    value = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    value = (value ^ (value >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return value ^ (value >> np.uint64(31))
-
-
-@kernel
-def _pattern_codes(image, size, base):
-    """Return the code of the pattern at each location: digits in `base`, or hashed for base 0."""
-    ny, nx = image.shape
-    digit = np.uint64(base) if base else np.uint64(0x9E3779B97F4A7C15)
-    strip = np.uint64(1)
-    for _ in range(size):
-        strip *= digit
-    lines = np.zeros((ny, nx - size + 1), np.uint64)
-    for i in range(ny):
-        for k in range(size):
-            for j in range(nx - size + 1):
-                cell = np.uint64(image[i, j + k])
-                lines[i, j] = lines[i, j] * digit + (cell if base else _mixed(cell))
-    codes = np.zeros((ny - size + 1, nx - size + 1), np.uint64)
-    for i in range(ny - size + 1):
-        for k in range(size):
-            for j in range(nx - size + 1):
-                line = lines[i + k, j]
-                codes[i, j] = codes[i, j] * strip + (line if base else _mixed(line))
-    return codes
+    return map_parallel(one, len(stack), progress)
 
 
 def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
@@ -309,8 +208,11 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     """
     if not isinstance(a, PatternHistogram) or not isinstance(b, PatternHistogram):
         raise CCWSIMError("two histograms of patterns are needed, as pattern_histogram makes them")
-    if a.size != b.size:
-        raise CCWSIMError(f"patterns of {a.size} and of {b.size} cells cannot be compared")
+    if (a.size, a.layers) != (b.size, b.layers):
+        one, other = (
+            f"{h.size}" if h.layers == 1 else f"{h.layers} × {h.size} × {h.size}" for h in (a, b)
+        )
+        raise CCWSIMError(f"patterns of {one} and of {other} cells cannot be compared")
     if a.facies != b.facies:
         raise CCWSIMError(
             f"patterns of the facies {shown(a.facies)} and {shown(b.facies)} cannot be compared; "
@@ -323,7 +225,7 @@ def pattern_distance(
     images: Images,
     training_image: TrainingImage | ArrayLike,
     codes: Codes | None = None,
-    size: int = PATTERN_SIZE,
+    size: int | None = None,
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
@@ -331,9 +233,9 @@ def pattern_distance(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
-    training_image : TrainingImage or array_like, shape (ny, nx)
+    images : Ensemble, TrainingImage or array_like
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
+    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes; those of the training image where left out.
@@ -356,8 +258,10 @@ def pattern_distance(
     array([[0., 0., 0.]])
     """
     own = as_image(training_image, codes)
-    target = pyramid_histograms(own, None, size, factors)[0]
-    found = pyramid_histograms(images, own.codes, size, factors, progress)
+    stack = as_stack(images, own.codes)
+    layers = layers_of(own, stack)
+    target = pyramid_histograms(own, None, size, factors, layers=layers)[0]
+    found = pyramid_histograms(stack, None, size, factors, progress, layers)
     return np.array(
         [[js_divergence(h, t) for h, t in zip(row, target, strict=True)] for row in found]
     )

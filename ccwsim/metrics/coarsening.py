@@ -1,0 +1,143 @@
+"""Maps and volumes at a lower resolution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.kernels import kernel
+from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
+from ccwsim.model.arrays import as_array, check_int
+from ccwsim.model.errors import CCWSIMError, shown
+
+TIE = 1e-9
+"""Shares closer than this are equal, so that rounding does not decide."""
+
+
+def coarsened(
+    image: Images, factor: int | Sequence[int], codes: Codes | None = None
+) -> NDArray[np.integer]:
+    """Return an image at 1 / factor of its resolution: the facies with the most weight.
+
+    The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
+    cells, mirrored at the edges, and read at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new
+    cells by linear interpolation (the usual anti-aliased resizing). The largest share wins, a tie
+    goes to the smaller code.
+
+    Parameters
+    ----------
+    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
+        An array has facies codes.
+    factor : int, or three of them for a volume
+        1 returns a copy. Three are those along layers, rows and columns.
+    codes : array_like of int, optional
+        The facies codes, where an array may lack some; those that occur where left out.
+
+    Returns
+    -------
+    ndarray of int, shape (ny // factor, nx // factor), in a volume (nz // factor, …)
+        Facies codes.
+
+    Raises
+    ------
+    CCWSIMError
+        For a factor below 1 or larger than the image.
+
+    Examples
+    --------
+    >>> coarsened(np.repeat(np.eye(2, dtype=int), 4, axis=0).repeat(4, axis=1), 4)
+    array([[1, 0],
+           [0, 1]])
+    """
+    stack = as_image(image, codes)
+    if stack.is_volumes and np.ndim(as_array(factor, "coarsening factor")):
+        if np.shape(factor) != (N_AXES,):
+            raise CCWSIMError(
+                f"coarsening factor = {shown(factor)} must be one number or three: along layers, "
+                "rows and columns"
+            )
+        factors = tuple(
+            check_int("coarsening factor", one, 1, side)
+            for one, side in zip(np.asarray(factor).tolist(), stack.shape, strict=True)
+        )
+    else:
+        one = check_int("coarsening factor", factor, 1, min(stack.shape))
+        factors = (one if stack.is_volumes else 1, one, one)
+    smaller = coarsened_volume(stack.volume(0), factors, stack.n_facies)
+    return stack.codes[smaller.reshape(smaller.shape[-len(stack.shape) :])]
+
+
+def coarsened_volume(
+    volume: NDArray[np.uint8], factors: Sequence[int], n_facies: int
+) -> NDArray[np.uint8]:
+    """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns.
+
+    Raises
+    ------
+    CCWSIMError
+        For a factor below 1 or larger than the rows or columns.
+
+    Examples
+    --------
+    >>> coarsened_volume(np.zeros((5, 8, 9), np.uint8), (1, 2, 3), 1).shape
+    (5, 4, 3)
+    """
+    for factor in factors[1:]:
+        check_int("coarsening factor", factor, 1, min(volume.shape[1:]))
+    if max(factors) == 1:
+        return volume.copy()
+    taps = [_taps(n, factor) for n, factor in zip(volume.shape, factors, strict=True)]
+    return _largest_share(volume, n_facies, *(array for axis in taps for array in axis))
+
+
+def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return which cells, and with which weights, make each coarse cell along one axis."""
+    n_coarse = n // factor
+    ratio = n / n_coarse
+    centers = (np.arange(n_coarse) + 0.5) * ratio - 0.5
+    sigma = (ratio - 1) / 2
+    radius = int(4 * sigma + 0.5)
+    reach = np.arange(-radius, radius + 1)
+    bell = np.exp(-0.5 * (reach / sigma) ** 2) if sigma else np.ones(1)
+    bell /= bell.sum()
+    base = np.floor(centers).astype(np.int64)
+    part = (centers - base)[:, None]
+    weights = np.zeros((n_coarse, 2 * radius + 2))
+    weights[:, :-1] += (1 - part) * bell
+    weights[:, 1:] += part * bell
+    cells = base[:, None] + np.arange(-radius, radius + 2)
+    period = max(2 * (n - 1), 1)
+    cells = np.abs((cells + n - 1) % period - (n - 1))
+    return cells, weights
+
+
+@kernel
+def _largest_share(
+    image, n_facies, layers, layer_weights, rows, row_weights, columns, column_weights
+):
+    nz, ny, nx = len(layers), len(rows), len(columns)
+    best = np.full((nz, ny, nx), -1.0)
+    winner = np.zeros((nz, ny, nx), np.uint8)
+    line = np.empty(image.shape[2])
+    for facies in range(n_facies):
+        for k in range(nz):
+            for i in range(ny):
+                line[:] = 0.0
+                for s in range(layers.shape[1]):
+                    if layer_weights[k, s] == 0.0:
+                        continue
+                    for t in range(rows.shape[1]):
+                        weight = layer_weights[k, s] * row_weights[i, t]
+                        cells = image[layers[k, s], rows[i, t]]
+                        for j in range(len(cells)):
+                            line[j] += weight if cells[j] == facies else 0.0
+                for j in range(nx):
+                    share = 0.0
+                    for t in range(columns.shape[1]):
+                        share += column_weights[j, t] * line[columns[j, t]]
+                    if share > best[k, i, j] + TIE:
+                        best[k, i, j] = share
+                        winner[k, i, j] = facies
+    return winner
