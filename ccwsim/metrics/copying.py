@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.model.arrays import as_array
+from ccwsim.metrics.stack import N_AXES, as_volume
+from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
@@ -22,24 +24,25 @@ class Copying:
     copied : float
         Share of the pairs of touching cells that touch in the same way in the training image.
     largest_square : int
-        Side of the largest square copied verbatim, in cells.
+        Side of the largest square copied verbatim, in cells; of a volume, of the largest cube.
     square_at : tuple of int
-        Row and column of its south-west cell.
+        Row and column of its south-west cell; in a volume layer, row and column of its lowest one.
     largest_block : int
         Cells of the largest piece, joined by sides, that was copied verbatim.
     uses : ndarray of int, shape of the training image
         How often each of its cells was used.
     used : float
         Share of the training image that was used at all.
-    seams : ndarray of bool, shape (ny, nx)
-        Cells whose eastern or northern neighbour was not their neighbour in the training image.
+    seams : ndarray of bool, shape of the realization
+        Cells whose eastern, northern or upper neighbour was not their neighbour in the training
+        image.
     n_unknown : int
         Cells without a source (a position below 0).
     """
 
     copied: float
     largest_square: int
-    square_at: tuple[int, int]
+    square_at: tuple[int, ...]
     largest_block: int
     uses: NDArray[np.int64]
     used: float
@@ -47,15 +50,16 @@ class Copying:
     n_unknown: int
 
 
-def copying(positions: ArrayLike, ti_shape: tuple[int, int]) -> Copying:
+def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     """Return what was copied, from the locations in the training image that the cells came from.
 
     Parameters
     ----------
-    positions : array_like of int, shape (ny, nx)
-        Row · nx + column in the training image of each cell; below 0 without a source.
-    ti_shape : pair of int
-        Rows and columns of the training image.
+    positions : array_like of int, shape (ny, nx) or (nz, ny, nx)
+        Row · nx + column in the training image of each cell, in a volume (layer · ny + row) · nx +
+        column; below 0 without a source.
+    ti_shape : tuple of int
+        Rows and columns of the training image; of a volume layers, rows and columns.
 
     Returns
     -------
@@ -72,92 +76,120 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, int]) -> Copying:
     >>> found.largest_square, found.largest_block, round(found.copied, 3)
     (2, 4, 0.714)
     """
-    source, ti_shape = as_array(positions, "positions"), Grid.of(ti_shape).shape
-    if source.ndim != 2 or source.dtype.kind not in "ui" or not source.size:
+    source, ti_shape = as_array(positions, "positions"), _checked_shape(ti_shape)
+    if source.ndim != len(ti_shape) or source.dtype.kind not in "ui" or not source.size:
+        shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
         raise CCWSIMError(
-            f"positions of shape (ny, nx) and whole numbers are needed, not {source.shape} of "
+            f"positions of shape {shape} and whole numbers are needed, not {source.shape} of "
             f"type {source.dtype}"
         )
-    n_cells = ti_shape[0] * ti_shape[1]
+    n_cells = prod(ti_shape)
     if source.max() >= n_cells:
         raise CCWSIMError(
-            f"position {source.max()} lies outside a training image of {ti_shape[0]} × "
-            f"{ti_shape[1]} cells; the largest is {n_cells - 1}"
+            f"position {source.max()} lies outside a training image of "
+            f"{' × '.join(map(str, ti_shape))} cells; the largest is {n_cells - 1}"
         )
-    shift = _shifts(source.astype(np.int64), ti_shape)
-    east = (shift[:, 1:] == shift[:, :-1]) & (shift[:, 1:] >= 0)
-    north = (shift[1:] == shift[:-1]) & (shift[1:] >= 0)
-    seams = np.zeros(source.shape, bool)
-    seams[:, :-1] |= ~east
-    seams[:-1] |= ~north
+    shift = _shifts(as_volume(source.astype(np.int64)), (1, *ti_shape)[-N_AXES:])
+    seams = np.zeros(shift.shape, bool)
+    n_pairs = n_copied = 0
+    for axis in range(N_AXES):
+        ahead, behind = (_along(axis, slice(*ends)) for ends in ((1, None), (None, -1)))
+        same = (shift[ahead] == shift[behind]) & (shift[ahead] >= 0)
+        seams[behind] |= ~same
+        n_pairs += same.size
+        n_copied += int(same.sum())
     known = source[source >= 0]
     uses = np.bincount(known.ravel(), minlength=n_cells).reshape(ti_shape)
-    side, row, column = _largest_square(shift)
-    n_pairs = east.size + north.size
+    side, *corner = _largest_cube(shift, source.ndim)
     return Copying(
-        copied=float((east.sum() + north.sum()) / n_pairs) if n_pairs else 0.0,
+        copied=n_copied / n_pairs if n_pairs else 0.0,
         largest_square=int(side),
-        square_at=(int(row), int(column)),
+        square_at=tuple(int(n) for n in corner[-source.ndim :]),
         largest_block=int(_largest_block(shift)),
         uses=uses,
         used=float(np.mean(uses > 0)),
-        seams=seams,
+        seams=seams.reshape(source.shape),
         n_unknown=int(source.size - known.size),
     )
 
 
-def _shifts(source: NDArray[np.int64], ti_shape: tuple[int, int]) -> NDArray[np.int64]:
-    """Return a number for each cell, equal for cells shifted by the same (rows, columns)."""
-    ny, nx = source.shape
-    down = source // ti_shape[1] - np.arange(ny)[:, None] + ny
-    along = source % ti_shape[1] - np.arange(nx) + nx
-    return np.where(source >= 0, down * (ti_shape[1] + nx + 1) + along, -1)
+def _checked_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the shape of a map or volume as a grid has it."""
+    if np.shape(shape) != (N_AXES,):
+        return Grid.of(shape).shape
+    return check_int("layers", shape[0], 1), *Grid.of(shape[1:]).shape
+
+
+def _along(axis: int, part: slice) -> tuple[slice, ...]:
+    return tuple(part if k == axis else slice(None) for k in range(N_AXES))
+
+
+def _shifts(source: NDArray[np.int64], ti_shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return a number for each cell, equal for cells shifted by the same offset."""
+    nz, ny, nx = source.shape
+    layer, in_layer = np.divmod(source, ti_shape[1] * ti_shape[2])
+    up = layer - np.arange(nz)[:, None, None] + nz
+    north = in_layer // ti_shape[2] - np.arange(ny)[:, None] + ny
+    east = source % ti_shape[2] - np.arange(nx) + nx
+    shift = (up * (ti_shape[1] + ny + 1) + north) * (ti_shape[2] + nx + 1) + east
+    return np.where(source >= 0, shift, -1)
 
 
 @kernel
-def _largest_square(shift):
-    """Grow squares of one shift from the south-west, a row at a time."""
-    ny, nx = shift.shape
-    sides = np.zeros((2, nx), np.int64)
-    best, row, column = 0, 0, 0
-    for i in range(ny):
-        now, before = sides[i % 2], sides[(i + 1) % 2]
-        for j in range(nx):
-            now[j] = 1 if shift[i, j] >= 0 else 0
-            if i and j and now[j]:
-                same = shift[i, j] == shift[i - 1, j] and shift[i, j] == shift[i, j - 1]
-                if same and shift[i, j] == shift[i - 1, j - 1]:
-                    now[j] = 1 + min(before[j], now[j - 1], before[j - 1])
-            if now[j] > best:
-                best, row, column = now[j], i + 1 - now[j], j + 1 - now[j]
-    return best, row, column
+def _largest_cube(shift, n_axes):
+    """Grow squares, or cubes, of one shift from the lowest south-west cell, a row at a time."""
+    nz, ny, nx = shift.shape
+    depth = n_axes - 1
+    sides = np.zeros((2, ny, nx), np.int64)
+    best, layer, row, column = 0, 0, 0, 0
+    for k in range(nz):
+        for i in range(ny):
+            for j in range(nx):
+                own = shift[k, i, j]
+                side = np.int64(own >= 0)
+                if side and i and j and k >= depth - 1:
+                    smallest = nx
+                    for dz in range(depth):
+                        for dy in range(2):
+                            for dx in range(2):
+                                if dz + dy + dx == 0:
+                                    continue
+                                if shift[k - dz, i - dy, j - dx] == own:
+                                    smallest = min(smallest, sides[(k - dz) % 2, i - dy, j - dx])
+                                else:
+                                    smallest = 0
+                    side += smallest
+                sides[k % 2, i, j] = side
+                if side > best:
+                    best, layer, row, column = side, k + 1 - side, i + 1 - side, j + 1 - side
+    return best, layer, row, column
 
 
 @kernel
 def _largest_block(shift):
-    """Return the cells of the largest piece of one shift, found by flooding."""
-    ny, nx = shift.shape
-    seen = shift < 0
-    stack = np.empty((ny * nx, 2), np.int64)
-    best = 0
-    for i in range(ny):
-        for j in range(nx):
-            if seen[i, j]:
-                continue
-            seen[i, j] = True
-            stack[0] = i, j
-            n, size = 1, 0
-            while n:
-                n -= 1
-                size += 1
-                y, x = stack[n]
-                for dy, dx in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-                    v, u = y + dy, x + dx
-                    if v < 0 or u < 0 or v >= ny or u >= nx or seen[v, u]:
+    """Return the cells of the largest piece of one shift, joined by sides, by a union of cells."""
+    nz, ny, nx = shift.shape
+    own = shift.ravel()
+    parents = np.arange(len(own))
+    for k in range(nz):
+        for i in range(ny):
+            for j in range(nx):
+                cell = (k * ny + i) * nx + j
+                if own[cell] < 0:
+                    continue
+                root = cell
+                for inside, step in ((j, 1), (i, nx), (k, ny * nx)):
+                    other = cell - step
+                    if inside == 0 or own[other] != own[cell]:
                         continue
-                    if shift[v, u] == shift[y, x]:
-                        seen[v, u] = True
-                        stack[n] = v, u
-                        n += 1
-            best = max(best, size)
-    return best
+                    while parents[other] != other:
+                        parents[other] = parents[parents[other]]
+                        other = parents[other]
+                    parents[max(root, other)] = min(root, other)
+                    root = min(root, other)
+    sizes = np.zeros(len(own), np.int64)
+    for cell in range(len(own)):
+        if own[cell] >= 0:  # a parent comes first: its own root is known
+            parents[cell] = parents[parents[cell]]
+            sizes[parents[cell]] += 1
+    return sizes.max()

@@ -14,8 +14,10 @@ piece of the realizations has the image's value and their mean is far from it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
+from math import isqrt, prod
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -32,9 +34,14 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 MIN_SIDE, MAX_SIDE = 8, 512
-"""Of a crop in cells: in a smaller one there is no pattern, and larger ones take long."""
+"""Of rows and columns of a crop in cells: in a smaller one there is no pattern, and larger ones
+take long."""
+MAX_CROP_CELLS = 2_000_000
+"""Of a crop of a volume."""
 MAX_CROPS_ALONG = 4
 """Crops along an axis; they overlap by about half or less."""
+MAX_CROPS_ABOVE = 2
+"""Crops above each other in a volume."""
 MIN_CROPS = 3
 """Crops in which a value has to be known to be judged."""
 MAX_PIECES = 32
@@ -56,7 +63,7 @@ MIN_PROPORTION_GAP = 0.05
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """The same of Γ and of the share of pieces that percolate."""
 Floats = NDArray[np.float64]
-Shape = tuple[int, int]
+Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
 
 
@@ -74,8 +81,8 @@ class Fit:
         Mean over crops of the training image.
     tolerance : ndarray, shape (m,)
         How far `found` may be from `reference`; NaN where that cannot be judged.
-    crop_shape : pair of int
-        Rows and columns of crops and pieces.
+    crop_shape : tuple of int
+        Rows and columns of crops and pieces; of volumes layers, rows and columns.
     """
 
     at: Floats
@@ -127,7 +134,7 @@ class ReferenceBand:
         Standard errors that may be missed.
     min_gap : ndarray, shape (m,)
         A smaller difference is inside the band in any case.
-    crop_shape : pair of int
+    crop_shape : tuple of int
 
     Examples
     --------
@@ -161,48 +168,62 @@ class ReferenceBand:
 
 
 def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
-    """Return rows and columns of the crops that a training image and realizations are compared in.
+    """Return the shape of the crops that a training image and realizations are compared in.
 
     A crop has the size of the grid, where the training image is at least twice as large, so that
     several crops differ; else it is half as long as the training image along that axis. No crop is
-    longer than 512 cells.
+    longer than 512 cells. One of a volume has all layers that both have, as volumes are thin, and
+    at most two million cells.
 
     Parameters
     ----------
-    image_shape, grid_shape : pair of int
-        Rows and columns.
+    image_shape, grid_shape : tuple of int
+        Rows and columns, or layers, rows and columns.
 
     Returns
     -------
-    pair of int, or None
-        None where crops would be smaller than 8 cells.
+    tuple of int, or None
+        None where crops would have fewer than 8 rows or columns.
+
+    Raises
+    ------
+    CCWSIMError
+        For a map and a volume.
 
     Examples
     --------
     >>> crop_shape((256, 256), (100, 512)), crop_shape((12, 300), (100, 100))
     ((100, 128), None)
+    >>> crop_shape((50, 300, 300), (20, 100, 200))
+    (20, 100, 150)
     """
+    *layers, ny, nx = largest_crop(image_shape, grid_shape)
     rows, columns = (
-        min(grid, image // 2, MAX_SIDE) for grid, image in zip(grid_shape, image_shape, strict=True)
+        min(n, image // 2) for n, image in zip((ny, nx), image_shape[-2:], strict=True)
     )
-    return (rows, columns) if min(rows, columns) >= MIN_SIDE else None
+    return (*layers, rows, columns) if min(rows, columns) >= MIN_SIDE else None
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
-    """Return rows and columns of the largest window that training image and grid both hold.
+    """Return the shape of the largest window that training image and grid both hold.
 
     Examples
     --------
-    >>> largest_crop((256, 256), (100, 1024))
-    (100, 256)
+    >>> largest_crop((256, 256), (100, 1024)), largest_crop((50, 300, 400), (80, 512, 100))
+    ((100, 256), (50, 200, 100))
     """
-    sides = zip(image_shape, grid_shape, strict=True)
-    rows, columns = (min(image, grid, MAX_SIDE) for image, grid in sides)
-    return rows, columns
+    if len(image_shape) != len(grid_shape):
+        raise CCWSIMError(
+            f"a training image of shape {tuple(image_shape)} and realizations of "
+            f"{tuple(grid_shape)} cannot be compared: give maps only or volumes only"
+        )
+    *layers, rows, columns = map(min, image_shape, grid_shape)
+    longest = min(MAX_SIDE, isqrt(MAX_CROP_CELLS // max(*layers, 1, 1)))
+    return (*layers, min(rows, longest), min(columns, longest))
 
 
 def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
-    """Return crops of an image (ny, nx) at even distances, shape (n, *shape), up to 4 × 4.
+    """Return crops of an image at even distances, shape (n, *shape), up to (2 ×) 4 × 4.
 
     Examples
     --------
@@ -210,35 +231,37 @@ def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
     array([0, 3, 6])
     """
     starts = []
-    for side, own in zip(image.shape, shape, strict=True):
-        n = min(MAX_CROPS_ALONG, 1 + -(-2 * (side - own) // own))
+    most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
+    for side, own, largest in zip(image.shape, shape, most, strict=True):
+        n = min(largest, 1 + -(-2 * (side - own) // own))
         starts.append(np.linspace(0, side - own, n).astype(int))
-    rows, columns = shape
-    return np.array([image[y : y + rows, x : x + columns] for y in starts[0] for x in starts[1]])
+    return np.array([image[_window(start, shape)] for start in product(*starts)])
+
+
+def _window(start: Sequence[int], shape: Shape) -> tuple[slice, ...]:
+    return tuple(slice(first, first + n) for first, n in zip(start, shape, strict=True))
 
 
 def pieces_of(
     realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
 ) -> NDArray[np.uint8]:
-    """Return some pieces of realizations (n, ny, nx) that do not overlap, shape (m, *shape).
+    """Return some pieces of realizations that do not overlap, shape (m, *shape).
 
     Examples
     --------
     >>> pieces_of(np.zeros((3, 40, 60), int), (20, 20)).shape
     (18, 20, 20)
     """
-    (rows, columns), (ny, nx) = shape, realizations.shape[1:]
-    starts = [
-        (y, x)
-        for y in np.linspace(0, ny - rows, ny // rows).astype(int)
-        for x in np.linspace(0, nx - columns, nx // columns).astype(int)
-    ]
+    along = (
+        np.linspace(0, side - own, side // own).astype(int)
+        for side, own in zip(realizations.shape[1:], shape, strict=True)
+    )
+    starts = list(product(*along))
     total = len(realizations) * len(starts)
     chosen = np.linspace(0, total - 1, min(total, max_pieces)).astype(int)
-    pieces = np.empty((len(chosen), rows, columns), np.uint8)
+    pieces = np.empty((len(chosen), *shape), np.uint8)
     for k, (r, which) in enumerate(zip(*np.divmod(chosen, len(starts)), strict=True)):
-        y, x = starts[which]
-        pieces[k] = realizations[r][y : y + rows, x : x + columns]
+        pieces[k] = realizations[r][_window(starts[which], shape)]
     return pieces
 
 
@@ -281,7 +304,7 @@ def fit_curve(
     index = image.index_of(facies)
     if statistic not in STATISTICS:
         raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
     p = float(image.proportions[index])
@@ -306,7 +329,7 @@ def fit_curve(
 
     reference, each = compared(shape, MIN_GAP, MAX_PIECES)
     fit = reference.compare(_mean(each), len(each))
-    largest = largest_crop(image.shape, ensemble.grid.shape)
+    largest = largest_crop(image.array.shape, ensemble.indices.shape[1:])
     if largest == shape:
         return fit
     large = compared(largest, MIN_LARGE_GAP, MAX_LARGE_PIECES, LARGE_STEP)
@@ -328,22 +351,24 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
     Returns
     -------
     Fit, or None
-        Three values: Γ, the share of pieces that percolate E–W, and N–S.
+        Three values: Γ, the share of pieces that percolate E–W, and N–S; in volumes a fourth, of
+        those that percolate vertically.
     """
     image = ensemble.training_image
     index = image.index_of(facies)
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
 
     def values(images: Stack) -> Floats:
         found = geobody_statistics(images, facies)
-        both = found.percolates_ew, found.percolates_ns
-        return np.column_stack([found.gamma, *(way.astype(float) for way in both)])
+        ways = found.percolates_ew, found.percolates_ns, found.percolates_vertical
+        known = (way.astype(float) for way in ways if way is not None)
+        return np.column_stack([found.gamma, *known])
 
     def make() -> ReferenceBand:
-        least = np.array([MIN_GAMMA_GAP, MIN_PERCOLATION_GAP, MIN_PERCOLATION_GAP])
-        return _band(image, shape, np.arange(3.0), values, VALUE_ERRORS, least)
+        least = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * len(shape)])
+        return _band(image, shape, np.arange(len(least), dtype=float), values, VALUE_ERRORS, least)
 
     pieces = Stack(pieces_of(ensemble.indices, shape), image.codes)
     found = _mean(values(pieces))
@@ -367,7 +392,7 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     array([0.5, 0.5])
     """
     image = ensemble.training_image
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
 
@@ -375,7 +400,7 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
         least = MIN_PROPORTION_GAP * image.proportions
         return _band(image, shape, image.codes.astype(float), proportions, VALUE_ERRORS, least)
 
-    n_pieces = ensemble.n * ensemble.grid.ny * ensemble.grid.nx / (shape[0] * shape[1])
+    n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
     found = ensemble.proportions.mean(axis=0)
     fit = _kept(image, ("proportions", shape), make).compare(found, n_pieces)
     return Fit(fit.at, found, image.proportions, fit.tolerance, shape)
@@ -405,7 +430,7 @@ def _band(
     least: Floats,
 ) -> ReferenceBand:
     crops = Stack(crops_of(image.indices, shape), image.codes)
-    n_independent = image.indices.size / (shape[0] * shape[1])
+    n_independent = image.indices.size / prod(shape)
     return ReferenceBand(at, values(crops), n_independent, n_errors, least, shape)
 
 
