@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
+from ccwsim.metrics.lags import VERTICAL
+from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.model.arrays import check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
@@ -17,6 +22,10 @@ from ccwsim.model.training_image import TrainingImage
 MIN_ACROSS = 6
 """So many templates should fit along the smaller side, else realizations repeat the image."""
 MAX_ADVISED_LEVEL = 3
+MIN_HALVED_LAYERS = 16
+"""Volumes of fewer layers are simulated with templates that have all of them."""
+MIN_LAYERS = 8
+"""Layers of a template, where the image has so many."""
 PERIODIC = 0.5
 """From this strength of the spacing on, the image counts as periodic."""
 
@@ -29,25 +38,26 @@ class Advice:
     ----------
     parameter : str
         Its name in `Parameters`.
-    value : int
+    value : int, or tuple of three for a volume
+        Three are those along layers, rows and columns.
     reason : str
         One sentence.
     """
 
     parameter: str
-    value: int
+    value: Any
     reason: str
 
 
-def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
+def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
     """Return how many templates fit into an image without overlap.
 
     Parameters
     ----------
-    shape : pair of int
-        Rows and columns of the image.
-    template_size : int
-        Side of the template in cells.
+    shape : tuple of int
+        Rows and columns of the image; of a volume layers, rows and columns.
+    template_size : int, or tuple of three for a volume
+        Side of the template in cells, or those along layers, rows and columns.
 
     Returns
     -------
@@ -58,9 +68,11 @@ def templates_that_fit(shape: tuple[int, int], template_size: int) -> int:
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    side = check_int("template_size", template_size, 1, 2**31)
-    ny, nx = Grid.of(shape).shape
-    return (ny // side) * (nx // side)
+    *layers, ny, nx = shape
+    sides = template_size if isinstance(template_size, tuple) else (template_size,) * len(shape)
+    own = (*(check_int("layers", n, 1) for n in layers), *Grid.of((ny, nx)).shape)
+    each = (check_int("template_size", side, 1, 2**31) for side in sides)
+    return prod(n // side for n, side in zip(own, each, strict=True))
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
@@ -159,6 +171,44 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     return Advice("overlap_size", n_blocks * block_size, reason)
 
 
+def advise_along_z(
+    level: int, thinnest: int, spacing: Spacing, n_layers: int
+) -> tuple[tuple[int, int, int], str]:
+    """Return level, template and overlap along z of a volume, and the reason in words.
+
+    The level is less than that in layers, as volumes are thin. The template has up to half of the
+    layers, or all of them where they are few.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> beds = np.tile((np.arange(48) // 4 % 2)[:, None, None], (1, 20, 20))
+    >>> advise_along_z(2, 4, feature_spacing(beds, direction="vertical"), 48)
+    ((1, 8, 4), 'features repeat about every 8 layers')
+    """
+    largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
+    by_feature = max(thinnest, 1).bit_length() - 1
+    by_side = max(largest // 4, 1).bit_length() - 1
+    z_level = max(min(level - 1, by_feature, by_side), 0)
+    wanted, why = n_layers, "features reach across the layers"
+    if spacing.spacing is not None:
+        wanted, why = spacing.spacing, f"features repeat about every {spacing.spacing} layers"
+    elif spacing.range is not None:
+        wanted = 2 * spacing.range
+        why = f"the variogram reaches its sill after {_layers(spacing.range)}"
+    block_size = 2**z_level
+    template = min(-(-max(wanted, MIN_LAYERS) // block_size), largest // block_size) * block_size
+    if template < wanted < n_layers:
+        why += f", of which {template} fit half of the image"
+    n_blocks = max(round(template / 4 / block_size), -(-thinnest // block_size), 1)
+    overlap = min(n_blocks, template // 2 // block_size) * block_size
+    return (z_level, template, overlap), why
+
+
+def _layers(n: int) -> str:
+    return f"{n} layer" if n == 1 else f"{n} layers"
+
+
 def _cells(n: int) -> str:
     return f"{n} cell" if n == 1 else f"{n} cells"
 
@@ -183,6 +233,11 @@ class Diagnosis:
         For wavelet_level, template_size and overlap_size, which fit each other.
     warnings : tuple of str
         What may go wrong, one sentence each.
+    vertical_thickness : tuple of int
+        Of a volume, by facies: the most layers that columns of cells, which 95 % of the facies can
+        hold, have; empty for a map.
+    vertical_spacing : Spacing, or None
+        Range and repetition of the features of a volume from layer to layer.
     """
 
     stationarity: Stationarity
@@ -193,9 +248,11 @@ class Diagnosis:
     n_templates: int
     advice: tuple[Advice, ...]
     warnings: tuple[str, ...]
+    vertical_thickness: tuple[int, ...] = ()
+    vertical_spacing: Spacing | None = None
 
-    def advised(self, parameter: str) -> int:
-        """Return the advised value of a parameter."""
+    def advised(self, parameter: str) -> Any:
+        """Return the advised value of a parameter, of a volume along (layers, rows, columns)."""
         return next(a.value for a in self.advice if a.parameter == parameter)
 
 
@@ -204,8 +261,8 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
 
     Parameters
     ----------
-    training_image : TrainingImage or array_like, shape (ny, nx)
-        An array has facies codes.
+    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
+        An array has facies codes. A volume is looked at in its layers and across them.
 
     Returns
     -------
@@ -224,36 +281,63 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     >>> [(a.parameter, a.value) for a in found.advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
-    image = TrainingImage.of(training_image)
+    image = as_image(training_image)
     quarters = stationarity(image)
-    thickness = tuple(
-        granulometry(image, int(code), down_to=THICK_SHARE, extend=True).thickness()
-        for code in image.codes
-    )
+    thickness = _thickness(image)
     ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))
-    side = min(image.shape)
+    side = min(image.shape[-2:])
     wanted, why = feature_size(ew, ns, side)
     level = advise_level(min(thickness), side)
     template = advise_template(wanted, why, side, level.value)
     overlap = advise_overlap(template.value, min(thickness), level.value)
-    n_fit = templates_that_fit(image.shape, template.value)
-    warnings = tuple(_warnings(image, quarters, (ew, ns), wanted))
     advice = level, template, overlap
-    return Diagnosis(quarters, thickness, ew, ns, wanted, n_fit, advice, warnings)
+    spacings, upright, vertical = (ew, ns), (), None
+    if image.is_volumes:
+        upright = _thickness(image, vertical=True)
+        vertical = feature_spacing(image, direction=VERTICAL)
+        spacings = ew, ns, vertical
+        along_z, why = advise_along_z(level.value, min(upright), vertical, image.shape[0])
+        advice = tuple(
+            Advice(own.parameter, (z, own.value, own.value), f"{own.reason} Along z {why}.")
+            for own, z in zip(advice, along_z, strict=True)
+        )
+    n_fit = templates_that_fit(image.shape, advice[1].value)
+    boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
+    names = training_image.facies_names if isinstance(training_image, TrainingImage) else None
+    named = names or tuple(f"facies {code}" for code in image.codes)
+    warnings = tuple(_warnings(image, named, quarters, spacings, boxes))
+    about = thickness, ew, ns, wanted, n_fit, advice, warnings, upright, vertical
+    return Diagnosis(quarters, *about)
+
+
+def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:
+    """Return how thick each facies is, within layers or across them."""
+    return tuple(
+        granulometry(
+            image, int(code), down_to=THICK_SHARE, extend=True, vertical=vertical
+        ).thickness()
+        for code in image.codes
+    )
 
 
 def _warnings(
-    ti: TrainingImage, quarters: Stationarity, spacings: tuple[Spacing, Spacing], wanted: int
+    ti: Stack,
+    named: tuple[str, ...],
+    quarters: Stationarity,
+    spacings: tuple[Spacing, ...],
+    wanted: int | tuple[int, int, int],
 ) -> list[str]:
     warnings = []
     n_fit = templates_that_fit(ti.shape, wanted)
+    sides = wanted if isinstance(wanted, tuple) else (wanted,)
     if n_fit < MIN_ACROSS**2:
         warnings.append(
-            f"Only {n_fit} templates large enough for its features ({wanted} cells) fit the image: "
+            f"Only {n_fit} templates large enough for its features "
+            f"({' × '.join(map(str, sides))} cells) fit the image: "
             "realizations repeat pieces of it; a larger training image would give more variety."
         )
     if quarters.drifting.any():
-        warnings.append(_drift(ti, quarters))
+        warnings.append(_drift(ti, named, quarters))
     elif quarters.changing.any():
         shift = np.where(quarters.changing, quarters.variogram_shift, 0)
         where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
@@ -261,7 +345,10 @@ def _warnings(
             f"The variogram of the {where} quarter differs from that of the whole image by more "
             "than chance explains: sizes or directions change across it, and realizations mix them."
         )
-    for name, spacing in zip(("east–west", "north–south"), spacings, strict=True):
+    if quarters.vertical_trend.any():
+        warnings.append(_trend(ti, named, quarters))
+    ways = ("east–west", "north–south", "vertically")[: len(spacings)]
+    for name, spacing in zip(ways, spacings, strict=True):
         if spacing.spacing is not None and spacing.strength >= PERIODIC:
             warnings.append(
                 f"The image repeats every {spacing.spacing} cells {name}; an overlap that "
@@ -270,14 +357,27 @@ def _warnings(
     return warnings
 
 
-def _drift(ti: TrainingImage, found: Stationarity) -> str:
+def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
+    """Say which facies differs the most between the upper and the lower half of a volume."""
+    assert found.vertical_differences is not None
+    sizes = np.where(found.vertical_trend, np.abs(found.vertical_differences), 0)
+    facies = int(sizes.argmax())
+    share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
+    return (
+        f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, the lower "
+        f"half {share - difference:.0%}: there is a vertical trend, and realizations keep it only "
+        "where templates have all layers."
+    )
+
+
+def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     """Say which part differs the most in a proportion, and by how much chance could."""
     p = found.proportions.mean(axis=0)
     sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
     share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
     return (
-        f"The {PARTS[part]} has {share:.0%} of {ti.facies_names[facies]}, the whole image "
-        f"{ti.proportions[facies]:.0%}, where chance explains ±{2 * error:.1%}: it is not "
+        f"The {PARTS[part]} has {share:.0%} of {named[facies]}, the whole image "
+        f"{proportions(ti)[0, facies]:.0%}, where chance explains ±{2 * error:.1%}: it is not "
         "stationary, and realizations mix the patterns of its parts."
     )

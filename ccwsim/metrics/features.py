@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics.lags import Direction
-from ccwsim.metrics.stack import Codes, Images, as_image
+from ccwsim.metrics.lags import VERTICAL, Direction, lags_that_fit
+from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import check_int
 
@@ -49,9 +49,11 @@ def feature_spacing(
 ) -> Spacing:
     """Return range and spacing of the features, from lags up to half the smaller side.
 
+    In a volume that is the smaller one of rows and columns, and for "vertical" the layers.
+
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx)
+    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
@@ -69,7 +71,8 @@ def feature_spacing(
     (3, 10, 2.0)
     """
     stack = as_image(image, codes)
-    lags = np.arange(max(min(stack.shape) // 2, 1))
+    side = stack.shape[0] if str(direction) == VERTICAL else min(stack.shape[-2:])
+    lags = lags_that_fit(stack.shape, direction, np.arange(max(side // 2, 1)))
     parts = [variogram(stack, int(code), direction, lags) for code in stack.codes]
     sill = sum(float(part.sill[0]) for part in parts)
     if not sill:
@@ -111,15 +114,18 @@ def granulometry(
     max_size: int = 64,
     down_to: float = 0.0,
     extend: bool = False,
+    vertical: bool = False,
 ) -> Granulometry:
     """Open a facies with squares of growing size (Matheron 1975), until nothing is left.
+
+    In a volume squares lie within layers; across layers it is opened with columns of cells.
 
     Squares lie inside the image, so that a geobody cut by its edge counts as thin as it appears,
     unless the image is extended.
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx)
+    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     facies : int
         The code of one.
@@ -129,6 +135,8 @@ def granulometry(
         Stop after the first size that keeps a smaller share.
     extend : bool
         Go on beyond the edge with the cells at the edge: what is cut there is not thin.
+    vertical : bool
+        Open a volume with columns of cells, of 1, 2, … layers.
 
     Returns
     -------
@@ -148,24 +156,37 @@ def granulometry(
     """
     max_size = check_int("max_size", max_size, 1, 2**31)
     stack = as_image(image)
-    inside = stack.indices[0] == stack.index_of(facies)
-    total, largest = int(inside.sum()), min(max_size, *inside.shape)
-    ny, nx = inside.shape
+    inside = stack.volume(0) == stack.index_of(facies)
+    axes = (0,) if vertical else (1, 2)
+    total, largest = int(inside.sum()), min(max_size, *(inside.shape[axis] for axis in axes))
     kept: list[float] = []
     for size in range(1, largest + 1):
-        edge = size - 1 if extend else 0
-        whole = _square_sums(np.pad(inside, edge, mode="edge"), size) == size * size
+        edges = [(size - 1 if axis in axes else 0,) * 2 for axis in range(N_AXES)]
+        whole = np.pad(inside, edges, mode="edge") if extend else inside
+        for axis in axes:
+            whole = _combined(np.logical_and, whole, size, axis)
         if not whole.any():
             break
-        reached = _square_sums(np.pad(whole, size - 1), size) > 0
-        reached = reached[edge : edge + ny, edge : edge + nx]
+        reached = np.pad(whole, edges)
+        for axis in axes:
+            reached = _combined(np.logical_or, reached, size, axis)
+        if extend:
+            inner = (slice(a, n - b) for (a, b), n in zip(edges, reached.shape, strict=True))
+            reached = reached[tuple(inner)]
         kept.append(np.count_nonzero(reached) / total)
         if kept[-1] < down_to:
             break
     return Granulometry(np.arange(1, len(kept) + 1), np.array(kept))
 
 
-def _square_sums(mask: NDArray[np.bool_], size: int) -> NDArray[np.int64]:
-    """Return the sum of each size × size square of a mask, at its south-west cell."""
-    table = np.pad(np.cumsum(np.cumsum(mask, axis=0), axis=1), ((1, 0), (1, 0)))
-    return table[size:, size:] - table[:-size, size:] - table[size:, :-size] + table[:-size, :-size]
+def _combined(
+    operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
+) -> NDArray[np.bool_]:
+    """Return `operation` over each run of `size` cells along an axis, at its first cell."""
+    length = 1
+    mask = np.moveaxis(mask, axis, 0)
+    while length < size:
+        step = min(length, size - length)
+        mask = operation(mask[:-step], mask[step:])
+        length += step
+    return np.moveaxis(mask, 0, axis)

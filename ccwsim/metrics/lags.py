@@ -151,8 +151,8 @@ def lags_within(
 
 
 def lags_that_fit(
-    shape: tuple[int, ...], direction: Direction, lags: NDArray[np.integer]
-) -> NDArray[np.integer]:
+    shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
+) -> NDArray[np.int64]:
     """Return the lags at which pairs of cells lie in an image.
 
     Examples

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import cast
@@ -60,6 +61,10 @@ class Stationarity:
         Standard errors of the differences in a stationary image of the same covariance.
     variogram_scores : ndarray, shape (8, n_facies, 2)
         |Difference of the variogram's mean over lags| of each part, in standard errors.
+    vertical_differences : ndarray, shape (n_facies,), or None
+        Of a volume: proportion of the upper half of the layers − mean of both halves.
+    vertical_errors : ndarray, shape (n_facies,), or None
+        Standard errors of these differences, from how they change from column to column.
     """
 
     proportions: NDArray[np.float64]
@@ -70,6 +75,18 @@ class Stationarity:
     differences: NDArray[np.float64]
     errors: NDArray[np.float64]
     variogram_scores: NDArray[np.float64]
+    vertical_differences: NDArray[np.float64] | None = None
+    vertical_errors: NDArray[np.float64] | None = None
+
+    @property
+    def vertical_trend(self) -> NDArray[np.bool_]:
+        """Which proportions of a volume differ by as much between its halves, shape (n_facies,)."""
+        p = self.proportions.mean(axis=0)
+        if self.vertical_differences is None or self.vertical_errors is None:
+            return np.zeros(len(p), bool)
+        chance = PROPORTION_DOUBT * self.vertical_errors
+        limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), chance)
+        return np.abs(self.vertical_differences) > limit
 
     @property
     def drifting(self) -> NDArray[np.bool_]:
@@ -87,7 +104,8 @@ class Stationarity:
     @property
     def stationary(self) -> bool:
         """Whether no part differs by more than the limits and than chance explains."""
-        return not self.drifting.any() and not self.changing.any()
+        drifts = self.drifting.any() or self.vertical_trend.any()
+        return not drifts and not self.changing.any()
 
 
 def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
@@ -98,9 +116,12 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     at least 0.1: few cells are independent where it reaches far. For variograms the mean is that
     of ½ (I(x) − I(x + h))², averaged over lags.
 
+    Quarters of a volume have all layers, and its covariance is that of means over columns of cells.
+    The upper half of its layers is compared with the lower one in the same way.
+
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx)
+    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
@@ -125,7 +146,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     True
     """
     stack = as_image(image, codes)
-    ny, nx = stack.shape
+    ny, nx = stack.shape[-2:]
     if min(ny, nx) < 8:
         raise CCWSIMError(
             f"an image of {ny} × {nx} cells is too small to compare its quarters; "
@@ -141,23 +162,42 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     distance = np.sqrt(np.mean((own - _curves(stack, lags)) ** 2, axis=3))
     shift = _in_units(np.abs(shares - whole), deviation)
     variogram_shift = _in_units(distance, (deviation**2)[:, None])
-    facies = [indices == k for k in range(n_facies)]
-    compared = [_compare_parts(one) for one in facies]
+    facies = [stack.volume(0) == k for k in range(n_facies)]
+    compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
     scores = np.zeros((len(PARTS), n_facies, 2))
     for k, axis in product(range(n_facies), (0, 1)):
-        difference, error = _compare_parts(_half_squares(facies[k], 1 - axis))
+        layers = [_half_squares(layer, 1 - axis) for layer in facies[k]]
+        difference, error = _compare_parts(np.mean(layers, axis=0))
         scores[:, k, axis] = np.divide(
             np.abs(difference), error, out=np.where(difference, np.inf, 0.0), where=error > 0
         )
     differences, errors = (np.column_stack(each) for each in zip(*compared, strict=True))
     own_shift = shares, shift, lags, own, variogram_shift
-    return Stationarity(*own_shift, differences, errors, scores)
+    vertical = _compare_halves(facies) if stack.is_volumes else (None, None)
+    return Stationarity(*own_shift, differences, errors, scores, *vertical)
+
+
+def _compare_halves(
+    facies: Sequence[NDArray[np.bool_]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return by how much the upper halves differ from the whole, and the standard errors of it."""
+    found = []
+    for one in facies:
+        middle = len(one) // 2
+        lower, upper = one[:middle], one[len(one) - middle :]
+        if not middle:
+            found.append((0.0, 0.0))
+            continue
+        field = (upper.mean(axis=0, dtype=float) - lower.mean(axis=0, dtype=float)) / 2
+        found.append((field.mean(), np.sqrt(_mean_variance(field) / 4)))  # four quarters
+    differences, errors = np.array(found).T
+    return differences, errors
 
 
 def _quarters(image: NDArray) -> list[NDArray]:
-    ny, nx = image.shape
+    ny, nx = image.shape[-2:]
     rows, columns = (slice(0, ny // 2), slice(ny // 2, ny)), (slice(0, nx // 2), slice(nx // 2, nx))
-    return [image[r, c] for r in rows for c in columns]
+    return [image[..., r, c] for r in rows for c in columns]
 
 
 def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:

@@ -35,7 +35,7 @@ def ensemble_of(training_image, volumes, sources=None):
     """An ensemble of (n, nz, ny, nx)."""
     n, nz, ny, nx = volumes.shape
     indices = np.searchsorted(training_image.codes, volumes).astype(np.uint8)
-    return Ensemble(
+    ensemble = Ensemble(
         training_image,
         Grid(nz * ny, nx),
         Parameters(),
@@ -48,3 +48,5 @@ def ensemble_of(training_image, volumes, sources=None):
         np.arange(n),
         sources,
     )
+    ensemble.__dict__["n_mismatched"] = np.zeros(n, int)  # it has no data
+    return ensemble
