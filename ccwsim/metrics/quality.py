@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.copying import copying
-from ccwsim.metrics.etype import facies_counts
-from ccwsim.metrics.lags import Direction, max_lag
+from ccwsim.metrics.etype import facies_counts, proportions
+from ccwsim.metrics.lags import VERTICAL, Direction, max_lag
 from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
@@ -21,7 +21,7 @@ from ccwsim.system.workers import check_stop
 
 CELLS_COMPARED = 1_000_000
 """Cells in which realizations are compared at a time."""
-AXES: tuple[Direction, Direction] = ("E-W", "N-S")
+AXES: tuple[Direction, ...] = ("E-W", "N-S", VERTICAL)
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class Quality:
     n : int
         How many realizations were judged.
     pattern_distances : tuple of 3 float
-        Jensen–Shannon divergence in bits between the 4 × 4 patterns of realizations and training
-        image at full, half and third resolution, mean over realizations.
+        Jensen–Shannon divergence in bits between the 4 × 4 patterns, in volumes 3 × 3 × 3, of
+        realizations and training image at full, half and third resolution, mean over realizations.
     pattern_spread : float
         Standard deviation between realizations of their mean over the three; NaN for one.
-    tau_errors : tuple of 2 float
+    tau_errors : tuple of float
         |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
-        both are known, E–W and N–S; NaN where there is no such lag.
+        both are known, E–W, N–S and, in volumes, vertically; NaN where there is no such lag.
     facies : int
         Code of the facies that τ is of.
     differing : float
@@ -56,9 +56,9 @@ class Quality:
         Code of that facies.
     proportion_spread : float
         Standard deviation of it between realizations; NaN for one.
-    tau_spreads : tuple of 2 float
-        Standard deviation of τ(h) between realizations, mean over the lags, E–W and N–S; NaN for
-        one.
+    tau_spreads : tuple of float
+        Standard deviation of τ(h) between realizations, mean over the lags, along the same axes;
+        NaN for one.
     largest_copied : float
         Cells of the largest piece copied verbatim from the training image, mean over
         realizations; NaN where the ensemble does not keep its sources.
@@ -69,7 +69,7 @@ class Quality:
     n: int
     pattern_distances: tuple[float, float, float]
     pattern_spread: float
-    tau_errors: tuple[float, float]
+    tau_errors: tuple[float, ...]
     facies: int
     differing: float
     n_resimulated: float
@@ -79,7 +79,7 @@ class Quality:
     proportion_error: float = nan
     proportion_facies: int = 0
     proportion_spread: float = nan
-    tau_spreads: tuple[float, float] = (nan, nan)
+    tau_spreads: tuple[float, ...] = (nan, nan)
     largest_copied: float = nan
     copied_spread: float = nan
 
@@ -96,7 +96,7 @@ class Quality:
 
     @property
     def tau_error(self) -> float:
-        """The larger of the errors along both axes: one does not make up for the other."""
+        """The largest of the errors along all axes: one does not make up for another."""
         return self._of_worse_axis(self.tau_errors)
 
     @property
@@ -104,7 +104,7 @@ class Quality:
         """The spread along the axis that `tau_error` is of."""
         return self._of_worse_axis(self.tau_spreads)
 
-    def _of_worse_axis(self, values: tuple[float, float]) -> float:
+    def _of_worse_axis(self, values: tuple[float, ...]) -> float:
         known = np.nan_to_num(self.tau_errors, nan=-1.0)
         return values[int(np.argmax(known))]
 
@@ -141,15 +141,18 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     code = int(image.codes[-1 if facies is None else image.index_of(facies)])
     each = pattern_distance(ensemble, image)
     lags = lags_of(ensemble)
-    tau = [_tau_error(ensemble, code, way, lags) for way in AXES]
-    relative = ensemble.proportions / image.proportions - 1
+    tau = [
+        _tau_error(ensemble, code, way, lags if way != VERTICAL else vertical_lags_of(ensemble))
+        for way in AXES[: image.indices.ndim]
+    ]
+    relative = proportions(ensemble) / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())
     copied = _copied(ensemble)
     return Quality(
         n=ensemble.n,
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
         pattern_spread=_spread(each.mean(axis=1)),
-        tau_errors=(tau[0][0], tau[1][0]),
+        tau_errors=tuple(error for error, _ in tau),
         facies=code,
         differing=differing_share(ensemble),
         n_resimulated=float(ensemble.n_resimulated.mean()),
@@ -159,7 +162,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
         proportion_error=float(relative[:, worst].mean()),
         proportion_facies=int(image.codes[worst]),
         proportion_spread=_spread(relative[:, worst]),
-        tau_spreads=(tau[0][1], tau[1][1]),
+        tau_spreads=tuple(spread for _, spread in tau),
         largest_copied=float(copied.mean()) if len(copied) else nan,
         copied_spread=_spread(copied),
     )
@@ -173,7 +176,7 @@ def _spread(each: NDArray[np.floating]) -> float:
 def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
     """Return the cells of the largest copied piece of each realization whose sources are kept."""
     sources = () if ensemble.sources is None else ensemble.sources
-    shape = ensemble.training_image.shape
+    shape = ensemble.training_image.array.shape
     return np.array([copying(one, shape).largest_block for one in sources], float)
 
 
@@ -184,7 +187,7 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
 
     Parameters
     ----------
-    images : Ensemble or array_like, shape (n, ny, nx)
+    images : Ensemble or array_like, shape (n, ny, nx) or (n, nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur where left out.
@@ -205,28 +208,37 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     0.5
     """
     stack = as_stack(images, codes)
-    n, (ny, nx) = len(stack), stack.shape
+    n, nx = len(stack), stack.shape[-1]
     if n < 2:
         return nan
+    lines = stack.indices.reshape(n, -1, nx)
     rows, agree = max(CELLS_COMPARED // nx, 1), 0
-    for first in range(0, ny, rows):
+    for first in range(0, lines.shape[1], rows):
         check_stop()
-        some = Stack(stack.indices[:, first : first + rows], stack.codes)
+        some = Stack(lines[:, first : first + rows], stack.codes)
         counts = facies_counts(some).astype(np.int64)
         agree += int((counts * (counts - 1)).sum())
-    return 1 - agree / (n * (n - 1) * ny * nx)
+    return 1 - agree / (n * (n - 1) * lines.shape[1] * nx)
 
 
 def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
-    """Return the lags at which τ(h) is compared, 1 up to half of the smallest side."""
-    shapes = ensemble.grid.shape, ensemble.training_image.shape
+    """Return the lags at which τ(h) is compared, 1 up to half of the smaller side of layers."""
+    shapes = ensemble.indices.shape[1:], ensemble.training_image.array.shape
     return np.arange(1, min(max_lag(way, *shapes) for way in ("E-W", "N-S")) + 1)
+
+
+def vertical_lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
+    """Return the same along z of volumes, 1 up to half of the layers."""
+    shapes = ensemble.indices.shape[1:], ensemble.training_image.array.shape
+    return np.arange(1, max_lag(VERTICAL, *shapes) + 1)
 
 
 def _tau_error(
     ensemble: Ensemble, facies: int, way: Direction, lags: NDArray[np.int64]
 ) -> tuple[float, float]:
     """Return the error of the mean τ(h) and the spread of τ(h), each mean over the lags."""
+    if not len(lags):
+        return nan, nan
     reference = connectivity(ensemble.training_image, facies, way, lags).tau[0]
     found = connectivity(ensemble, facies, way, lags).tau
     there = ~np.isnan(found)
