@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.metrics.stack import N_AXES, as_volume
-from ccwsim.model.arrays import as_array, check_int
+from ccwsim.metrics.stack import N_AXES, as_shape, as_volume
+from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     >>> found.largest_square, found.largest_block, round(found.copied, 3)
     (2, 4, 0.714)
     """
-    source, ti_shape = as_array(positions, "positions"), _checked_shape(ti_shape)
+    source, ti_shape = as_array(positions, "positions"), as_shape(ti_shape)
     if source.ndim != len(ti_shape) or source.dtype.kind not in "ui" or not source.size:
         shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
         raise CCWSIMError(
@@ -111,13 +110,6 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
         seams=seams.reshape(source.shape),
         n_unknown=int(source.size - known.size),
     )
-
-
-def _checked_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape of a map or volume as a grid has it."""
-    if np.shape(shape) != (N_AXES,):
-        return Grid.of(shape).shape
-    return check_int("layers", shape[0], 1), *Grid.of(shape[1:]).shape
 
 
 def _along(axis: int, part: slice) -> tuple[slice, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import prod
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import VERTICAL
-from ccwsim.metrics.stack import Stack, as_image
+from ccwsim.metrics.stack import Stack, as_image, as_shape
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
@@ -68,10 +67,10 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    *layers, ny, nx = shape
-    sides = template_size if isinstance(template_size, tuple) else (template_size,) * len(shape)
-    own = (*(check_int("layers", n, 1) for n in layers), *Grid.of((ny, nx)).shape)
-    each = (check_int("template_size", side, 1, 2**31) for side in sides)
+    own = as_shape(shape)
+    alike = not isinstance(template_size, tuple) or len(template_size) != len(own)
+    sides = (template_size,) * len(own) if alike else template_size
+    each = [check_int("template_size", side, 1, 2**31) for side in cast(tuple[int, ...], sides)]
     return prod(n // side for n, side in zip(own, each, strict=True))
 
 
@@ -281,7 +280,10 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     >>> [(a.parameter, a.value) for a in found.advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
-    image = as_image(training_image)
+    given = training_image
+    if not isinstance(given, TrainingImage):
+        given = as_integers(as_array(given, "training image"), "training image")
+    image = as_image(given)
     quarters = stationarity(image)
     thickness = _thickness(image)
     ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))

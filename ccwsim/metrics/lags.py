@@ -90,7 +90,9 @@ def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
     (25, 5)
     """
     *layers, rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
-    if layers and (str(direction) == VERTICAL or np.shape(direction) == (N_AXES,)):
+    if layers and (
+        str(direction) == VERTICAL or as_array(direction, "direction").shape == (N_AXES,)
+    ):
         step = np.abs(lag_offsets(direction, np.array([1]), N_AXES)[0])
         halves = np.array([*layers, rows, columns]) // 2
         return min(MAX_LAG, int((halves[step > 0] // step[step > 0]).min()))

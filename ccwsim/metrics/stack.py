@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from ccwsim.model.arrays import as_array, as_integers, check_int, codes_of, is_w
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.workers import Watch, check_stop, n_cores, run_all
 
@@ -176,6 +177,20 @@ def as_volume(image: NDArray) -> NDArray:
     (1, 5, 6)
     """
     return image if image.ndim == N_AXES else image[None]
+
+
+def as_shape(shape: Any, name: str = "shape") -> tuple[int, ...]:
+    """Return rows and columns, or layers, rows and columns, or raise `CCWSIMError`.
+
+    Examples
+    --------
+    >>> as_shape((30, 40)), as_shape([5, 30, 40])
+    ((30, 40), (5, 30, 40))
+    """
+    if isinstance(shape, Grid) or as_array(shape, name).shape != (N_AXES,):
+        return Grid.of(shape).shape
+    nz, ny, nx = shape
+    return check_int(f"layers of {name}", nz, 1), *Grid.of((ny, nx)).shape
 
 
 def listed(codes: NDArray[np.integer]) -> str:
