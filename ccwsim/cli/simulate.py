@@ -132,8 +132,9 @@ def summary(e: Ensemble) -> str:
     """Return what an ensemble is: how many, how long, the data honoured, the proportions."""
     ti, n = e.training_image, e.hard_data.n
     milliseconds = 1e3 * median(e.cpu_seconds)
+    cells = " × ".join(map(str, e.grid.shape[::-1]))
     lines = [
-        f"{e.n} realization{'s' if e.n > 1 else ''} of {e.grid.nx} × {e.grid.ny} cells "
+        f"{e.n} realization{'s' if e.n > 1 else ''} of {cells} cells "
         f"({ti.name or 'training image'}, seed {e.seed}): {milliseconds:.0f} ms of CPU time each, "
         f"{e.wall_seconds:.1f} s in all."
     ]

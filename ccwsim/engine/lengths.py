@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.engine.stages.path import Triple, along_path
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.parameters import Parameters, legal_sizes
 
 USUAL_OVERLAP = 448
 """Cells of the overlap for which the weights of data were chosen: T 32, OR 8."""
@@ -89,10 +90,34 @@ def lengths_of(p: Parameters, shape: tuple[int, ...], template: Triple | None = 
     >>> lengths_of(Parameters(32, 8, 2), (60, 100))[:3]
     ((1, 32, 32), (0, 8, 8), (0, 2, 2))
     """
-    volume = len(shape) == 3
+    usual, overlap, level = p.along(shape)
+    own = usual if template is None else template
+    return Lengths(own, overlap, level, volume=len(shape) == 3)
 
-    def triple(value: int, thin: int) -> Triple:
-        return (value if volume else thin, value, value)
 
-    own = triple(p.template_size, 1) if template is None else template
-    return Lengths(own, triple(p.overlap_size, 0), triple(p.level, 0), volume=volume)
+def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
+    """Return all templates that realizations may have for an image of `shape`.
+
+    Those of a volume change along all axes by about the same share; a template of less than
+    MIN_TEMPLATE layers stays.
+
+    Examples
+    --------
+    >>> templates(Parameters(32, 8, 2, template_variation=0.1), (60, 100))
+    [(1, 32, 32)]
+    >>> templates(Parameters((8, 32, 16), (2, 8, 4), 1, template_variation=0.2), (20, 99, 99))
+    [(6, 28, 14), (8, 32, 16), (10, 36, 18)]
+    """
+    usual, overlap, level = p.along(shape)
+    room = (*shape[:-2], min(shape[-2:]), min(shape[-2:]))[-3:]
+    legal = []
+    for t, o, j, most in zip(usual, overlap, level, (1, *room)[-3:], strict=True):
+        low = max(round(t * (1 - p.template_variation)), 2 * o, MIN_TEMPLATE)
+        high = min(round(t * (1 + p.template_variation)), most, MAX_TEMPLATE)
+        legal.append(legal_sizes(j, low, high) if t >= MIN_TEMPLATE else [t])
+    found = []
+    for size in legal[2]:
+        wanted = [size * t / usual[2] for t in usual]
+        z, y = (min(legal[a], key=lambda n, a=a: abs(n - wanted[a])) for a in (0, 1))
+        found.append((z, y, size))
+    return found

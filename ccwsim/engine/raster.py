@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.lengths import Lengths, lengths_of
+from ccwsim.engine.lengths import Lengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.bits import make_strips
 from ccwsim.engine.stages.conditioning import (
@@ -42,7 +42,7 @@ from ccwsim.engine.tiles import (
     refine_patches,
     simulate_patches,
 )
-from ccwsim.model.parameters import MAX_TEMPLATE, Parameters, legal_sizes
+from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch
 
@@ -259,12 +259,8 @@ def _usual_overlap(lengths: Lengths) -> int:
 
 
 def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:
-    """Return T along z, y and x, or a size within the share that `template_variation` allows."""
-    usual = lengths_of(p, shape).template
+    """Return T along z, y and x, or one within the share that `template_variation` allows."""
     if p.template_variation == 0:
-        return usual
-    low = max(round(p.template_size * (1 - p.template_variation)), 2 * p.overlap_size, 4)
-    high = min(round(p.template_size * (1 + p.template_variation)), *shape, MAX_TEMPLATE)
-    sizes = legal_sizes(p.level, low, high)
-    size = sizes[int(rng.integers(len(sizes)))]
-    return usual[0] if usual[0] == 1 else size, size, size
+        return p.along(shape).template
+    sizes = templates(p, shape)
+    return sizes[int(rng.integers(len(sizes)))]

@@ -6,11 +6,10 @@ from math import prod
 
 import numpy as np
 
-from ccwsim.engine.lengths import Lengths, lengths_of
+from ccwsim.engine.lengths import Lengths, lengths_of, templates
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type
-from ccwsim.model.parameters import legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.system.workers import n_cores
 
@@ -48,12 +47,7 @@ def _of_image(study: Study) -> int:
     """Return what the training image takes, in all orientations and template sizes drawn."""
     p, image = study.parameters, study.training_image
     usual = lengths_of(p, study.grid.shape)
-    low = max(round(p.template_size * (1 - p.template_variation)), 2 * p.overlap_size, 4)
-    high = round(p.template_size * (1 + p.template_variation))
-    sizes = [usual.template]
-    if p.template_variation:
-        thin = usual.template[0] == 1
-        sizes = [(1 if thin else n, n, n) for n in legal_sizes(p.level, low, high)]
+    sizes = templates(p, image.shape) if p.template_variation else [usual.template]
     oriented = sum(_of_oriented(study, usual._replace(template=size)) for size in sizes)
     ways = (2 if usual.volume else 1) * N_ORIENTATIONS
     making = 8 * image.indices.size  # energies are summed up in whole numbers of 64 bits

@@ -61,7 +61,7 @@ def store_of(
 class Memory:
     """Keeps realizations in memory."""
 
-    def __init__(self, shape: tuple[int, int], n: int, keep_sources: bool) -> None:
+    def __init__(self, shape: tuple[int, ...], n: int, keep_sources: bool) -> None:
         self._indices = _allocate((n, *shape), np.uint8)
         self._sources = _allocate((n, *shape), np.int32) if keep_sources else None
 
@@ -87,7 +87,7 @@ class MapFile:
     """
 
     def __init__(
-        self, out: str | os.PathLike[str], codes: NDArray[np.integer], shape: tuple[int, int, int]
+        self, out: str | os.PathLike[str], codes: NDArray[np.integer], shape: tuple[int, ...]
     ) -> None:
         self._path = path = Path(out)
         if path.suffix.lower() != ".npy":
@@ -161,8 +161,9 @@ def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:
     try:
         return np.empty(shape, kind)
     except (MemoryError, ValueError):
-        n, ny, nx = shape
+        n, *lengths = shape
+        cells = " × ".join(map(str, lengths[::-1]))
         raise CCWSIMError(
-            f"{n} realizations of {nx} × {ny} cells do not fit into memory; "
+            f"{n} realizations of {cells} cells do not fit into memory; "
             "ask for fewer, for a smaller grid, or send them to disk"
         ) from None

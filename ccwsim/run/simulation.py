@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 def simulate(
     training_image: TrainingImage | ArrayLike,
-    grid_shape: tuple[int, int] | Grid = (256, 256),
+    grid_shape: tuple[int, ...] | Grid = (256, 256),
     parameters: Parameters | None = None,
     hard_data: Any = None,
     n_realizations: int = 1,
@@ -49,10 +49,10 @@ def simulate(
 
     Parameters
     ----------
-    training_image : TrainingImage or array_like of shape (ny, nx)
-        An array has facies codes, row 0 at the south.
-    grid_shape : pair of int or Grid
-        Rows and columns of the simulation grid.
+    training_image : TrainingImage or array_like of shape (ny, nx) or (nz, ny, nx)
+        An array has facies codes, row 0 at the south, layer 0 at the bottom.
+    grid_shape : pair or triple of int, or Grid
+        Rows and columns of the simulation grid; of a volume layers, rows and columns.
     parameters : Parameters, optional
     hard_data : HardData, pair, table or array_like, optional
         All that `HardData.of` takes: (cells, facies), a table with x, y and facies, or an array of

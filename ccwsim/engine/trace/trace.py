@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import Plan, draw_template, empty_grid, in_three, make_plan, to_grid
 from ccwsim.engine.realization import Realization, random_numbers, target_of
@@ -278,7 +279,9 @@ class Trace:
         """
         if facies not in self._coefficients:
             image = self.oriented.pyramid.image[0] == facies
-            self._coefficients[facies] = decompose(image, self.study.parameters.level)
+            self._coefficients[facies] = decompose(
+                image, lengths_of(self.study.parameters, self.study.grid.shape).level[2]
+            )
         row, column = step.places[step.drawn].tolist()
         size = step.cells.shape[0] // step.block_size * step.block_size
         return reconstruct(self._coefficients[facies], (row, column), size)
