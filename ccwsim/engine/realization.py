@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import RASTER_SHARE, draw_template, in_three, simulate_raster
+from ccwsim.engine.raster import (
+    RASTER_SHARE,
+    draw_template,
+    in_three,
+    places_of,
+    simulate_raster,
+)
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import in_layers
 from ccwsim.engine.stages.resimulation import Target, resimulate
@@ -58,7 +64,7 @@ def simulate_realization(
             lambda share: watch.report(RASTER_SHARE + (1 - RASTER_SHARE) * share),
         )
     else:
-        missed = indices[tuple(cells.T)] != study.facies_of_data
+        missed = indices[places_of(cells, indices)] != study.facies_of_data
         data_status = np.where(missed, WRONG, 0).astype(np.int16)
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)

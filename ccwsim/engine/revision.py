@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import in_three
+from ccwsim.engine.raster import in_three, places_of
 from ccwsim.engine.realization import target_of
 from ccwsim.engine.stages.resimulation import resimulate
 from ccwsim.model.arrays import check_int, readonly
@@ -73,7 +73,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     image = PreparedImage(study)
     thresholds = image.isolated_datum_thresholds
     template = lengths_of(p, study.grid.shape).template
-    cells, places = in_three(hard_data.cells), tuple(hard_data.cells.T)
+    cells, places = in_three(hard_data.cells), places_of(hard_data.cells, indices[0])
 
     def task(number: int, watch: Watch) -> None:
         before = time.thread_time()

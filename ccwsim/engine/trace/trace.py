@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import Plan, draw_template, empty_grid, in_three, make_plan, to_grid
+from ccwsim.engine.raster import (
+    Plan,
+    draw_template,
+    empty_grid,
+    in_three,
+    make_plan,
+    places_of,
+    to_grid,
+)
 from ccwsim.engine.realization import Realization, random_numbers, target_of
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
@@ -258,7 +266,7 @@ class Trace:
                 self.study, self._template, self._image, rng, indices, sources
             )
         else:
-            missed = indices[tuple(cells.T)] != self.study.facies_of_data
+            missed = indices[places_of(cells, indices)] != self.study.facies_of_data
             data_status = np.where(missed, WRONG, 0).astype(np.int16)
         return Realization(indices, sources, data_status), windows
 
