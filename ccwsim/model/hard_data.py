@@ -30,7 +30,7 @@ class HardData:
     ----------
     cells : ndarray of int64, shape (n, 2) or (n, 3)
         Sorted by layer, row, then column; a datum given twice with the same facies is kept once.
-        No data have shape (0, 2) and go with maps and volumes.
+        No data go with maps and volumes, be their shape (0, 2) or (0, 3).
     facies : ndarray of int64, shape (n,)
         The codes, read-only.
 
@@ -50,7 +50,8 @@ class HardData:
     def __init__(self, cells: ArrayLike = (), facies: ArrayLike = ()) -> None:
         places = as_array(cells, "cells of hard data")
         codes = as_array(facies, "facies of hard data")
-        places = as_integers(places, "cells of hard data") if places.size else np.empty((0, 2))
+        none = np.empty((0, 3 if places.shape == (0, 3) else 2))
+        places = as_integers(places, "cells of hard data") if places.size else none
         codes = as_integers(codes, "facies of hard data") if codes.size else np.empty(0)
         if places.ndim != 2 or places.shape[1] not in (2, 3) or codes.shape != (len(places),):
             raise CCWSIMError(
@@ -123,13 +124,13 @@ class HardData:
 
     @property
     def n_dimensions(self) -> int:
-        """2 for data of a map, 3 for those of a volume; no data have 2 and go with both."""
+        """2 for data of a map, 3 for those of a volume; no data go with both."""
         return self.cells.shape[1]
 
     @cached_property
     def digest(self) -> str:
         """A short name of the content: equal for equal data in any order."""
-        return digest(self.cells, self.facies)
+        return digest(self.cells if self.n else np.empty((0, 2), np.int64), self.facies)
 
     @cached_property
     def triples(self) -> tuple[tuple[int, ...], ...]:

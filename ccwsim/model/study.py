@@ -53,6 +53,9 @@ class Study:
         _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
+        if self.hard_data.n_dimensions != self.grid.n_dimensions:  # none: cells index the grid
+            none = HardData(np.empty((0, self.grid.n_dimensions)), ())
+            object.__setattr__(self, "hard_data", none)
 
     @cached_property
     def facies_of_data(self) -> NDArray[np.uint8]:

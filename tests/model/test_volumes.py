@@ -210,6 +210,12 @@ class TestStudy:
         study = Study(IMAGE, self.grid, P, data)
         assert study.facies_of_data.tolist() == [0, 2]
 
+    def test_no_data_have_as_many_numbers_as_the_grid(self):
+        flat, shape = TrainingImage(IMAGE.array[0]), (0, 3)
+        assert Study(IMAGE, self.grid, P).hard_data.cells.shape == shape
+        study = Study(flat, Grid(25, 35), Parameters(8, 2, 1), HardData(np.empty(shape), []))
+        assert study.hard_data.cells.shape == (0, 2)
+
     def test_a_map_with_a_volume_says_which_is_which_and_what_to_do(self):
         flat = TrainingImage(IMAGE.array[0])
         with pytest.raises(CCWSIMError, match=r"image of 30 × 20 cells is a map.*35 × 25 × 14"):
