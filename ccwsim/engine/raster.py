@@ -195,11 +195,6 @@ def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.pad(cells, ((0, 0), (3 - cells.shape[1], 0)))
 
 
-def places_of(cells: NDArray[np.int64], of: NDArray) -> tuple[NDArray[np.int64], ...]:
-    """Return cells as an index of a map or a volume, which no data at all fit both."""
-    return tuple(in_three(cells).T)[-of.ndim :]
-
-
 def to_grid(
     grid: NDArray[np.uint8], sources: NDArray[np.int32], path: RasterPath, study: Study
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:

@@ -16,7 +16,6 @@ from ccwsim.engine.raster import (
     RASTER_SHARE,
     draw_template,
     in_three,
-    places_of,
     simulate_raster,
 )
 from ccwsim.engine.stages.conditioning import data_grid
@@ -64,7 +63,7 @@ def simulate_realization(
             lambda share: watch.report(RASTER_SHARE + (1 - RASTER_SHARE) * share),
         )
     else:
-        missed = indices[places_of(cells, indices)] != study.facies_of_data
+        missed = indices[tuple(cells.T)] != study.facies_of_data
         data_status = np.where(missed, WRONG, 0).astype(np.int16)
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)

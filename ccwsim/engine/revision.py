@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import in_three, places_of
+from ccwsim.engine.raster import in_three
 from ccwsim.engine.realization import target_of
 from ccwsim.engine.stages.resimulation import resimulate
 from ccwsim.model.arrays import check_int, readonly
@@ -62,7 +62,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     study = Study(
         ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
     )
-    p = study.parameters
+    p, hard_data = study.parameters, study.hard_data
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()
     indices = ensemble.indices.copy()
@@ -73,7 +73,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     image = PreparedImage(study)
     thresholds = image.isolated_datum_thresholds
     template = lengths_of(p, study.grid.shape).template
-    cells, places = in_three(hard_data.cells), places_of(hard_data.cells, indices[0])
+    cells, places = in_three(hard_data.cells), tuple(hard_data.cells.T)
 
     def task(number: int, watch: Watch) -> None:
         before = time.thread_time()

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import replace
 from threading import Event
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,63 +12,42 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ccwsim import Parameters
+from ccwsim import Grid, HardData, Parameters, TrainingImage
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import make_plan
 from ccwsim.engine.realization import Realization, random_numbers, simulate_realization
 from ccwsim.engine.stages.path import FROM_ABOVE
 from ccwsim.engine.trace import Trace, fates
 from ccwsim.model.ensemble import FORCED
+from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch
 from tests.small_images import blobs, noise
 
 Shape = tuple[int, int, int]
 
 
-@dataclass
-class VolumeStudy:
-    """What the engine reads of a study, of a volume."""
-
-    indices: NDArray[np.uint8]
-    shape: Shape
-    parameters: Parameters
-    cells: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), np.int64))
-    facies_of_data: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
-    seed: int = 3
-
-    @property
-    def training_image(self) -> Any:
-        n = int(self.indices.max()) + 1
-        shares = np.bincount(self.indices.ravel(), minlength=n) / self.indices.size
-        return SimpleNamespace(
-            indices=self.indices, shape=self.indices.shape, n_facies=n, proportions=shares
-        )
-
-    @property
-    def grid(self) -> Any:
-        return SimpleNamespace(shape=self.shape)
-
-    @property
-    def hard_data(self) -> Any:
-        return SimpleNamespace(cells=self.cells, n=len(self.cells))
+def volume(
+    indices: NDArray[np.uint8], shape: Shape, parameters: Parameters, seed: int = 3
+) -> Study:
+    """Return the study of a volume without data."""
+    return Study(TrainingImage(indices), Grid.of(shape), parameters, HardData(), seed)
 
 
-def realized(study: Any, number: int = 0) -> Realization:
+def realized(study: Study, number: int = 0) -> Realization:
     return simulate_realization(study, number, PreparedImage(study), True, Watch(Event()))
 
 
-def with_data(study: VolumeStudy, n: int, seed: int) -> VolumeStudy:
+def with_data(study: Study, n: int, seed: int) -> Study:
     """Return it with n data, half of them in wells along z."""
-    rng = np.random.default_rng(seed)
-    flat = rng.permutation(int(np.prod(study.shape)))[: n // 2]
-    cells = [*zip(*np.unravel_index(flat, study.shape), strict=True)]
-    for _ in range(n // 2 // study.shape[0]):
-        y, x = rng.integers(0, study.shape[1:])
-        cells += [(z, y, x) for z in range(study.shape[0])]
+    rng, shape = np.random.default_rng(seed), study.grid.shape
+    flat = rng.permutation(int(np.prod(shape)))[: n // 2]
+    cells = [*zip(*np.unravel_index(flat, shape), strict=True)]
+    for _ in range(n // 2 // shape[0]):
+        y, x = rng.integers(0, shape[1:])
+        cells += [(z, y, x) for z in range(shape[0])]
     own = np.unique(np.array(cells, np.int64).reshape(-1, 3), axis=0)
-    study.cells = rng.permutation(own)
-    study.facies_of_data = rng.integers(0, study.indices.max() + 1, len(own)).astype(np.uint8)
-    return study
+    codes = study.training_image.codes[rng.integers(0, study.training_image.n_facies, len(own))]
+    return replace(study, hard_data=HardData(own, codes))
 
 
 CASES = {
@@ -89,16 +67,16 @@ CASES = {
 }
 
 
-def check(study: VolumeStudy, number: int = 0) -> None:
+def check(study: Study, number: int = 0) -> None:
     own = realized(study, number)
-    assert own.indices.shape == own.sources.shape == study.shape
+    assert own.indices.shape == own.sources.shape == study.grid.shape
     taken = own.sources >= 0
-    image = study.indices
+    image, data = study.training_image.indices, study.hard_data.cells
     np.testing.assert_array_equal(own.indices[taken], image.ravel()[own.sources[taken]])
-    places = tuple(study.cells.T)
+    places = tuple(data.T)
     if study.parameters.exact_data:
         assert (own.indices[places] == study.facies_of_data).all()
-        forced = {tuple(cell) for cell in study.cells[own.data_status == FORCED].tolist()}
+        forced = {tuple(cell) for cell in data[own.data_status == FORCED].tolist()}
         assert {tuple(cell) for cell in np.argwhere(~taken).tolist()} <= forced
     else:
         wrong = own.indices[places] != study.facies_of_data
@@ -112,7 +90,7 @@ def check(study: VolumeStudy, number: int = 0) -> None:
 def test_data_are_honoured_and_cells_come_from_the_image(case, n_data):
     image = blobs((18, 24, 26), 3 if case in ("level 2", "ms-ccsim") else 2)
     for number, shape in enumerate([(19, 21, 27), (3, 30, 9)]):
-        check(with_data(VolumeStudy(image, shape, CASES[case]), n_data, number), number)
+        check(with_data(volume(image, shape, CASES[case]), n_data, number), number)
 
 
 @settings(max_examples=12, deadline=None)
@@ -125,7 +103,7 @@ def test_data_are_honoured_and_cells_come_from_the_image(case, n_data):
 )
 def test_any_grid_and_any_data_will_do(shape, sizes, share, n_facies, seed):
     image = noise((9, 11, 13), n_facies, seed)
-    study = VolumeStudy(image, shape, Parameters(*sizes), seed=seed)
+    study = volume(image, shape, Parameters(*sizes), seed=seed)
     check(with_data(study, round(2 * share * np.prod(shape)), seed))
 
 
@@ -137,7 +115,7 @@ def test_an_image_that_repeats_itself_is_continued_in_each_direction(level):
         return ((z % 4 == 0) + 2 * (y % 4 == 1) + 4 * (x % 4 == 3)).astype(np.uint8)
 
     image = pattern(*np.indices((20, 20, 20)))
-    study: Any = VolumeStudy(image, (17, 22, 25), Parameters(8, 4, level, n_candidates=1))
+    study = volume(image, (17, 22, 25), Parameters(8, 4, level, n_candidates=1))
     plans = set()
     for number in range(16):
         realization = realized(study, number)
@@ -146,7 +124,7 @@ def test_an_image_that_repeats_itself_is_continued_in_each_direction(level):
             ahead, back = np.moveaxis(own, axis, 0)[4:], np.moveaxis(own, axis, 0)[:-4]
             np.testing.assert_array_equal(ahead, back)
         first = np.array(np.unravel_index(realization.sources[0, 0, 0], image.shape))
-        shifted = np.indices(study.shape) + first[:, None, None, None]
+        shifted = np.indices(study.grid.shape) + first[:, None, None, None]
         np.testing.assert_array_equal(own, pattern(*shifted))
         plan = make_plan(study, (8, 8, 8), PreparedImage(study), random_numbers(3, number))
         plans.add((plan.path.orientation, plan.path.order))
@@ -154,7 +132,7 @@ def test_an_image_that_repeats_itself_is_continued_in_each_direction(level):
 
 
 def test_all_48_ways_are_drawn_about_equally_often():
-    study: Any = VolumeStudy(noise((6, 6, 6), 2), (9, 10, 11), Parameters(4, 1, 0))
+    study = volume(noise((6, 6, 6), 2), (9, 10, 11), Parameters(4, 1, 0))
     image, counts = PreparedImage(study), np.zeros((3, 16), int)
     rng = np.random.default_rng(1)
     for _ in range(1200):
@@ -167,9 +145,7 @@ def test_all_48_ways_are_drawn_about_equally_often():
 @pytest.mark.parametrize("case", ["level 1", "proportions", "near its place", "steered"])
 @pytest.mark.parametrize("n_data", [0, 60])
 def test_a_trace_of_a_volume_ends_in_the_same_realization(case, n_data):
-    study: Any = with_data(
-        VolumeStudy(blobs((14, 20, 22), 2), (15, 21, 24), CASES[case]), n_data, 1
-    )
+    study = with_data(volume(blobs((14, 20, 22), 2), (15, 21, 24), CASES[case]), n_data, 1)
     trace, own = Trace(study, 2), realized(study, 2)
     for name in ("indices", "sources", "data_status"):
         np.testing.assert_array_equal(getattr(trace.realization, name), getattr(own, name))
@@ -186,7 +162,7 @@ def test_a_trace_of_a_volume_ends_in_the_same_realization(case, n_data):
 
 @pytest.mark.parametrize("number", range(6))
 def test_a_frame_puts_the_layers_of_a_volume_where_they_lie(number):
-    study: Any = VolumeStudy(noise((9, 10, 11), 3), (9, 13, 16), CASES["level 1"])
+    study = volume(noise((9, 10, 11), 3), (9, 13, 16), CASES["level 1"])
     trace = Trace(study, number)
     last, layers = trace.at(len(trace.patches) - 1).after, trace.realization.indices
     from_above = bool(trace.path.orientation & FROM_ABOVE)
@@ -196,7 +172,7 @@ def test_a_frame_puts_the_layers_of_a_volume_where_they_lie(number):
         assert last[z, y, x] == layer[3, 5]
 
 
-def plain_score(study: Any, trace: Trace, step: Any, at: tuple[int, ...]) -> tuple[int, int]:
+def plain_score(study: Study, trace: Trace, step: Any, at: tuple[int, ...]) -> tuple[int, int]:
     """Return SSD in block sums and the cost of missed data of a location, one by one."""
     sums, block = trace.oriented.pyramid.sums.astype(int), np.array(step.block)
     size = step.blocks.shape[1:]
@@ -222,8 +198,8 @@ def plain_score(study: Any, trace: Trace, step: Any, at: tuple[int, ...]) -> tup
 @pytest.mark.parametrize("sizes", [(8, 2, 1), (8, 2, 0), (12, 4, 2)])
 def test_scores_are_squared_differences_and_what_data_cost(sizes, n_facies, n_data):
     image = blobs((19, 21, 23), n_facies)
-    study: Any = VolumeStudy(image, (20, 23, 26), Parameters(*sizes))
-    with_data(study, n_data, 2)
+    study = volume(image, (20, 23, 26), Parameters(*sizes))
+    study = with_data(study, n_data, 2)
     trace, rng = Trace(study, 1), np.random.default_rng(0)
     assert n_data < 900 or max(p.parts for p in trace.patches) > 1
     for number in range(0, len(trace.patches), 5):
@@ -243,7 +219,7 @@ def test_scores_are_squared_differences_and_what_data_cost(sizes, n_facies, n_da
 
 def test_a_trace_goes_on_where_the_image_has_no_more_layers_than_the_template():
     image = blobs((8, 20, 22), 2)
-    study: Any = with_data(VolumeStudy(image, (8, 21, 24), CASES["level 1"]), 40, 1)
+    study = with_data(volume(image, (8, 21, 24), CASES["level 1"]), 40, 1)
     trace = Trace(study, 0)
     for number in range(len(trace.patches)):
         step = trace.at(number)

@@ -16,7 +16,6 @@ from ccwsim.engine.raster import (
     empty_grid,
     in_three,
     make_plan,
-    places_of,
     to_grid,
 )
 from ccwsim.engine.realization import Realization, random_numbers, target_of
@@ -266,7 +265,7 @@ class Trace:
                 self.study, self._template, self._image, rng, indices, sources
             )
         else:
-            missed = indices[places_of(cells, indices)] != self.study.facies_of_data
+            missed = indices[tuple(cells.T)] != self.study.facies_of_data
             data_status = np.where(missed, WRONG, 0).astype(np.int16)
         return Realization(indices, sources, data_status), windows
 

@@ -12,6 +12,7 @@ import ccwsim
 from ccwsim.figures import facies_colours
 from ccwsim.io import Project, project_as_bytes, read_project, training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
@@ -205,6 +206,12 @@ def open_project(state: State, upload: Upload) -> None:
     """
     with opened(upload) as file:
         project = read_project(file)
+    grid = project.study.grid
+    if grid.n_dimensions == 3:
+        raise CCWSIMError(
+            f"{upload.name} is a study of a volume, {describe_shape(grid.shape)} cells; "
+            "pages show maps: open it in Python with ccwsim.read_project"
+        )
     choices = choices_of(project)
     _check(choices)
     study_of(choices)

@@ -126,8 +126,11 @@ def test_a_project_opened_in_another_session_gives_the_same_numbers():
 def test_a_project_that_cannot_be_opened_leaves_the_study(tmp_path):
     state, choices = State(), Choices()
     large = Project(Study(TrainingImage(np.eye(40)), Grid(2, 20_000)))
+    layers = TrainingImage(np.arange(40 * 40 * 40).reshape(40, 40, 40) % 2)
+    volume = Project(Study(layers, Grid(40, 50, nz=30)))
     for content, said in (
         (b"no", "is no project"),
+        (project_as_bytes(volume), "study of a volume, 50 × 40 × 30 cells"),
         (project_as_bytes(large), "command line|--proj"),
     ):
         with pytest.raises(CCWSIMError, match=said):
