@@ -88,15 +88,10 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
             f"position {source.max()} lies outside a training image of "
             f"{' × '.join(map(str, ti_shape))} cells; the largest is {n_cells - 1}"
         )
-    shift = _shifts(as_volume(source.astype(np.int64)), (1, *ti_shape)[-N_AXES:])
+    shift = _shifts(as_volume(source.astype(np.int64, copy=False)), *ti_shape[-2:])
     seams = np.zeros(shift.shape, bool)
-    n_pairs = n_copied = 0
-    for axis in range(N_AXES):
-        ahead, behind = (_along(axis, slice(*ends)) for ends in ((1, None), (None, -1)))
-        same = (shift[ahead] == shift[behind]) & (shift[ahead] >= 0)
-        seams[behind] |= ~same
-        n_pairs += same.size
-        n_copied += int(same.sum())
+    n_copied = int(_mark_seams(shift, seams))
+    n_pairs = sum(shift.size // n * (n - 1) for n in shift.shape)
     known = source[source >= 0]
     uses = np.bincount(known.ravel(), minlength=n_cells).reshape(ti_shape)
     side, *corner = _largest_cube(shift, source.ndim)
@@ -112,19 +107,42 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     )
 
 
-def _along(axis: int, part: slice) -> tuple[slice, ...]:
-    return tuple(part if k == axis else slice(None) for k in range(N_AXES))
-
-
-def _shifts(source: NDArray[np.int64], ti_shape: tuple[int, ...]) -> NDArray[np.int64]:
+@kernel
+def _shifts(source, ti_ny, ti_nx):
     """Return a number for each cell, equal for cells shifted by the same offset."""
     nz, ny, nx = source.shape
-    layer, in_layer = np.divmod(source, ti_shape[1] * ti_shape[2])
-    up = layer - np.arange(nz)[:, None, None] + nz
-    north = in_layer // ti_shape[2] - np.arange(ny)[:, None] + ny
-    east = source % ti_shape[2] - np.arange(nx) + nx
-    shift = (up * (ti_shape[1] + ny + 1) + north) * (ti_shape[2] + nx + 1) + east
-    return np.where(source >= 0, shift, -1)
+    shift = np.full(source.shape, -1)
+    for k in range(nz):
+        for i in range(ny):
+            for j in range(nx):
+                if source[k, i, j] >= 0:
+                    line, column = divmod(source[k, i, j], ti_nx)
+                    layer, row = divmod(line, ti_ny)
+                    up, north, east = layer - k + nz, row - i + ny, column - j + nx
+                    shift[k, i, j] = (up * (ti_ny + ny + 1) + north) * (ti_nx + nx + 1) + east
+    return shift
+
+
+@kernel
+def _mark_seams(shift, seams):
+    """Mark the cells with a neighbour of another shift, and return the pairs of the same one."""
+    nz, ny, nx = shift.shape
+    n_copied = 0
+    for k in range(nz):
+        for i in range(ny):
+            own, row = shift[k, i], seams[k, i]
+            for dz, dy in ((0, 1), (1, 0)):
+                if k + dz < nz and i + dy < ny:
+                    other = shift[k + dz, i + dy]
+                    for j in range(nx):
+                        same = (own[j] == other[j]) & (own[j] >= 0)
+                        n_copied += np.int64(same)
+                        row[j] |= not same
+            for j in range(nx - 1):
+                same = (own[j] == own[j + 1]) & (own[j] >= 0)
+                n_copied += np.int64(same)
+                row[j] |= not same
+    return n_copied
 
 
 @kernel
