@@ -106,7 +106,7 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     >>> templates(Parameters(32, 8, 2, template_variation=0.1), (60, 100))
     [(1, 32, 32)]
     >>> templates(Parameters((8, 32, 16), (2, 8, 4), 1, template_variation=0.2), (20, 99, 99))
-    [(6, 28, 14), (8, 32, 16), (10, 36, 18)]
+    [(6, 28, 14), (8, 32, 16), (8, 36, 18)]
     """
     usual, overlap, level = p.along(shape)
     room = (*shape[:-2], min(shape[-2:]), min(shape[-2:]))[-3:]

@@ -213,7 +213,7 @@ def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
 
     Examples
     --------
-    >>> image = stationarity(datasets.load("delta").indices, 3)
+    >>> image = stationarity(datasets.load("delta").indices, range(3))
     >>> kept_share(image, [image])
     1.0
     """
