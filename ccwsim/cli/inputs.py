@@ -11,16 +11,16 @@ import click
 from ccwsim.cli.options import (
     classes,
     edges_or_codes,
-    grid_shape,
     in_group,
     name_and_code,
+    one_or_each,
     sizes,
 )
 from ccwsim.model.codec import Setting, settings_of
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
 
 DEFAULT_SHAPE = (256, 256)
@@ -43,6 +43,8 @@ IMAGE_HELP = {
     "--up/--no-up": "whether the first row of the file is the south, or the north (default: as its "
     "format has it: north in pictures and matrices, south in GSLIB and NumPy files)",
     "--first-row": "the old name: south for --up, north for --no-up",
+    "--z-up/--no-z-up": "whether the first layer of a volume is the bottom one, or the top one "
+    "(default: as its format has it; of arrays the bottom one)",
     "--transpose": "exchange rows and columns",
 }
 DATA_HELP = {
@@ -51,6 +53,7 @@ DATA_HELP = {
     "lists them)",
     "--hard-x": "which column is x",
     "--hard-y": "which column is y",
+    "--hard-z": "which column is z, in a volume",
     "--hard-facies": "which column holds the facies, as codes, names or values",
     "--facies-name": "the code of a name in the file, where it is not one of the training image; "
     "once for each name",
@@ -73,11 +76,13 @@ VALUES: dict[str, dict[str, Any]] = {
     "--crop": {"metavar": "R C NY NX", "type": int, "nargs": 4},
     "--every": {"metavar": "N", "type": int},
     "--up/--no-up": {"default": None},
+    "--z-up/--no-z-up": {"default": None},
     "--first-row": {"type": click.Choice([NORTH, SOUTH]), "hidden": True},
     "--transpose": {"is_flag": True},
     "--hard-data": {"metavar": "F"},
     "--hard-x": {"metavar": "NAME"},
     "--hard-y": {"metavar": "NAME"},
+    "--hard-z": {"metavar": "NAME"},
     "--hard-facies": {"metavar": "NAME"},
     "--facies-name": {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
     "--hard-variable": {"metavar": "NAME"},
@@ -89,11 +94,12 @@ VALUES: dict[str, dict[str, Any]] = {
     "--on-unknown": {"type": click.Choice(["error", "drop"])},
 }
 """What may stand behind each option that reads the training image or hard data."""
-READING_CELLS = ("shape", "slice_index", "crop", "every", "up", "transpose")
+READING_CELLS = ("shape", "slice_index", "crop", "every", "up", "z_up", "transpose")
 READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
 READING_DATA = {
     "hard_x": "x",
     "hard_y": "y",
+    "hard_z": "z",
     "hard_facies": "facies",
     "facies_name": "facies_names",
     "hard_variable": "variable",
@@ -106,8 +112,14 @@ READING_DATA = {
 }
 """Options for reading hard data, and what `import_hard_data` calls them."""
 OF_FILES = (*READING_IMAGE, "hard_data", *READING_DATA)
-OF_PROJECT = ("training_image", "grid", "cell_size", "origin", *OF_FILES)
+OF_PROJECT = ("training_image", "grid", "cell_size", "origin", "cell_height", "bottom", *OF_FILES)
 """What a project says itself, so that it cannot be given beside it."""
+
+
+OF_VOLUMES = (
+    ("--cell-height", "DZ", "height of a cell of a volume in world units (default: 1)"),
+    ("--bottom", "Z", "z of the bottom of the lowest layer of a volume (default: 0)"),
+)
 
 
 class Inputs(NamedTuple):
@@ -122,6 +134,8 @@ class Inputs(NamedTuple):
 def image_and_data_options(command: Any) -> Any:
     """Add all options that say what is simulated, those of settings by the table of them."""
     grid = [_option(row, "Simulation grid") for row in settings_of("grid")]
+    for name, metavar, text in OF_VOLUMES:
+        grid.append(in_group("Simulation grid")(name, type=float, metavar=metavar, help=text))
     file = in_group("Parameters of the simulation")(
         "--parameters",
         metavar="FILE.json",
@@ -155,9 +169,11 @@ def _option(row: Setting, group: str) -> Any:
         return option(f"{row.option}/{row.no_option}", row.fields[0], **how)
     how["metavar"] = row.metavar
     if row.kind == "sizes":
-        return option(row.option, type=grid_shape, **how)
+        return option(row.option, type=sizes, **how)
     if row.kind == "lengths":
         return option(row.option, row.fields[0], type=float, nargs=2, **how)
+    if row.fields[0] in PER_AXIS:
+        return option(row.option, row.fields[0], type=one_or_each, **how)
     kinds = {"count": int, "whole": int, "number": float, "word": str}
     return option(row.option, row.fields[0], type=kinds[row.kind], **how)
 
@@ -228,6 +244,8 @@ def image_of(options: Any) -> TrainingImage:
     if not Path(name).exists():
         there = ", ".join(datasets.names())
         raise CCWSIMError(f"{name} is neither a file nor a bundled training image ({there})")
+    if options.grid is not None and len(options.grid) == 3:
+        reading["volume"] = True
     return read_training_image(name, **reading)
 
 
@@ -238,8 +256,16 @@ def grid_of(options: Any) -> Grid:
     shape = options.grid or DEFAULT_SHAPE
     if options.grid is None and options.hard_data in datasets.hard_data_names():
         shape = datasets.hard_data_grid_shape(options.hard_data)
-    ny, nx = shape
-    return Grid(ny, nx, options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0))
+    cell, origin = options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0)
+    height, bottom = options.cell_height, options.bottom
+    if len(shape) == 2:
+        if height is not None or bottom is not None:
+            raise CCWSIMError(
+                "--cell-height and --bottom are for volumes: give --grid three numbers"
+            )
+        return Grid(*shape, cell, origin)
+    cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
+    return Grid(*shape[1:], cell, origin, nz=shape[0])
 
 
 def hard_data_of(

@@ -72,12 +72,19 @@ def sizes(text: str) -> tuple[int, ...]:
     return tuple(int(number) for number in reversed(found.groups()) if number)
 
 
-def grid_shape(text: str) -> tuple[int, ...]:
-    """Return `NXxNY` as (ny, nx)."""
-    shape = sizes(text)
-    if len(shape) != 2:
-        raise click.BadParameter(f"{text!r} must be two numbers, columns x rows")
-    return shape
+def one_or_each(text: str) -> int | tuple[int, ...]:
+    """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
+    if re.fullmatch(r"-?\d{1,9}", text.strip(), re.ASCII):
+        return int(text)
+    try:
+        found = sizes(text)
+    except click.BadParameter:
+        found = ()
+    if len(found) != 3:
+        raise click.BadParameter(
+            f"{text!r} must be a whole number, or three along x, y and z, such as 32x32x16"
+        )
+    return found
 
 
 def classes(text: str) -> Classes:

@@ -18,7 +18,7 @@ from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int
 from ccwsim.model.choices import Choices, EMap, Shown
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.parameters import Parameters, parameter_table
+from ccwsim.model.parameters import PER_AXIS, Parameters, parameter_table
 
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
@@ -162,6 +162,8 @@ def _parameter(row: dict[str, str], default: Any) -> Setting:
         kind, metavar = "word", "NAME"
     usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
     text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
+    if name in PER_AXIS:
+        text += "; in a volume also three, along x, y and z, such as 32x32x16"
     low, high = bounds.PARAMETERS.get(name, (0, 0))
     return Setting(
         key,
@@ -183,9 +185,10 @@ _FLOATS = -bounds.MAX_FLOAT, bounds.MAX_FLOAT
 _OPTIONS: dict[str, dict[str, Any]] = {
     "grid": {
         "option": "--grid",
-        "metavar": "NXxNY",
-        "help": "cells along x (columns) x cells along y (rows), in the order of a GSLIB header "
-        "(default: the grid of bundled hard data, otherwise 256x256)",
+        "metavar": "NXxNY[xNZ]",
+        "help": "cells along x (columns) x cells along y (rows), in the order of a GSLIB header; a "
+        "third number, layers, simulates a volume (default: the grid of bundled hard data, "
+        "otherwise 256x256)",
     },
     "cell": {
         "option": "--cell-size",

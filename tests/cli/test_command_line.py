@@ -91,6 +91,60 @@ def test_options_come_before_a_file_of_parameters(tmp_path):
     assert (saved["template_size"], saved["overlap_size"]) == (16, 8)
 
 
+@pytest.fixture
+def layers(tmp_path):
+    """A volume of three facies in a file: layers thicker than wide."""
+    array = np.indices((14, 30, 34)).sum(axis=0) // 5 % 3
+    np.save(tmp_path / "layers.npy", array.astype(np.uint8))
+    return tmp_path / "layers.npy"
+
+
+def test_a_volume_is_simulated_with_lengths_along_each_axis(tmp_path, layers, capsys):
+    wells, out = tmp_path / "wells.csv", tmp_path / "out.npz"
+    wells.write_text("x,y,z,facies\n1015,15,5.25,1\n1295,15,6.75,0\n1005,195,5.25,2\n")
+    line = ["simulate", layers, "--grid", "30x20x9", "--template", "16x16x6", "--overlap", "4x4x2"]
+    line += ["--level", "1x1x0", "--cell-size", 10, 10, "--origin", 1000, 0, "--cell-height", 0.5]
+    line += ["--bottom", 5, "--hard-data", wells, "--realizations", 2, "-o", out]
+    assert run(*line) == 0
+    saved = loaded(out)
+    realizations = saved["realizations"]
+    assert realizations.shape == (2, 9, 20, 30)
+    assert (realizations[:, 0, 1, 1] == 1).all()
+    assert (realizations[:, 3, 1, 29] == 0).all()
+    assert (realizations[:, 0, 19, 0] == 2).all()
+    parameters = json.loads(str(saved["parameters"]))
+    assert parameters["template_size"] == [6, 16, 16]
+    assert parameters["wavelet_level"] == [0, 1, 1]
+    said = capsys.readouterr().err
+    assert "2 realizations of 30 × 20 × 9 cells" in said
+    assert "3 of 3 honoured in every realization" in said
+
+
+def test_the_top_layer_may_come_first(tmp_path, layers):
+    out, turned = tmp_path / "out.npz", tmp_path / "turned.npz"
+    line = ["simulate", layers, "--grid", "20x20x8", "--template", 8, "--overlap", 2, "--level", 1]
+    assert run(*line, "-o", out) == 0
+    np.save(layers, np.load(layers)[::-1])
+    assert run(*line, "--no-z-up", "-o", turned) == 0
+    np.testing.assert_array_equal(loaded(out)["realizations"], loaded(turned)["realizations"])
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--grid", "20x20", "--cell-height", 2], "give --grid as NXxNYxNZ"),
+        (["--grid", "20x20", "--template", "8x8x4"], "the grid is a map: give one number"),
+        (["--grid", "20x20x8", "--template", "8x8"], "such as 32x32x16"),
+        (["--grid", "20x20x8", "--template", "32x32x16"], "larger than the training image"),
+        (["--grid", "20x20x8", "--template", "8x8x5"], "along z"),
+    ],
+)
+def test_lengths_of_volumes_that_cannot_be_are_refused(tmp_path, layers, capsys, options, said):
+    usual = ["--overlap", 2, "--level", 1, "-o", tmp_path / "out.npz"]
+    assert run("simulate", layers, *usual, *options) != 0
+    assert said in capsys.readouterr().err
+
+
 def test_data_in_world_coordinates_are_honoured_on_a_grid_that_is_no_square(tmp_path, capsys):
     wells, out = tmp_path / "wells.csv", tmp_path / "out.npz"
     wells.write_text("x,y,facies\n1015,15,1\n1295,15,0\n1005,195,1\n")
