@@ -15,7 +15,9 @@ from ccwsim.datasets.catalogue import (
     load,
     load_hard_data,
     load_reference_field,
+    load_wells,
     names,
+    volume_names,
 )
 
 __all__ = [
@@ -27,7 +29,9 @@ __all__ = [
     "load",
     "load_hard_data",
     "load_reference_field",
+    "load_wells",
     "names",
+    "volume_names",
 ]
 
 MOVED = ("generate", "generate_truth", "generate_hard_data")

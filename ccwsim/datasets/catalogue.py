@@ -1,8 +1,8 @@
 """The bundled training images, hard data and reference fields.
 
 Images are indexed PNG, so that any viewer shows them and the indices are the facies codes; rows are
-stored from the north, as pictures have them. Hard data are CSV with x, y (of cell centres, in cells
-from the south-west corner) and facies.
+stored from the north, as pictures have them. Volumes are npz. Hard data are CSV with x, y, of
+volumes z (of cell centres, in cells from the outer corner) and facies.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -27,7 +28,7 @@ ASSETS = Path(__file__).parents[1] / "assets"
 class Dataset:
     """What is known of a bundled training image."""
 
-    shape: tuple[int, int]
+    shape: tuple[int, ...]
     facies_names: tuple[str, ...]
     picture: str
     good_for: str
@@ -99,6 +100,30 @@ DATASETS = {
     ),
 }
 
+VOLUMES = {
+    "sinuous_channels": Dataset(
+        (48, 160, 160),
+        ("mud", "sand"),
+        "A volume: sand channels that wind from west to east at all depths and cut into each other",
+        "connected bodies in three dimensions, and wells through them",
+    ),
+    "stacked_lenses": Dataset(
+        (48, 160, 160),
+        ("shale", "sand", "gravel"),
+        "A volume: sand lenses stacked in shale, longer than wide, with gravel at their bases",
+        "three facies, bodies that end on all sides",
+    ),
+    "folded_layers": Dataset(
+        (48, 160, 160),
+        ("clay", "silt", "sand", "gravel"),
+        "A volume: beds of four facies, folded and faulted together",
+        "thin connected layers; a depth that changes from place to place",
+    ),
+}
+"""Bundled volumes, each with ten vertical wells through another one of its kind."""
+WELLS_SHAPE = (48, 100, 100)
+"""Of the grid of the wells of each volume."""
+
 SURVEYS = {
     "channels_60_wells": Survey("channels", (512, 512), "60 wells, none close to another"),
     "channels_400_data": Survey("channels", (512, 512), "400 scattered data"),
@@ -121,6 +146,17 @@ def names() -> tuple[str, ...]:
     return tuple(DATASETS)
 
 
+def volume_names() -> tuple[str, ...]:
+    """Return the names of the bundled volumes.
+
+    Examples
+    --------
+    >>> volume_names()
+    ('sinuous_channels', 'stacked_lenses', 'folded_layers')
+    """
+    return tuple(VOLUMES)
+
+
 @cache
 def load(name: str) -> TrainingImage:
     """Read a bundled training image.
@@ -128,7 +164,7 @@ def load(name: str) -> TrainingImage:
     Parameters
     ----------
     name : str
-        One of `names()`.
+        One of `names()` or `volume_names()`.
 
     Raises
     ------
@@ -142,7 +178,30 @@ def load(name: str) -> TrainingImage:
     ((256, 256), ('mud', 'sand'))
     """
     facies_names = _dataset(name).facies_names
-    return TrainingImage(read_image(image_path(name)), name=name, facies_names=facies_names)
+    array = read_volume(name) if name in VOLUMES else read_image(image_path(name))
+    return TrainingImage(array, name=name, facies_names=facies_names)
+
+
+@cache
+def load_wells(name: str) -> HardData:
+    """Read the ten vertical wells of a bundled volume, on a grid of 100 × 100 × 48 cells.
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown name (the message lists the names), or where the file is missing.
+
+    Examples
+    --------
+    >>> load_wells("sinuous_channels")
+    HardData(n=480)
+    """
+    if name not in VOLUMES:
+        raise CCWSIMError(f"volume {shown(name)} is unknown; there are {', '.join(VOLUMES)}")
+    nz, ny, nx = WELLS_SHAPE
+    path = ASSETS / "volumes" / f"{name}_10_wells.csv"
+    x, y, z, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
+    return HardData(Grid(ny, nx, nz=nz).cells_of(x, y, z), facies)
 
 
 def describe(name: str) -> str:
@@ -160,9 +219,8 @@ def describe(name: str) -> str:
     mortar). Good for closed shapes: stones must not break, joints must not stop.
     """
     dataset = _dataset(name)
-    ny, nx = dataset.shape
-    facies = ", ".join(dataset.facies_names)
-    return f"{dataset.picture} ({nx} × {ny} cells; {facies}). Good for {dataset.good_for}."
+    cells, facies = describe_shape(dataset.shape), ", ".join(dataset.facies_names)
+    return f"{dataset.picture} ({cells} cells; {facies}). Good for {dataset.good_for}."
 
 
 def hard_data_names() -> tuple[str, ...]:
@@ -292,6 +350,17 @@ def read_image(path: Path) -> NDArray[np.uint8]:
         return np.asarray(image, np.uint8)[::-1]
 
 
+def read_volume(name: str) -> NDArray[np.uint8]:
+    """Return the facies codes of a bundled volume, shape (nz, ny, nx), layer 0 at the bottom."""
+    with np.load(_present(volume_path(name))) as file:
+        return file["ti"]
+
+
+def volume_path(name: str) -> Path:
+    """Return where a volume is stored."""
+    return ASSETS / "volumes" / f"{name}.npz"
+
+
 def _present(path: Path) -> Path:
     if not path.is_file():
         raise CCWSIMError(
@@ -302,10 +371,11 @@ def _present(path: Path) -> Path:
 
 
 def _dataset(name: str) -> Dataset:
-    if name not in DATASETS:
-        there = ", ".join(DATASETS)
+    known = DATASETS | VOLUMES
+    if name not in known:
+        there = ", ".join(known)
         raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
-    return DATASETS[name]
+    return known[name]
 
 
 def _survey(name: str) -> Survey:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import RandomState
@@ -26,6 +26,7 @@ from tools.datasets.deposits import barchans, dunes, lenses
 from tools.datasets.fractures import fractures
 from tools.datasets.levees import levees
 from tools.datasets.stone_wall import stone_wall
+from tools.datasets.volumes import folded_layers, sinuous_channels, stacked_lenses
 
 PALETTE = [(235, 225, 200), (60, 90, 150), (190, 90, 50), (80, 140, 80)]
 MIN_SIDE, MAX_SIDE = 64, 1024
@@ -36,7 +37,7 @@ FIELD_SEED = 2024
 class Generator(NamedTuple):
     """How to draw an image of a shape, and the seed of the bundled one."""
 
-    draw: Callable[[tuple[int, int], RandomState], NDArray[np.uint8]]
+    draw: Callable[[Any, RandomState], NDArray[np.uint8]]
     seed: int
 
 
@@ -59,6 +60,13 @@ GENERATORS = {
     "fractures": Generator(fractures, 2),
     "lenses": Generator(lenses, 5),
 }
+
+VOLUMES = {
+    "sinuous_channels": Generator(sinuous_channels, 1),
+    "stacked_lenses": Generator(stacked_lenses, 2),
+    "folded_layers": Generator(folded_layers, 3),
+}
+N_WELLS, WELL_SPACING, WELL_SEED = 10, 12.0, 6
 
 SAMPLINGS = {
     "channels_60_wells": Sampling(1, 60, 40.0),
@@ -117,6 +125,25 @@ def generate_hard_data(name: str) -> HardData:
     return scattered_data(field.array, how.n, how.min_spacing, RandomState(how.seed))
 
 
+def generate_volume(
+    name: str, *, shape: tuple[int, int, int] | None = None, seed: int | None = None
+) -> TrainingImage:
+    """Draw a volume as the bundled one of a name was drawn, with its shape and seed or others."""
+    dataset, generator = catalogue.VOLUMES[name], VOLUMES[name]
+    rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
+    facies = generator.draw(shape or dataset.shape, rng)
+    names = [dataset.facies_names[code] for code in np.unique(facies)]
+    return TrainingImage(facies, name=name, facies_names=names)
+
+
+def generate_wells(name: str) -> HardData:
+    """Read vertical wells off another volume of the same kind."""
+    field = generate_volume(name, shape=catalogue.WELLS_SHAPE, seed=FIELD_SEED).array
+    places = scattered_data(field[0], N_WELLS, WELL_SPACING, RandomState(WELL_SEED)).cells
+    cells = np.array([(z, row, column) for row, column in places for z in range(len(field))])
+    return HardData(cells, field[tuple(cells.T)])
+
+
 def scattered_data(
     field: NDArray[np.integer], n: int, min_spacing: float, rng: RandomState
 ) -> HardData:
@@ -146,12 +173,12 @@ def write_image(path: Path, facies: NDArray[np.integer]) -> None:
 
 
 def write_hard_data(path: Path, data: HardData, grid: Grid) -> None:
-    """Write hard data as x, y, facies."""
+    """Write hard data as x, y, of a volume z, and facies."""
     rows = np.column_stack([grid.centers_of(data.cells), data.facies])
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savetxt(
-        path, rows, fmt=("%.1f", "%.1f", "%d"), delimiter=",", header="x,y,facies", comments=""
-    )
+    kinds, axes = ["%.1f"] * grid.n_dimensions, "xyz"[: grid.n_dimensions]
+    header = ",".join([*axes, "facies"])
+    np.savetxt(path, rows, fmt=(*kinds, "%d"), delimiter=",", header=header, comments="")
 
 
 def write_assets() -> None:
@@ -165,6 +192,13 @@ def write_assets() -> None:
     for name in datasets.hard_data_names():
         grid = Grid(*datasets.hard_data_grid_shape(name))
         write_hard_data(catalogue.hard_data_path(name), generate_hard_data(name), grid)
+    nz, ny, nx = catalogue.WELLS_SHAPE
+    for name in datasets.volume_names():
+        path = catalogue.volume_path(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(path, ti=generate_volume(name).array)
+        wells = path.with_name(f"{name}_10_wells.csv")
+        write_hard_data(wells, generate_wells(name), Grid(ny, nx, nz=nz))
 
 
 def _checked_seed(seed: int) -> int:
