@@ -25,6 +25,8 @@ SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
 """A cell whose facies stays or changes; beyond the overlap: inside, outside of it, no neighbour."""
 BROKEN_CELL = 1 << 20
 """What a cut pays for a datum it would drop: more than all seams of a patch."""
+TREE, PARENT, DISTANCE, TIME = 0, 1, 2, 3
+"""What `FlowWorkspace.node` has of each cell."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
 """The tree that a cell is in; inactive cells take no part."""
 ROOT, ORPHAN, NONE = 6, 7, 8
@@ -40,11 +42,9 @@ class FlowWorkspace(NamedTuple):
     # shape (n, 8): to the neighbour in each of six directions; side by side in memory
     capacity: NDArray[np.uint8]
     rest: NDArray[np.int32]  # capacity left: from the old cells, or where negative to the new ones
-    tree: NDArray[np.uint8]
-    parent: NDArray[np.uint8]  # the direction of the parent
-    # steps to the root, and when they were counted
-    distance: NDArray[np.int32]
-    time: NDArray[np.int32]
+    # shape (n, 4): the tree of each cell, the direction of its parent, steps to the root, and when
+    # these were counted; side by side in memory, as they are read together
+    node: NDArray[np.int32]
     # cells that take part; those whose neighbours are to be looked at, in a ring; and cells cut off
     cells: NDArray[np.int32]
     queue: NDArray[np.int32]
@@ -56,12 +56,14 @@ def make_flow(template: Triple) -> FlowWorkspace:
     """Return the workspace for boxes of at most `template` cells; empty for none."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
-    state, tree, parent = (np.zeros(n, np.uint8) for _ in range(3))
-    rest, distance, time, cells, queue, orphans = (np.zeros(n, np.int32) for _ in range(6))
-    capacity, is_queued = np.zeros((n, 8), np.uint8), np.zeros(n, np.bool_)
-    return FlowWorkspace(
-        state, capacity, rest, tree, parent, distance, time, cells, queue, is_queued, orphans
+    state, capacity, node = (
+        np.zeros(n, np.uint8),
+        np.zeros((n, 8), np.uint8),
+        np.zeros((n, 4), np.int32),
     )
+    rest, cells, queue, orphans = (np.zeros(n, np.int32) for _ in range(4))
+    is_queued = np.zeros(n, np.bool_)
+    return FlowWorkspace(state, capacity, rest, node, cells, queue, is_queued, orphans)
 
 
 @part_of_kernel
@@ -78,7 +80,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     total += _largest_flow(n, steps, flow)
     for k in range(n):
         u = flow.cells[k]
-        if flow.tree[u] == OF_OLD:
+        if flow.node[u, TREE] == OF_OLD:
             z_row, x = divmod(u, row)
             z, y = divmod(z_row, box.ny + 2)
             keep_mask[z - 1, y - 1, x - 1] = True
@@ -114,7 +116,7 @@ def _mark_states(grid, image, place, box, flow):
                     for x in range(low_x, high_x):
                         own[x] = ALL_NEW
             for x in range(box.nx + 2):
-                flow.tree[u + x] = INACTIVE
+                flow.node[u + x, TREE] = INACTIVE
             u += box.nx + 2
 
 
@@ -170,21 +172,21 @@ def _largest_flow(n, steps, flow):
 
     In the end the tree of the old cells has all that flow from them could still reach.
     """
-    tree, parent, queue, is_queued = flow.tree, flow.parent, flow.queue, flow.is_queued
+    node, queue, is_queued = flow.node, flow.queue, flow.is_queued
     size, head, tail, total, now = len(queue), 0, 0, np.int64(0), np.int32(1)
     for k in range(n):
         u = flow.cells[k]
-        flow.time[u], is_queued[u] = 0, False
-        tree[u], parent[u] = FREE, NONE
+        node[u, TIME], is_queued[u] = 0, False
+        node[u, TREE], node[u, PARENT] = FREE, NONE
         if flow.rest[u] != 0:
-            tree[u] = OF_OLD if flow.rest[u] > 0 else OF_NEW
-            parent[u], flow.distance[u] = ROOT, 1
+            node[u, TREE] = OF_OLD if flow.rest[u] > 0 else OF_NEW
+            node[u, PARENT], node[u, DISTANCE] = ROOT, 1
             queue[tail], is_queued[u] = u, True
             tail += 1
     n_queued = tail
     while n_queued > 0:
         u = queue[head]
-        if tree[u] == FREE:
+        if node[u, TREE] == FREE:
             is_queued[u] = False
             head = head + 1 if head + 1 < size else 0
             n_queued -= 1
@@ -192,27 +194,27 @@ def _largest_flow(n, steps, flow):
         meets = -1
         for a in range(6):
             v = u + steps[a]
-            if tree[v] == INACTIVE:
+            if node[v, TREE] == INACTIVE:
                 continue
-            if tree[u] == OF_OLD:
+            if node[u, TREE] == OF_OLD:
                 left = flow.capacity[u, a]
             else:
                 left = flow.capacity[v, a ^ 1]
             if left == 0:
                 continue
-            if tree[v] == FREE:
-                tree[v], parent[v] = tree[u], a ^ 1
-                flow.time[v], flow.distance[v] = flow.time[u], flow.distance[u] + 1
+            if node[v, TREE] == FREE:
+                node[v, TREE], node[v, PARENT] = node[u, TREE], a ^ 1
+                node[v, TIME], node[v, DISTANCE] = node[u, TIME], node[u, DISTANCE] + 1
                 if not is_queued[v]:
                     queue[tail], is_queued[v] = v, True
                     tail = tail + 1 if tail + 1 < size else 0
                     n_queued += 1
-            elif tree[v] != tree[u]:
+            elif node[v, TREE] != node[u, TREE]:
                 meets = a
                 break
-            elif flow.time[v] <= flow.time[u] and flow.distance[v] > flow.distance[u]:
-                parent[v] = a ^ 1  # a shorter way to the root
-                flow.time[v], flow.distance[v] = flow.time[u], flow.distance[u] + 1
+            elif node[v, TIME] <= node[u, TIME] and node[v, DISTANCE] > node[u, DISTANCE]:
+                node[v, PARENT] = a ^ 1  # a shorter way to the root
+                node[v, TIME], node[v, DISTANCE] = node[u, TIME], node[u, DISTANCE] + 1
         if meets < 0:
             is_queued[u] = False
             head = head + 1 if head + 1 < size else 0
@@ -220,7 +222,7 @@ def _largest_flow(n, steps, flow):
             continue
         now += 1
         v = u + steps[meets]
-        old, new, a = (u, v, meets) if tree[u] == OF_OLD else (v, u, meets ^ 1)
+        old, new, a = (u, v, meets) if node[u, TREE] == OF_OLD else (v, u, meets ^ 1)
         n_orphans, amount = _augment(old, new, a, steps, flow)
         total += amount
         while n_orphans > 0:
@@ -237,15 +239,15 @@ def _augment(old, new, meets, steps, flow):
 
     Returns how many cells were cut off by it, and how much it is.
     """
-    capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
+    capacity, node, rest, orphans = flow.capacity, flow.node, flow.rest, flow.orphans
     amount, u = capacity[old, meets], old
-    while parent[u] != ROOT:
-        a = parent[u]
+    while node[u, PARENT] != ROOT:
+        a = node[u, PARENT]
         u += steps[a]
         amount = min(amount, capacity[u, a ^ 1])
     amount, u = min(amount, rest[u]), new
-    while parent[u] != ROOT:
-        a = parent[u]
+    while node[u, PARENT] != ROOT:
+        a = node[u, PARENT]
         amount = min(amount, capacity[u, a])
         u += steps[a]
     amount = min(amount, -rest[u])
@@ -253,30 +255,30 @@ def _augment(old, new, meets, steps, flow):
     capacity[old, meets] -= amount
     capacity[new, meets ^ 1] += amount
     u = old
-    while parent[u] != ROOT:
-        a, child = parent[u], u
+    while node[u, PARENT] != ROOT:
+        a, child = node[u, PARENT], u
         u += steps[a]
         capacity[u, a ^ 1] -= amount
         capacity[child, a] += amount
         if capacity[u, a ^ 1] == 0:
-            parent[child], orphans[n] = ORPHAN, child
+            node[child, PARENT], orphans[n] = ORPHAN, child
             n += 1
     rest[u] -= amount
     if rest[u] == 0:
-        parent[u], orphans[n] = ORPHAN, u
+        node[u, PARENT], orphans[n] = ORPHAN, u
         n += 1
     u = new
-    while parent[u] != ROOT:
-        a, child = parent[u], u
+    while node[u, PARENT] != ROOT:
+        a, child = node[u, PARENT], u
         u += steps[a]
         capacity[child, a] -= amount
         capacity[u, a ^ 1] += amount
         if capacity[child, a] == 0:
-            parent[child], orphans[n] = ORPHAN, child
+            node[child, PARENT], orphans[n] = ORPHAN, child
             n += 1
     rest[u] += amount
     if rest[u] == 0:
-        parent[u], orphans[n] = ORPHAN, u
+        node[u, PARENT], orphans[n] = ORPHAN, u
         n += 1
     return n, amount
 
@@ -287,53 +289,53 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
 
     Returns how many cells are cut off now, and the end and length of the queue.
     """
-    tree, parent, capacity, queue = flow.tree, flow.parent, flow.capacity, flow.queue
-    own, nearest, best = tree[u], FAR, NONE
+    node, capacity, queue = flow.node, flow.capacity, flow.queue
+    own, nearest, best = node[u, TREE], FAR, NONE
     for a in range(6):
         v = u + steps[a]
-        if tree[v] != own or parent[v] == ORPHAN:
+        if node[v, TREE] != own or node[v, PARENT] == ORPHAN:
             continue
         left = capacity[v, a ^ 1] if own == OF_OLD else capacity[u, a]
         if left == 0:
             continue
         distance, w = 0, v
         while True:  # up to the root, or to where the way is known
-            if flow.time[w] == now:
-                distance += flow.distance[w]
+            if node[w, TIME] == now:
+                distance += node[w, DISTANCE]
                 break
             distance += 1
-            if parent[w] == ROOT:
-                flow.time[w], flow.distance[w] = now, 1
+            if node[w, PARENT] == ROOT:
+                node[w, TIME], node[w, DISTANCE] = now, 1
                 break
-            if parent[w] == ORPHAN:
+            if node[w, PARENT] == ORPHAN:
                 distance = FAR
                 break
-            w += steps[parent[w]]
+            w += steps[node[w, PARENT]]
         if distance >= FAR:
             continue
         if distance < nearest:
             nearest, best = distance, a
         w = v
-        while flow.time[w] != now:
-            flow.time[w], flow.distance[w] = now, distance
+        while node[w, TIME] != now:
+            node[w, TIME], node[w, DISTANCE] = now, distance
             distance -= 1
-            w += steps[parent[w]]
-    parent[u] = best
+            w += steps[node[w, PARENT]]
+    node[u, PARENT] = best
     if best != NONE:
-        flow.time[u], flow.distance[u] = now, nearest + 1
+        node[u, TIME], node[u, DISTANCE] = now, nearest + 1
         return n_orphans, tail, n_queued
     for a in range(6):
         v = u + steps[a]
-        if tree[v] != own:
+        if node[v, TREE] != own:
             continue
         left = capacity[v, a ^ 1] if own == OF_OLD else capacity[u, a]
         if left > 0 and not flow.is_queued[v]:
             queue[tail], flow.is_queued[v] = v, True
             tail = tail + 1 if tail + 1 < len(queue) else 0
             n_queued += 1
-        if parent[v] < ROOT and v + steps[parent[v]] == u:
-            parent[v] = ORPHAN
+        if node[v, PARENT] < ROOT and v + steps[node[v, PARENT]] == u:
+            node[v, PARENT] = ORPHAN
             flow.orphans[n_orphans] = v
             n_orphans += 1
-    tree[u] = FREE
+    node[u, TREE] = FREE
     return n_orphans, tail, n_queued

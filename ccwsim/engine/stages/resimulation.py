@@ -38,7 +38,10 @@ training image."""
 MAX_COMPARED = 3000
 """At most so many locations that honour the data are compared, chosen at random."""
 MAX_COMPARED_VOLUME = 1000
-"""The same in a volume, where each has many more cells."""
+"""The same in a volume, where each has many more cells; once as many are found, no more of the
+image is looked at."""
+LOCATIONS_AT_ONCE = 100_000
+"""Locations of a volume that are looked at before they are counted."""
 THIN = 2
 """Layers of the thinnest window of a volume that has more."""
 N_BEST = 4
@@ -246,7 +249,17 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
         box = window_around(z, y, x, size, grid.shape)
         if len(work.patterns) > 0 and is_unknown(data[0], box, y, x, work.patterns):
             continue
-        n_places = honouring_places(bits, data, box, image.shape, work.mask)
+        rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
+        at_once, start = rows, np.int64(0)
+        if image.shape[0] > 1:
+            at_once = min(rows, 1 + LOCATIONS_AT_ONCE // image.shape[2])
+            start = draw_index(rng, rows)
+        n_rows, n_places = np.int64(0), np.int64(0)
+        while n_rows < rows and n_places < most:
+            some = min(at_once, rows - n_rows)
+            part = start + n_rows, some
+            n_places += honouring_places(bits, data, box, image.shape, part, work.mask)
+            n_rows += some
         if n_places == 0:
             continue
         share = min(1.0, most / n_places)
@@ -315,20 +328,24 @@ def is_unknown(data, box, y, x, patterns):
 
 
 @part_of_kernel
-def honouring_places(bits, data, box, shape, mask):
+def honouring_places(bits, data, box, shape, part, mask):
     """Mark in `mask` the locations of the TI whose window honours all data; return how many.
 
     `bits` are those of the TI, of `shape`; location (z, y, x) is bit x % 64 of word x // 64 of row
-    y of layer z. Of many data few are looked at: hardly any location honours the first of them.
+    y of layer z. `part` is the first row of locations and how many are looked at, over all layers
+    and from the last one on to the first. Of many data few are looked at: hardly any location
+    honours the first of them.
     """
     n_planes, full = len(bits), ~np.uint64(0)
     nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
     n_words = (nx + 63) >> 6
-    for z in range(nz):
-        for y in range(ny):
-            for w in range(n_words):
-                mask[z, y, w] = full
-            mask[z, y, n_words - 1] = full >> np.uint64(-nx & 63)
+    first_row, n_rows = part
+    z, y = row_of(first_row, nz, ny)
+    for _ in range(n_rows):
+        for w in range(n_words):
+            mask[z, y, w] = full
+        mask[z, y, n_words - 1] = full >> np.uint64(-nx & 63)
+        z, y = next_row(z, y, nz, ny)
     left = full
     for dz in range(box.nz):
         for dy in range(box.ny):
@@ -338,63 +355,93 @@ def honouring_places(bits, data, box, shape, mask):
                     continue
                 first, shift = dx >> 6, np.uint64(dx & 63)
                 back, left = np.uint64(63) - shift, np.uint64(0)
-                for z in range(nz):
-                    for y in range(ny):
-                        for w in range(n_words):
-                            honours = mask[z, y, w]
-                            for plane in range(n_planes):
-                                near = bits[plane, z + dz, y + dy, first + w]
-                                far = bits[plane, z + dz, y + dy, first + w + 1]
-                                word = near >> shift | far << np.uint64(1) << back
-                                honours &= word if facies >> plane & 1 else ~word
-                            mask[z, y, w] = honours
-                            left |= honours
+                z, y = row_of(first_row, nz, ny)
+                for _ in range(n_rows):
+                    for w in range(n_words):
+                        honours = mask[z, y, w]
+                        for plane in range(n_planes):
+                            near = bits[plane, z + dz, y + dy, first + w]
+                            far = bits[plane, z + dz, y + dy, first + w + 1]
+                            word = near >> shift | far << np.uint64(1) << back
+                            honours &= word if facies >> plane & 1 else ~word
+                        mask[z, y, w] = honours
+                        left |= honours
+                    z, y = next_row(z, y, nz, ny)
     n = np.int64(0)
     if left:
-        for z in range(nz):
-            for y in range(ny):
-                for w in range(n_words):
-                    n += n_bits(mask[z, y, w])
+        z, y = row_of(first_row, nz, ny)
+        for _ in range(n_rows):
+            for w in range(n_words):
+                n += n_bits(mask[z, y, w])
+            z, y = next_row(z, y, nz, ny)
     return n
 
 
 @part_of_kernel
-def best_windows(bits, mask, shape, box, strips, share, limit, rng, best):
+def row_of(number, layers, rows):
+    """Return layer and row of a row of locations, counted on from the last to the first."""
+    number %= layers * rows
+    return number // rows, number % rows
+
+
+@part_of_kernel
+def next_row(z, y, layers, rows):
+    """Return layer and row of the next row of locations: a division for each would take longer."""
+    if y + 1 < rows:
+        return z, y + 1
+    return (z + 1 if z + 1 < layers else 0), np.int64(0)
+
+
+@part_of_kernel
+def best_windows(bits, mask, shape, box, part, strips, share, limit, rng, best):
     """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
     Return how many. Only marked locations with at most `limit` wrong cells count, each looked at
-    with chance `share`. The first of equal ones are kept, so the search begins at a random one.
+    with chance `share`; `part` is as `honouring_places` has it. The first of equal ones are kept,
+    so the search begins at a random one.
     """
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
-    first_z = draw_index(rng, layers) if layers > 1 else np.int64(0)
-    first_y, first_x = draw_index(rng, rows), draw_index(rng, columns)
+    first_row, n_rows = part
+    turned, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
     n, one = 0, np.uint64(1)
     worst = limit + 1
-    for turn in range(layers * rows):
-        turn_z, turn_y = turn // rows, turn % rows
-        pz = first_z + turn_z - (layers if first_z + turn_z >= layers else 0)
-        py = first_y + turn_y - (rows if first_y + turn_y >= rows else 0)
-        marks = mask[pz, py]
-        for turn_x in range(columns):
-            px = first_x + turn_x - (columns if first_x + turn_x >= columns else 0)
-            if not marks[px >> 6] >> np.uint64(px & 63) & one or (
-                share < 1 and rng.random() >= share
-            ):
-                continue
-            misfit = n_different(bits, (pz, py, px), box, strips, worst)
-            if misfit >= worst:
-                continue
-            if n < len(best):
-                at = n
-                n += 1
-            else:
-                at = 0
-                for k in range(1, n):
-                    if best[k, 0] > best[at, 0]:
-                        at = k
-            best[at, 0], best[at, 1], best[at, 2], best[at, 3] = misfit, pz, py, px
-            if n == len(best):
-                worst = best[0, 0]
-                for k in range(1, n):
-                    worst = max(worst, best[k, 0])
+    for k in range(n_rows):
+        pz, py = row_of(first_row + (turned + k) % n_rows, layers, rows)
+        for half in range(2):
+            start = first_x if half == 0 else np.int64(0)
+            end = columns if half == 0 else first_x
+            for w in range(start >> 6, (end + 63) >> 6):
+                word = mask[pz, py, w]
+                if w == start >> 6:
+                    word &= ~np.uint64(0) << np.uint64(start & 63)
+                if end < 64 * (w + 1):
+                    word &= (one << np.uint64(end - 64 * w)) - one
+                while word:
+                    px = 64 * w + n_bits((word & (~word + one)) - one)
+                    word &= word - one
+                    if share < 1 and rng.random() >= share:
+                        continue
+                    misfit = n_different(bits, (pz, py, px), box, strips, worst)
+                    if misfit >= worst:
+                        continue
+                    n, worst = _take(best, n, worst, misfit, pz, py, px)
     return n
+
+
+@part_of_kernel
+def _take(best, n, worst, misfit, pz, py, px):
+    """Take a location among the best; return how many these are, and what others must be below."""
+    at = n
+    if n < len(best):
+        n += 1
+    else:
+        at = 0
+        for k in range(1, n):
+            if best[k, 0] > best[at, 0]:
+                at = k
+    best[at, 0], best[at, 1], best[at, 2], best[at, 3] = misfit, pz, py, px
+    if n == len(best):
+        worst = best[0, 0]
+        for k in range(1, n):
+            worst = max(worst, best[k, 0])
+    return n, worst

@@ -46,6 +46,11 @@ def dense_data(shape: tuple[int, int], seed: int) -> HardData:
     return HardData(np.argwhere(np.ones(shape)), codes.ravel())
 
 
+def whole(box: Box, shape: tuple[int, ...]) -> tuple[int, int]:
+    """All rows of locations, from the first on."""
+    return 0, (shape[0] - box.nz + 1) * (shape[1] - box.ny + 1)
+
+
 @settings(max_examples=80, deadline=None)
 @given(st.integers(1, 3), st.integers(4, 8), st.integers(0, 2**16))
 def test_a_pattern_that_is_passed_over_has_no_location(n_facies, size, seed):
@@ -63,7 +68,17 @@ def test_a_pattern_that_is_passed_over_has_no_location(n_facies, size, seed):
         box = Box(0, y0, x0, 1, size, size, 0, 0, 1, 1)
         for y, x in np.ndindex(size, size):
             if is_unknown(grid, box, y0 + y, x0 + x, patterns):
-                assert honouring_places(bits, grid[None], box, (1, *image.shape), mask) == 0
+                assert (
+                    honouring_places(
+                        bits,
+                        grid[None],
+                        box,
+                        (1, *image.shape),
+                        whole(box, (1, *image.shape)),
+                        mask,
+                    )
+                    == 0
+                )
 
 
 def test_patterns_that_are_unknown_are_told():
@@ -235,7 +250,7 @@ def test_places_that_honour_all_data_are_marked(seed, volume, n_data, n_facies):
     image, _, data, box = random_window(seed, volume, n_data, n_facies)
     bits = to_bits(image)
     mask = np.full(bits.shape[1:], 0x5A5A5A5A5A5A5A5A, np.uint64)  # what was there is replaced
-    n = honouring_places(bits, data, box, image.shape, mask)
+    n = honouring_places(bits, data, box, image.shape, whole(box, image.shape), mask)
     expected = honours(image, data, box)
     assert n == np.count_nonzero(expected)
     x = np.arange(expected.shape[2])
@@ -245,13 +260,38 @@ def test_places_that_honour_all_data_are_marked(seed, volume, n_data, n_facies):
         np.testing.assert_array_equal(marked, expected)
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**16), st.booleans(), st.integers(0, 3), st.integers(0, 99))
+def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_data, first):
+    image, grid, data, box = random_window(seed, volume, n_data)
+    bits, (_, n_rows) = to_bits(image), whole(box, image.shape)
+    expected = honours(image, data, box)
+    rows = expected.reshape(-1, expected.shape[2])
+    mask = np.zeros(bits.shape[1:], np.uint64)
+    strips = make_strips(bits, box[3:6])
+    take_strips(grid, box, strips)
+    first, some = first % n_rows, 1 + seed % n_rows
+    own = [(first + k) % n_rows for k in range(some)]
+    n = honouring_places(bits, data, box, image.shape, (first, some), mask)
+    assert n == np.count_nonzero(rows[own])
+    if n:
+        best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
+        part = (first, some)
+        n_best = best_windows(bits, mask, image.shape, box, part, strips, 1.0, 10**6, rng, best)
+        assert n_best == min(n, N_BEST)
+        for _, *place in best[:n_best].tolist():
+            assert expected[tuple(place)]
+            assert place[0] * expected.shape[1] + place[1] in own
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**16), st.booleans(), st.integers(0, 2), st.sampled_from([0.1, 0.5, 1.0]))
 def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, tolerance):
     image, grid, data, box = random_window(seed, volume, n_data)
     bits = to_bits(image)
     mask = np.zeros(bits.shape[1:], np.uint64)
-    n_places = honouring_places(bits, data, box, image.shape, mask)
+    every = whole(box, image.shape)
+    n_places = honouring_places(bits, data, box, image.shape, every, mask)
     if n_places == 0:
         return
     strips = make_strips(bits, box[3:6])
@@ -265,13 +305,13 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
         for place in np.argwhere(honours(image, data, box))
     }
     best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
-    n = best_windows(bits, mask, image.shape, box, strips, 1.0, limit, rng, best)
+    n = best_windows(bits, mask, image.shape, box, every, strips, 1.0, limit, rng, best)
     fitting = sorted(misfit for misfit in misfits.values() if misfit <= limit)
     found = best[:n].tolist()
     assert sorted(row[0] for row in found) == fitting[:N_BEST]
     assert len({tuple(row[1:]) for row in found}) == n
     assert all(misfits[tuple(place)] == misfit for misfit, *place in found)
-    n = best_windows(bits, mask, image.shape, box, strips, 0.3, limit, rng, best)
+    n = best_windows(bits, mask, image.shape, box, every, strips, 0.3, limit, rng, best)
     assert n <= len(fitting)
     assert all(misfits[tuple(place)] == misfit <= limit for misfit, *place in best[:n].tolist())
 
@@ -284,12 +324,13 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     data[2:4, 2:4, 2:4] = 0
     box, bits = Box(2, 2, 2, 2, 2, 2, LEFT, 0, 1, 1), to_bits(image)
     mask, strips = np.zeros(bits.shape[1:], np.uint64), make_strips(bits, (2, 2, 2))
-    n_places = honouring_places(bits, data, box, image.shape, mask)
+    every = whole(box, image.shape)
+    n_places = honouring_places(bits, data, box, image.shape, every, mask)
     assert n_places == 3 * 3 * 4 - 1
     take_strips(grid, box, strips)
     best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
     for _ in range(3000):
-        n = best_windows(bits, mask, image.shape, box, strips, 1.0, 8, rng, best)
+        n = best_windows(bits, mask, image.shape, box, every, strips, 1.0, 8, rng, best)
         seen[tuple(best[rng.integers(n), 1:])] += 1
     assert seen[0, 0, 0] == 0
     drawn = np.delete(seen.ravel(), 0)
