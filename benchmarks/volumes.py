@@ -1,0 +1,141 @@
+"""Time, memory and looks of volumes: ``python -m benchmarks.volumes``.
+
+One thread, median of several realizations. Times are also given as ratios to a 512 × 512 map of
+`channels` at level 2, measured in turns with each case, so that machines can be compared. `unseen`
+is the share of patterns of 3 × 3 × 3 cells that the training image never has (of those at data
+after the stroke), `JS` the distance of their histogram to the image's, and in brackets that of
+crops of the image itself as large as the grid. With CCWSIM_DATA set to a folder of published data,
+its volumes are measured too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.memory import peak_megabytes
+from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
+
+PARAMETERS = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
+LARGEST_JUDGED = 3_000_000
+"""Cells of grids whose patterns are compared."""
+
+
+class Case(NamedTuple):
+    """A volume to simulate: `wells` of ten or none, on a grid (nz, ny, nx)."""
+
+    image: str
+    grid: tuple[int, int, int]
+    wells: bool = False
+
+
+def cases() -> Iterator[Case]:
+    """Yield what is measured."""
+    for image in (*datasets.volume_names(), *(path.stem for path in published())):
+        grid = (48, 100, 100) if image in datasets.volume_names() else (50, 100, 100)
+        if "alluvial" in image:
+            continue  # smaller than the grid along an axis
+        yield Case(image, grid)
+        yield Case(image, grid, wells=True)
+    for grid in ((100, 200, 200), (128, 256, 256), (200, 500, 500)):
+        yield Case("sinuous_channels", grid)
+
+
+def published() -> list[Path]:
+    """Return the files of published volumes, where there are any."""
+    folder = Path(os.environ.get("CCWSIM_DATA", "")) / "volumes"
+    return sorted(folder.glob("*.npz")) if "CCWSIM_DATA" in os.environ else []
+
+
+def image_of(name: str) -> TrainingImage:
+    """Return a bundled volume, or one of a file."""
+    if name in datasets.volume_names():
+        return datasets.load(name)
+    path = next(path for path in published() if path.stem == name)
+    with np.load(path) as file:
+        return TrainingImage(file["ti"], name=name)
+
+
+def wells_of(image: TrainingImage, grid: tuple[int, int, int]) -> HardData:
+    """Return ten vertical wells: the bundled ones, or read off a corner of the image itself."""
+    if image.name in datasets.volume_names():
+        return datasets.load_wells(image.name)
+    rng = np.random.default_rng(6)
+    places = np.stack([rng.integers(0, n, 10) for n in grid[1:]], axis=1)
+    cells = np.array([(z, y, x) for y, x in places for z in range(grid[0])])
+    return HardData(cells, np.asarray(image.array)[tuple(cells.T)])
+
+
+def measured(case: Case, n: int) -> str:
+    """Return a row of the table; run in a process of its own, whose peak of memory it reports."""
+    image = image_of(case.image)
+    data = wells_of(image, case.grid) if case.wells else HardData()
+    channels, map_of = datasets.load("channels"), Parameters()
+    simulate(channels, (512, 512), map_of, n_realizations=8, n_workers=1)
+    simulate(image, case.grid, PARAMETERS, data, 1, seed=99, n_workers=1)  # compiled by now
+    seconds, ratios = [], []
+    for seed in range(n):
+        flat = simulate(channels, (512, 512), map_of, n_realizations=3, seed=seed, n_workers=1)
+        own = simulate(image, case.grid, PARAMETERS, data, 2, seed=seed, n_workers=1)
+        seconds.append(own.cpu_seconds.min())
+        ratios.append(own.cpu_seconds.min() / np.median(flat.cpu_seconds))
+    peak = peak_megabytes()
+    nz, ny, nx = case.grid
+    row = f"| {case.image}{', 10 wells' if case.wells else ''} | {nx} × {ny} × {nz} "
+    row += f"| {np.median(seconds):.3f} s | {np.median(ratios):.1f} | {peak:.0f} MB "
+    if nz * ny * nx > LARGEST_JUDGED:
+        return row + "| | | |"
+    e = simulate(image, case.grid, PARAMETERS, data, 4, n_workers=1)
+    return row + looks(e, image, data)
+
+
+def looks(e: Ensemble, image: TrainingImage, data: HardData) -> str:
+    """Return the last columns of a row: unseen patterns, their distance, and data."""
+    unseen = f"{100 * metrics.unseen_patterns(e, image).mean():.2f}"
+    found = ""
+    if data.n:
+        mask = np.zeros(e.grid.shape, bool)
+        mask[tuple(data.cells.T)] = True
+        unseen += f" / {100 * metrics.unseen_patterns(e, image, mask=mask).mean():.2f}"
+        wrong, forced = int(e.n_mismatched.sum()), int(e.n_forced.sum())
+        found = f"{wrong} wrong, {forced} forced, {e.n_resimulated.mean():.0f} re-simulated"
+    own = metrics.pattern_distance(e, image, size=3, factors=(1,)).mean()
+    crops = metrics.pattern_distance(
+        np.stack([*crops_of(image, e.grid.shape)]), image, size=3, factors=(1,)
+    ).mean()
+    return f"| {unseen} % | {own:.4f} ({crops:.4f}) | {found} |"
+
+
+def crops_of(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> Iterator[np.ndarray]:
+    """Yield pieces of an image, as large as the grid where it is."""
+    rng = np.random.default_rng(0)
+    sides = [min(a, b) for a, b in zip(image.shape, shape, strict=True)]
+    for _ in range(n):
+        first = [rng.integers(0, a - b + 1) for a, b in zip(image.shape, sides, strict=True)]
+        part = tuple(slice(k, k + b) for k, b in zip(first, sides, strict=True))
+        yield np.asarray(image.array)[part]
+
+
+def main() -> None:
+    """Measure and print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.volumes", description=__doc__)
+    parser.add_argument("--repeats", type=int, default=3, metavar="N")
+    parser.add_argument("--only", metavar="TEXT", default="", help="cases whose name has this")
+    options = parser.parse_args()
+    print("| volume | grid | CPU | of a 512² map | peak | unseen (at data) | JS (crops) | data |")
+    print("|---|---|---|---|---|---|---|---|")
+    with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as fresh:
+        for case in cases():
+            if options.only in f"{case.image} {case.grid[0]}{' wells' if case.wells else ''}":
+                print(fresh.submit(measured, case, options.repeats).result(), flush=True)
+
+
+if __name__ == "__main__":
+    main()
