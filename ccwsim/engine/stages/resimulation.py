@@ -267,8 +267,9 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
         inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
         limit = np.int64(tolerance * (box.nz * box.ny * box.nx - inside))
         take_strips(grid, box, work.strips)
+        looked = start, n_rows
         n = best_windows(
-            bits, work.mask, image.shape, box, work.strips, share, limit, rng, work.best
+            bits, work.mask, image.shape, box, looked, work.strips, share, limit, rng, work.best
         )
         if n == 0:
             continue
