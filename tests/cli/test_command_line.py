@@ -132,8 +132,11 @@ def test_the_top_layer_may_come_first(tmp_path, layers):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--grid", "20x20", "--cell-height", 2], "give --grid as NXxNYxNZ"),
-        (["--grid", "20x20", "--template", "8x8x4"], "the grid is a map: give one number"),
+        (["--slice", 3, "--grid", "20x20", "--cell-height", 2], "give --grid as NXxNYxNZ"),
+        (
+            ["--slice", 3, "--grid", "20x20", "--template", "8x8x4"],
+            "the grid is a map: give one number",
+        ),
         (["--grid", "20x20x8", "--template", "8x8"], "such as 32x32x16"),
         (["--grid", "20x20x8", "--template", "32x32x16"], "larger than the training image"),
         (["--grid", "20x20x8", "--template", "8x8x5"], "along z"),
@@ -288,7 +291,7 @@ def test_all_formats_hold_the_same_realizations(tmp_path):
         (["channels", "--output", "out.bmp"], "npz"),
         (["channels", "--output", "no_such_folder/out.npz"], "no_such_folder"),
         (["channels", "--grid", "512"], "640x480"),
-        (["channels", "--grid", "4x4x4"], "columns x rows"),
+        (["channels", "--grid", "4x4x4"], "give a volume as training image"),
         (["channels", "--levels", "2"], "--levels"),
         (["channels", "--classes", "a,b"], "codes"),
     ],
