@@ -132,7 +132,7 @@ def test_the_top_layer_may_come_first(tmp_path, layers):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--slice", 3, "--grid", "20x20", "--cell-height", 2], "give --grid as NXxNYxNZ"),
+        (["--slice", 3, "--grid", "20x20", "--cell-height", 2], "give --grid three numbers"),
         (
             ["--slice", 3, "--grid", "20x20", "--template", "8x8x4"],
             "the grid is a map: give one number",
