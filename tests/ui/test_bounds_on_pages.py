@@ -94,10 +94,13 @@ def test_other_pages_take_one_row_and_one_cell(page, shape):
 
 
 def test_a_session_can_always_start_afresh():
-    app = rested(opened("simulate", State(choices=replace(SMALL, seed=77))).run())
+    # a seed that no time and no share on the page can be
+    app = rested(opened("simulate", State(choices=replace(SMALL, seed=987654))).run())
+    assert named(app.number_input, "seed").value == 987654
     named(app.button, "afresh").click().run()
     assert app.session_state[KEY].choices == Choices()
-    assert "77" not in html(app)
+    assert named(app.number_input, "seed").value == 0
+    assert "987654" not in html(app)
 
 
 def test_a_step_that_cannot_be_drawn_leaves_the_others(monkeypatch):
