@@ -198,10 +198,7 @@ def load_wells(name: str) -> HardData:
     """
     if name not in VOLUMES:
         raise CCWSIMError(f"volume {shown(name)} is unknown; there are {', '.join(VOLUMES)}")
-    nz, ny, nx = WELLS_SHAPE
-    path = ASSETS / "volumes" / f"{name}_10_wells.csv"
-    x, y, z, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
-    return HardData(Grid(ny, nx, nz=nz).cells_of(x, y, z), facies)
+    return _read_hard_data(wells_path(name), WELLS_SHAPE)
 
 
 def describe(name: str) -> str:
@@ -248,9 +245,7 @@ def load_hard_data(name: str) -> HardData:
     >>> load_hard_data("channels_60_wells")
     HardData(n=60)
     """
-    grid, path = Grid(*_survey(name).grid_shape), hard_data_path(name)
-    x, y, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
-    return HardData(grid.cells_of(x, y), facies)
+    return _read_hard_data(hard_data_path(name), _survey(name).grid_shape)
 
 
 def hard_data_grid_shape(name: str) -> tuple[int, int]:
@@ -359,6 +354,17 @@ def read_volume(name: str) -> NDArray[np.uint8]:
 def volume_path(name: str) -> Path:
     """Return where a volume is stored."""
     return ASSETS / "volumes" / f"{name}.npz"
+
+
+def wells_path(name: str) -> Path:
+    """Return where the wells of a volume are stored."""
+    return ASSETS / "volumes" / f"{name}_10_wells.csv"
+
+
+def _read_hard_data(path: Path, shape: tuple[int, ...]) -> HardData:
+    """Data of a map have columns x, y and facies, those of a volume z before facies."""
+    *places, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
+    return HardData(Grid.of(shape).cells_of(*places), facies)
 
 
 def _present(path: Path) -> Path:

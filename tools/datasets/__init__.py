@@ -192,13 +192,10 @@ def write_assets() -> None:
     for name in datasets.hard_data_names():
         grid = Grid(*datasets.hard_data_grid_shape(name))
         write_hard_data(catalogue.hard_data_path(name), generate_hard_data(name), grid)
-    nz, ny, nx = catalogue.WELLS_SHAPE
+    grid = Grid.of(catalogue.WELLS_SHAPE)
     for name in datasets.volume_names():
-        path = catalogue.volume_path(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, ti=generate_volume(name).array)
-        wells = path.with_name(f"{name}_10_wells.csv")
-        write_hard_data(wells, generate_wells(name), Grid(ny, nx, nz=nz))
+        write_hard_data(catalogue.wells_path(name), generate_wells(name), grid)
+        np.savez_compressed(catalogue.volume_path(name), ti=generate_volume(name).array)
 
 
 def _checked_seed(seed: int) -> int:
