@@ -114,12 +114,11 @@ READING_DATA = {
 OF_FILES = (*READING_IMAGE, "hard_data", *READING_DATA)
 OF_PROJECT = ("training_image", "grid", "cell_size", "origin", "cell_height", "bottom", *OF_FILES)
 """What a project says itself, so that it cannot be given beside it."""
-
-
 OF_VOLUMES = (
     ("--cell-height", "DZ", "height of a cell of a volume in world units (default: 1)"),
     ("--bottom", "Z", "z of the bottom of the lowest layer of a volume (default: 0)"),
 )
+"""What the grid of a volume has besides that of a map: name, unit and help of each option."""
 
 
 class Inputs(NamedTuple):

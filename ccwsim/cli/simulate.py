@@ -130,9 +130,11 @@ def streamed_output(paths: Sequence[str]) -> str | None:
 
 def summary(e: Ensemble) -> str:
     """Return what an ensemble is: how many, how long, the data honoured, the proportions."""
+    from ccwsim.model.arrays import describe_shape
+
     ti, n = e.training_image, e.hard_data.n
     milliseconds = 1e3 * median(e.cpu_seconds)
-    cells = " × ".join(map(str, e.grid.shape[::-1]))
+    cells = describe_shape(e.grid.shape)
     lines = [
         f"{e.n} realization{'s' if e.n > 1 else ''} of {cells} cells "
         f"({ti.name or 'training image'}, seed {e.seed}): {milliseconds:.0f} ms of CPU time each, "

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import readonly
+from ccwsim.model.arrays import describe_shape, readonly
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.study import Study
@@ -161,9 +161,7 @@ def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:
     try:
         return np.empty(shape, kind)
     except (MemoryError, ValueError):
-        n, *lengths = shape
-        cells = " × ".join(map(str, lengths[::-1]))
         raise CCWSIMError(
-            f"{n} realizations of {cells} cells do not fit into memory; "
+            f"{shape[0]} realizations of {describe_shape(shape[1:])} cells do not fit into memory; "
             "ask for fewer, for a smaller grid, or send them to disk"
         ) from None

@@ -41,8 +41,6 @@ _NAMES = _words(
     "comment comments bemerkung surface"
 )
 """Names of wells, numbers of rows, remarks: never taken for facies unasked."""
-
-
 _LAYER = ("layer", "layers", "k", "iz", "kz", "slice", "layerindex")
 _COLLAR = _words(
     "z zcoord zcoordinate coordz zkoordinate zm elevation elev altitude alt height hoehe "

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
-from math import prod
 from typing import Any
 
 from ccwsim.model.errors import CCWSIMError
@@ -176,7 +175,7 @@ class _Dispatch:
         return tuple(self._work.first + k for k in batch)
 
     def _next_batch(self, at_once: int) -> tuple[int, ...]:
-        cells = prod(self._work.study.grid.shape)
+        cells = self._work.study.grid.n_cells
         fit = min(BATCH_SECONDS / self._seconds if self._seconds else 1, BATCH_BYTES / cells)
         share = -(-len(self._left) // at_once)
         size = max(min(int(fit), share), 1)
