@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from math import prod
 from typing import NamedTuple
 
 from ccwsim.engine.stages.conditioning import MAX_DATA
-from ccwsim.engine.stages.path import Triple, along_path
+from ccwsim.engine.stages.path import Triple, along_path, in_layers, overlap_cells
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters, legal_sizes
 
@@ -14,7 +13,7 @@ USUAL_OVERLAP = 448
 """Cells of the overlap for which the weights of data were chosen: T 32, OR 8."""
 
 
-class Lengths(NamedTuple):
+class ScaledLengths(NamedTuple):
     """Lengths along z, y and x; a map has a template of one layer, and no overlap or level along z.
 
     `scales` is how often each axis is up-gridded, `level` what is left of the wavelet level.
@@ -44,12 +43,12 @@ class Lengths(NamedTuple):
         (tz, ty, tx), (oz, oy, ox) = self.template, self.overlap
         return tz - oz, ty - oy, tx - ox
 
-    def along(self, orientation: int) -> Lengths:
+    def along(self, orientation: int) -> ScaledLengths:
         """Return the lengths along the axes of a path."""
         own = (along_path(each, orientation) for each in self[:4])
-        return Lengths(*own, volume=self.volume)
+        return ScaledLengths(*own, volume=self.volume)
 
-    def at_scale(self, scale: int) -> Lengths:
+    def at_scale(self, scale: int) -> ScaledLengths:
         """Return the lengths of images that are up-gridded `scale` times, in their own cells.
 
         Axes with a lower level are up-gridded less often, so that no axis is coarser than it.
@@ -63,7 +62,7 @@ class Lengths(NamedTuple):
 
         left = (level - n for level, n in zip(self.level, unit, strict=True))
         (a, b, c), template, overlap = left, coarse(self.template), coarse(self.overlap)
-        return Lengths(template, overlap, (a, b, c), unit, self.volume)
+        return ScaledLengths(template, overlap, (a, b, c), unit, self.volume)
 
     @property
     def weight_of_data(self) -> float:
@@ -73,8 +72,7 @@ class Lengths(NamedTuple):
         """
         if not self.volume:
             return 1.0
-        inside = prod(t - o for t, o in zip(self.template, self.overlap, strict=True))
-        return (prod(self.template) - inside) / USUAL_OVERLAP
+        return overlap_cells(self.template, self.overlap) / USUAL_OVERLAP
 
     @property
     def max_data(self) -> float:
@@ -82,7 +80,9 @@ class Lengths(NamedTuple):
         return MAX_DATA * self.weight_of_data
 
 
-def lengths_of(p: Parameters, shape: tuple[int, ...], template: Triple | None = None) -> Lengths:
+def lengths_of(
+    p: Parameters, shape: tuple[int, ...], template: Triple | None = None
+) -> ScaledLengths:
     """Return the lengths of a study whose grid has `shape`, with the template that was drawn.
 
     Examples
@@ -92,7 +92,7 @@ def lengths_of(p: Parameters, shape: tuple[int, ...], template: Triple | None = 
     """
     usual, overlap, level = p.along(shape)
     own = usual if template is None else template
-    return Lengths(own, overlap, level, volume=len(shape) == 3)
+    return ScaledLengths(own, overlap, level, volume=len(shape) == 3)
 
 
 def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
@@ -109,9 +109,9 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     [(6, 28, 14), (8, 32, 16), (8, 36, 18)]
     """
     usual, overlap, level = p.along(shape)
-    room = (*shape[:-2], min(shape[-2:]), min(shape[-2:]))[-3:]
+    room = (in_layers(shape)[0], min(shape[-2:]), min(shape[-2:]))
     legal = []
-    for t, o, j, most in zip(usual, overlap, level, (1, *room)[-3:], strict=True):
+    for t, o, j, most in zip(usual, overlap, level, room, strict=True):
         low = max(round(t * (1 - p.template_variation)), 2 * o, MIN_TEMPLATE)
         high = min(round(t * (1 + p.template_variation)), most, MAX_TEMPLATE)
         legal.append(legal_sizes(j, low, high) if t >= MIN_TEMPLATE else [t])

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.lengths import Lengths, lengths_of
+from ccwsim.engine.lengths import ScaledLengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import Triple, in_layers, to_path
@@ -37,7 +37,7 @@ class OrientedImage(NamedTuple):
         return prod(self.energies.shape[2:])
 
 
-def orient_image(study: Study, image: NDArray[np.uint8], lengths: Lengths) -> OrientedImage:
+def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths) -> OrientedImage:
     """Return an image, in path coordinates and at the searched scale, as the search needs it.
 
     `lengths` are along the path, in cells of the image.
@@ -69,7 +69,7 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: Lengths) -> Or
 
 
 def _energies(
-    pyramid: Pyramid, lengths: Lengths, parts: Triple, kind: type[np.number[Any]]
+    pyramid: Pyramid, lengths: ScaledLengths, parts: Triple, kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
     """Return the energies of tiles that are split into `parts`."""
     size, blocks = [], []
@@ -87,7 +87,7 @@ class PreparedImage:
     """
 
     def __init__(self, study: Study) -> None:
-        self._study = study
+        self.study = study
         self._lengths = lengths_of(study.parameters, study.grid.shape)
         self._oriented: dict[tuple[int, Triple], OrientedImage] = {}
         self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
@@ -101,9 +101,9 @@ class PreparedImage:
         key = orientation, template
         found = self._oriented.get(key)
         if found is None:
-            scale = self._study.parameters.scale
+            scale = self.study.parameters.scale
             own = self._lengths._replace(template=template).at_scale(scale).along(orientation)
-            found = orient_image(self._study, self.scaled(orientation, scale), own)
+            found = orient_image(self.study, self.scaled(orientation, scale), own)
             self._oriented[key] = found
         return found
 
@@ -112,7 +112,7 @@ class PreparedImage:
         key = orientation, scale
         if key not in self._scaled:
             if scale == 0:
-                indices = self._study.training_image.indices
+                indices = self.study.training_image.indices
                 oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
                 self._scaled[key] = np.array(oriented, order="C")  # writable: kernels know one type
             else:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.lengths import Lengths, lengths_of, templates
+from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.bits import make_strips
 from ccwsim.engine.stages.conditioning import (
@@ -30,6 +30,7 @@ from ccwsim.engine.stages.path import (
     from_path,
     in_layers,
     make_path,
+    overlap_cells,
     to_path,
 )
 from ccwsim.engine.stages.pyramid import upgrid_data
@@ -61,20 +62,16 @@ class Plan(NamedTuple):
     """What is settled before the first patch of a realization."""
 
     path: RasterPath
-    lengths: Lengths  # along the path, in cells of the grid
+    lengths: ScaledLengths  # along the path, in cells of the grid
     oriented: OrientedImage  # the training image in path coordinates, at the scale of the search
     search: Search
     data: tuple[PlacedData, ...]  # by scale, the finest first
     patches: NDArray[np.int64]  # from `make_patches`, in cells of the searched scale
+    totals: type[np.signedinteger]  # from `totals_of`
 
     def workspace(self) -> Workspace:
         """Return the arrays that its patches need."""
-        data, scale = self.data[-1], self.search
-        cells = prod(t * scale.co_template for t in scale.template)
-        missed = min(len(data.columns), cells) * max(SPARSE.missed, DENSE.missed)
-        overlap = prod(scale.template) * prod(scale.block)
-        bound = 2 * overlap + missed * scale.datum_cost + 3 * scale.location_cost
-        return make_workspace(self.oriented, scale, data, total_type(bound))
+        return make_workspace(self.oriented, self.search, self.data[-1], self.totals)
 
 
 def simulate_raster(
@@ -138,7 +135,7 @@ def empty_grid(
     )
 
 
-def _scaled(shape: Triple, lengths: Lengths) -> Triple:
+def _scaled(shape: Triple, lengths: ScaledLengths) -> Triple:
     """Return the shape of a grid in cells of a scale."""
     z, y, x = (n >> s for n, s in zip(shape, lengths.scales, strict=True))
     return z, y, x
@@ -171,10 +168,22 @@ def make_plan(
         legal, data[0], path, lengths.template, lengths.overlap, lengths.max_data
     )
     patches = make_patches(path, lengths.at_scale(p.scale), splits, split_of)
-    return Plan(path, lengths, oriented, search, data, patches)
+    return Plan(path, lengths, oriented, search, data, patches, totals_of(image))
 
 
-def _data_at(scale: int, study: Study, path: RasterPath, lengths: Lengths) -> PlacedData:
+def totals_of(image: PreparedImage) -> type[np.signedinteger]:
+    """Return the type of scores with the costs of data and location, for the study of an image."""
+    study = image.study
+    p, lengths = study.parameters, lengths_of(study.parameters, study.grid.shape)
+    search = _search(study, lengths, image.oriented(0, lengths.template))
+    cells = prod(t * search.co_template for t in search.template)
+    missed = min(study.hard_data.n, cells) * max(SPARSE.missed, DENSE.missed)
+    overlap = prod(search.template) * prod(search.block)
+    bound = 2 * overlap + missed * search.datum_cost + 3 * search.location_cost
+    return total_type(bound * (1 + p.template_variation) ** 4)
+
+
+def _data_at(scale: int, study: Study, path: RasterPath, lengths: ScaledLengths) -> PlacedData:
     """Return the data in path coordinates at a scale, as far as they count there.
 
     Data that only condition the search count there alone, each as the first cell of its block.
@@ -215,13 +224,12 @@ def to_grid(
 
 def _patches_per_call(oriented: OrientedImage, search: Search) -> int:
     template, overlap, block = search.template, search.overlap, search.block
-    inside = prod(t - o for t, o in zip(template, overlap, strict=True))
-    cells = (prod(template) - inside) * len(oriented.pyramid.sums)
+    cells = overlap_cells(template, overlap) * len(oriented.pyramid.sums)
     terms = max(cells // prod(block), 1) * oriented.n_places
     return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
 
 
-def _search(study: Study, lengths: Lengths, oriented: OrientedImage) -> Search:
+def _search(study: Study, lengths: ScaledLengths, oriented: OrientedImage) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
     p = study.parameters
     own = lengths.at_scale(p.scale)
@@ -250,12 +258,11 @@ def _search(study: Study, lengths: Lengths, oriented: OrientedImage) -> Search:
     )
 
 
-def _usual_overlap(lengths: Lengths) -> int:
+def _usual_overlap(lengths: ScaledLengths) -> int:
     """Return the cells of overlap that a location at the other end of the image costs."""
     if not lengths.volume:
         return 2 * lengths.template[1] * lengths.overlap[1]
-    inside = prod(t - o for t, o in zip(lengths.template, lengths.overlap, strict=True))
-    return prod(lengths.template) - inside
+    return overlap_cells(lengths.template, lengths.overlap)
 
 
 def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import reported_compilation
-from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
     RASTER_SHARE,
     draw_template,
     in_three,
     simulate_raster,
+    totals_of,
 )
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import in_layers
@@ -119,7 +119,7 @@ def compile_kernels(
 def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
     """Return what decides which kernels are run, and for which types."""
     p = study.parameters
-    template = lengths_of(p, study.grid.shape).template
+    template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)
-    types = oriented.pyramid.sums.dtype, oriented.energies.dtype
+    types = oriented.pyramid.sums.dtype, oriented.energies.dtype, totals_of(image)
     return *types, len(study.grid.shape), study.hard_data.n > 0, p.exact_data, p.scale > 0

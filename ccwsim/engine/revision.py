@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import in_three
 from ccwsim.engine.realization import target_of
@@ -72,7 +71,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     seconds = np.zeros(ensemble.n)
     image = PreparedImage(study)
     thresholds = image.isolated_datum_thresholds
-    template = lengths_of(p, study.grid.shape).template
+    template = p.along(study.grid.shape).template
     cells, places = in_three(hard_data.cells), tuple(hard_data.cells.T)
 
     def task(number: int, watch: Watch) -> None:

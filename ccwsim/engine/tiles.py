@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
-from ccwsim.engine.lengths import Lengths
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.lengths import ScaledLengths
 from ccwsim.engine.prepared_image import OrientedImage
 from ccwsim.engine.stages.bits import Strips, make_strips
 from ccwsim.engine.stages.box import BELOW, LEFT, TOP, Box
@@ -33,7 +33,7 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import RasterPath, Triple, in_order
+from ccwsim.engine.stages.path import RasterPath, Triple, in_order, overlap_cells
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
 
@@ -109,7 +109,7 @@ class Simulated(NamedTuple):
 
 
 def make_patches(
-    path: RasterPath, lengths: Lengths, splits: NDArray[np.int64], split_of: NDArray[np.int64]
+    path: RasterPath, lengths: ScaledLengths, splits: NDArray[np.int64], split_of: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Return the patches in the order of the path, shape (n, 10).
 
@@ -142,8 +142,7 @@ def make_workspace(
     energies, template = oriented.energies, search.template
     kind, shape, n = energies.dtype, energies.shape[2:], oriented.n_places
     sums = oriented.pyramid.sums
-    inside = prod(t - o for t, o in zip(template, search.overlap, strict=True))
-    n_terms = len(sums) * ((prod(template) - inside) // prod(search.block))
+    n_terms = len(sums) * (overlap_cells(template, search.overlap) // prod(search.block))
     n_data = min(len(data.columns), prod(template))
     return Workspace(
         scores=np.zeros(shape, kind),
@@ -167,6 +166,12 @@ def make_workspace(
     )
 
 
+@part_of_kernel
+def box_of(p, overlap):
+    """Return the place of a patch, a row of `make_patches`."""
+    return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
+
+
 @kernel
 def simulate_patches(first, last, patches, oriented, data, search, rng, work, simulated):
     """Simulate patches `first` to `last` − 1 of the raster path (Algorithm 1, lines 4 to 14).
@@ -177,13 +182,12 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
     grid, sources, counts, locations = simulated
     scores, totals, places = work.scores, work.totals, work.places
     n_places = scores.shape[1], scores.shape[2]
-    oz, oy, ox = search.overlap
     block = search.block
     for number in range(first, last):
-        p = patches[number]
-        box = Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], oz, oy, ox)
+        patch = patches[number]
+        box = box_of(patch, search.overlap)
         n_terms = overlap_terms(grid, box, block, sums, work.of_block, work.offsets, work.weights)
-        energy = oriented.energies[p[7], box.sides]
+        energy = oriented.energies[patch[7], box.sides]
         score_places(sums, work.offsets, work.weights, n_terms, energy, work.run, scores)
         has_data = data_ahead(data, box, search.co_template)
         n = len(places)
@@ -257,10 +261,8 @@ def refine_patches(
     are those of the coarser scale on entry, and stay without `refine`.
     """
     grid, sources, counts, locations = simulated
-    oz, oy, ox = overlap
     for number in range(first, last):
-        p = patches[number]
-        box = Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], oz, oy, ox)
+        box = box_of(patches[number], overlap)
         place = (
             finer[0] * np.int64(locations[number, 0]),
             finer[1] * np.int64(locations[number, 1]),

@@ -6,7 +6,7 @@ from math import prod
 
 import numpy as np
 
-from ccwsim.engine.lengths import Lengths, lengths_of, templates
+from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type
@@ -54,7 +54,7 @@ def _of_image(study: Study) -> int:
     return (ways if p.random_path else 1) * oriented + making
 
 
-def _of_oriented(study: Study, lengths: Lengths) -> int:
+def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     p, image = study.parameters, study.training_image
     own = lengths.at_scale(p.scale)
     cells = image.indices.size / prod(own.unit)

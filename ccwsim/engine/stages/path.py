@@ -9,6 +9,7 @@ algorithm.
 
 from __future__ import annotations
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,18 @@ def in_layers(shape: tuple[int, ...]) -> Triple:
     """
     nz, ny, nx = (1, *shape)[-3:]
     return nz, ny, nx
+
+
+def overlap_cells(template: Triple, overlap: Triple) -> int:
+    """Return how many cells a patch has in the overlap where it overlaps on each axis.
+
+    Examples
+    --------
+    >>> overlap_cells((1, 32, 32), (0, 8, 8))
+    448
+    """
+    inside = prod(t - o for t, o in zip(template, overlap, strict=True))
+    return prod(template) - inside
 
 
 def to_path(image: NDArray, orientation: int) -> NDArray:

@@ -12,7 +12,6 @@ With block sums everything is an exact integer.
 
 from __future__ import annotations
 
-from math import prod
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.box import BELOW, LEFT, TOP, inside_overlap
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.path import Triple, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Rows of locations that are scored together: enough for long loops, few enough for the cache."""
@@ -36,8 +35,7 @@ def score_type(
     No score is further from 0 than the sum of squares over the largest overlap, of the image or of
     what is simulated; a correlation is counted twice.
     """
-    inside = prod(t - o for t, o in zip(template, overlap, strict=True))
-    bound = (prod(template) - inside) * 2 ** sum(level) * (2 if correlation else 1)
+    bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
     return next(kind for kind, largest in EXACT if bound <= largest)
 
 
@@ -51,22 +49,21 @@ def overlap_energies(
     """
     squares = np.square(sums.astype(np.int64)).sum(axis=0)
     table = np.pad(squares.cumsum(0).cumsum(1).cumsum(2), ((1, 0),) * 3)
-    nz, ny, nx = (m - t + 1 for m, t in zip(squares.shape, template, strict=True))
+    shape = tuple(m - t + 1 for m, t in zip(squares.shape, template, strict=True))
 
     def box(first: Triple) -> NDArray[np.int64]:
         """Sum from `first` in the template to its far corner."""
-        found = np.zeros((nz, ny, nx), np.int64)
-        for corner in np.ndindex(2, 2, 2):
-            z, y, x = (t if c else f for c, t, f in zip(corner, template, first, strict=True))
-            sign = 1 if sum(corner) % 2 else -1
-            found += sign * table[z : z + nz, y : y + ny, x : x + nx]
+        found = table
+        for axis, (start, end, n) in enumerate(zip(first, template, shape, strict=True)):
+            lines = np.moveaxis(found, axis, 0)
+            found = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
         return found
 
     whole, (oz, oy, ox) = box((0, 0, 0)), overlap
-    energies = np.empty((8 if oz else 4, nz, ny, nx), kind)
-    for shape in range(len(energies)):
-        own = oz if shape & BELOW else 0, oy if shape & TOP else 0, ox if shape & LEFT else 0
-        energies[shape] = whole - box(own)
+    energies = np.empty((8 if oz else 4, *shape), kind)
+    for sides in range(len(energies)):
+        own = oz if sides & BELOW else 0, oy if sides & TOP else 0, ox if sides & LEFT else 0
+        energies[sides] = whole - box(own)
     return energies
 
 

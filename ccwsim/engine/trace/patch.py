@@ -225,10 +225,10 @@ class TracedPatch:
     @property
     def drawn_place(self) -> tuple[int, ...]:
         """The drawn location in cells, before it is shifted to where it fits best."""
-        return tuple((self.places[self.drawn] * self.blocks_cells).tolist())
+        return tuple((self.places[self.drawn] * self._block_along).tolist())
 
     @property
-    def blocks_cells(self) -> NDArray[np.int64]:
+    def _block_along(self) -> NDArray[np.int64]:
         """Cells of a block along each axis of the arrays."""
         return np.array(self.block[-self.cells.ndim :])
 
@@ -250,11 +250,11 @@ class TracedPatch:
     @property
     def approximation(self) -> NDArray[np.float64]:
         """Haar coefficients cA_J of the overlap, NaN outside; shape of `blocks`."""
-        steps = tuple(slice(None, None, n) for n in self.blocks_cells)
+        steps = tuple(slice(None, None, n) for n in self._block_along)
         inside = self.in_overlap[steps]
         # a part of a split tile need not be whole blocks
         inside = inside[tuple(slice(n) for n in self.blocks.shape[1:])]
-        return np.where(inside, self.blocks / np.sqrt(np.prod(self.block)), np.nan)
+        return np.where(inside, self.blocks / np.sqrt(np.prod(self._block_along)), np.nan)
 
     @property
     def error(self) -> NDArray[np.bool_]:
@@ -275,7 +275,7 @@ class TracedPatch:
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
-        return sums / np.prod(self.block)
+        return sums / np.prod(self._block_along)
 
     def best_overlaps(self) -> NDArray[np.int64]:
         """Return the K places with the best overlaps, whatever the data say; in blocks."""

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
     Plan,
@@ -287,7 +286,7 @@ class Trace:
         if facies not in self._coefficients:
             image = self.oriented.pyramid.image[0] == facies
             self._coefficients[facies] = decompose(
-                image, lengths_of(self.study.parameters, self.study.grid.shape).level[2]
+                image, self.study.parameters.along(self.study.grid.shape).level[2]
             )
         row, column = step.places[step.drawn].tolist()
         size = step.cells.shape[0] // step.block_size * step.block_size

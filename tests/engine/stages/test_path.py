@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ccwsim.engine.lengths import Lengths
+from ccwsim.engine.lengths import ScaledLengths
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import (
     FROM_ABOVE,
@@ -135,12 +135,12 @@ def test_a_map_is_covered_row_after_row_in_any_order():
             assert in_order(path).tolist() == list(range(12))
 
 
-def random_lengths(volume: bool, rng: np.random.Generator) -> Lengths:
+def random_lengths(volume: bool, rng: np.random.Generator) -> ScaledLengths:
     template = tuple(int(n) for n in 4 * rng.integers(2, 5, 3))
     overlap = tuple(int(rng.integers(1, t // 2 + 1)) for t in template)
     if not volume:
         template, overlap = (1, *template[1:]), (0, *overlap[1:])
-    return Lengths(template, overlap, (0, 0, 0), volume=volume)  # type: ignore[arg-type]
+    return ScaledLengths(template, overlap, (0, 0, 0), volume=volume)  # type: ignore[arg-type]
 
 
 @settings(max_examples=60, deadline=None)
