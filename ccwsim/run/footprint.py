@@ -9,6 +9,7 @@ import numpy as np
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
+from ccwsim.engine.stages.resimulation import SAMPLED
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.model.study import Study
 from ccwsim.system.workers import n_cores
@@ -18,7 +19,13 @@ GRIDS_AT_WORK = 2
 GRIDS_OF_DATA = 2
 """With data: their positions in both."""
 BYTES_A_DATUM = 200
-MARGIN = 1.15
+MAKING = 40
+"""Bytes a block of the image while its energies are summed up in whole numbers of 64 bits."""
+LOOKING_AROUND = 52
+"""Bytes a cell, of up to SAMPLED, while it is found when a datum counts as isolated."""
+TOTALS_AND_PLACES = 24
+"""Bytes a location of scores with costs and of the numbers of the good ones."""
+MARGIN = 1.25
 
 
 def footprint(
@@ -28,43 +35,62 @@ def footprint(
 
     The arguments are those of `simulate`.
     """
-    cells, threads = prod(study.grid.shape), min(n, n_workers or n_cores())
+    cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
     per_datum = BYTES_A_DATUM + 2 * n
     return int(
         MARGIN
         * (
-            _of_image(study)
-            + threads * cells * grids
+            _of_image(study, n)
+            + threads * (cells * grids + _of_search(study))
             + n * cells * bytes_a_cell
             + study.hard_data.n * per_datum
         )
     )
 
 
-def _of_image(study: Study) -> int:
-    """Return what the training image takes, in all orientations and template sizes drawn."""
+def _of_image(study: Study, n: int) -> int:
+    """Return what the training image takes, in the orientations and template sizes drawn."""
     p, image = study.parameters, study.training_image
     usual = lengths_of(p, study.grid.shape)
     sizes = templates(p, image.shape) if p.template_variation else [usual.template]
-    oriented = sum(_of_oriented(study, usual._replace(template=size)) for size in sizes)
-    ways = (2 if usual.volume else 1) * N_ORIENTATIONS
-    making = 8 * image.indices.size  # energies are summed up in whole numbers of 64 bits
-    return (ways if p.random_path else 1) * oriented + making
+    own = [_of_oriented(study, usual._replace(template=size)) for size in sizes]
+    ways = (2 if usual.volume else 1) * N_ORIENTATIONS if p.random_path else 1
+    drawn = min(n, ways * len(own))
+    making = MAKING * _n_blocks(study, usual.at_scale(p.scale))
+    if study.hard_data.n and p.exact_data:
+        making = max(making, LOOKING_AROUND * min(image.indices.size, SAMPLED))
+    return drawn * max(own) + int(making)
 
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     p, image = study.parameters, study.training_image
     own = lengths.at_scale(p.scale)
-    cells = image.indices.size / prod(own.unit)
-    correlation = p.similarity == "correlation"
-    n_planes = 1 if not correlation and image.n_facies <= 2 else image.n_facies
-    locations = cells / prod(own.block)
+    cells, blocks = image.indices.size / prod(own.unit), _n_blocks(study, own)
+    n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
     split = p.exact_data and study.hard_data.n > own.max_data
     n_splits = len(legal_splits(own.template, own.overlap)) if split else 1
-    score = np.dtype(score_type(own.level, own.template, own.overlap, correlation)).itemsize
-    sums = locations * n_planes * (1 if prod(own.block) <= 255 else 2)
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     shapes = 8 if own.overlap[0] else 4
-    return int(3 * cells + bits + sums + n_splits * shapes * locations * score)
+    scores = (n_planes + n_splits * shapes) * blocks * _score_bytes(study, own)
+    return int(3 * cells + bits + scores)
+
+
+def _of_search(study: Study) -> int:
+    """Return what a thread keeps of each location: scores and totals, all and the good ones."""
+    p = study.parameters
+    own = lengths_of(p, study.grid.shape).at_scale(p.scale)
+    with_costs = study.hard_data.n > 0 or p.location_weight > 0
+    a_location = 2 * _score_bytes(study, own) + (2 if with_costs else 1) * TOTALS_AND_PLACES
+    return int(a_location * _n_blocks(study, own))
+
+
+def _n_blocks(study: Study, own: ScaledLengths) -> float:
+    """Return about how many locations the searched image has."""
+    return study.training_image.indices.size / prod(own.unit) / prod(own.block)
+
+
+def _score_bytes(study: Study, own: ScaledLengths) -> int:
+    correlation = study.parameters.similarity == "correlation"
+    return np.dtype(score_type(own.level, own.template, own.overlap, correlation)).itemsize

@@ -35,6 +35,8 @@ TOLERANCE_ISOLATED = 0.18
 RARE = 0.002
 """A datum is isolated if it has fewer cells of its facies around it than all but this share of the
 training image."""
+SAMPLED = 1_000_000
+"""At most so many cells of the training image say when a datum is isolated."""
 MAX_COMPARED = 3000
 """At most so many locations that honour the data are compared, chosen at random."""
 MAX_COMPARED_VOLUME = 1000
@@ -199,8 +201,8 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return, by facies index up to 255, the `own_counts` below which a datum is isolated."""
     flat = np.arange(image.size)
-    if image.size > 10**6:
-        flat = np.random.default_rng(0).integers(0, image.size, 10**6)
+    if image.size > SAMPLED:
+        flat = np.random.default_rng(0).integers(0, image.size, SAMPLED)
     cells = np.stack(np.unravel_index(flat, image.shape), axis=1)
     counts = own_counts(image, cells, _layers_around(image))
     facies = image.ravel()[flat]
