@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.engine.stages.bits import n_bits
 from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP
 from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
 from ccwsim.engine.stages.minimum_cut import FlowWorkspace, make_flow, minimum_cut
@@ -19,18 +20,22 @@ from ccwsim.engine.stages.path import Triple
 
 BROKEN = 1 << 16
 """What a cut pays for each datum it would drop: more than any path without one."""
+CHEAP = 32
+"""A boundary that costs less is found among all of a line at once."""
 
 
 class CutWorkspace(NamedTuple):
     """Arrays for the cuts of one patch, large enough for each of its sides."""
 
     keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): where the grid stays as it is
-    # shape (size, overlap): 1 where old and new cells differ; lines along the boundary, cells
-    # across
-    error: NDArray[np.uint8]
+    # shape (n_words, size): where old and new cells differ, on each line across the boundary: the
+    # cell c from the side is bit c % 64 of word c // 64
+    error: NDArray[np.uint64]
     # shape (size, overlap): KEEP_OLD or TAKE_NEW where only that honours a datum, else 0
     demand: NDArray[np.uint8]
     cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
+    # shape (CHEAP + 2, size + 1): bit c is set where boundary c of a line is reached for k − 2
+    reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
     flow: FlowWorkspace  # of the cut of a volume; empty for maps
 
@@ -40,9 +45,10 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
     size, width = max(template[1:]), max(overlap[1:])
     return CutWorkspace(
         np.zeros(template, np.bool_),
-        np.zeros((size, width), np.uint8),
+        np.zeros(((width + 63) // 64, size), np.uint64),
         np.zeros((size, width), np.uint8),
         np.zeros((size, width + 1), np.int64),
+        np.zeros((CHEAP + 2, size + 1), np.uint64),
         np.zeros(size, np.int64),
         make_flow(template if template[0] > 1 else (0, 0, 0)),
     )
@@ -56,16 +62,16 @@ def boundary(cut, n, m):
     the new ones from c on. It pays the error on both its sides and moves by at most one cell a
     line, so there is no step that the error would not see.
     """
-    error, demand, cost, path = cut.error, cut.demand, cut.cost, cut.path
+    demand, cost, path = cut.demand, cut.cost, cut.path
     for i in range(n):
-        broken = 0
+        broken, error = 0, cut.error[:, i]
         for x in range(m):
             broken += demand[i, x] == KEEP_OLD
         for c in range(m + 1):
             if c > 0:
                 broken += demand[i, c - 1] == TAKE_NEW
                 broken -= demand[i, c - 1] == KEEP_OLD
-            total = np.int64(error[i, max(c - 1, 0)]) + error[i, min(c, m - 1)]
+            total = _bit(error, max(c - 1, 0)) + _bit(error, min(c, m - 1))
             total += BROKEN * broken
             if i > 0:
                 best = cost[i - 1, c]
@@ -91,6 +97,58 @@ def boundary(cut, n, m):
 
 
 @part_of_kernel
+def _bit(words, c):
+    return np.int64(words[c >> 6] >> np.uint64(c & 63) & np.uint64(1))
+
+
+@part_of_kernel
+def cheap_boundary(cut, n, m):
+    """Fill `cut.path` as `boundary` does without data, if it costs less than CHEAP; return whether.
+
+    For a cost of 0, 1, 2 … the boundaries that are reached for it are found, all of a line at once
+    as bits of a word; m is at most 63.
+    """
+    error, reached, path = cut.error, cut.reached, cut.path
+    one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
+    for i in range(n + 1):
+        reached[0, i] = reached[1, i] = np.uint64(0)
+    here, cost = np.uint64(0), np.int64(1)
+    while not here and cost <= CHEAP:
+        cost += 1
+        here = reached[cost, 0] = full
+        for i in range(n):
+            before, after = _sides(error[0, i], last)
+            here = _next(here) & ~(before | after) | _next(reached[cost - 2, i])
+            here = (here | _next(reached[cost - 1, i]) & ~(before & after)) & full
+            reached[cost, i + 1] = here
+    if not here:
+        return False
+    at = np.uint64(n_bits((here & (~here + one)) - one))
+    for i in range(n - 1, -1, -1):
+        path[i] = at
+        before, after = _sides(error[0, i], last)
+        cost -= np.int64((before >> at & one) + (after >> at & one))
+        here = reached[cost, i]
+        if not here >> at & one:
+            lower = at > 0 and here >> (at - one) & one
+            at = at - one if lower else at + one
+    return True
+
+
+@part_of_kernel
+def _sides(error, last):
+    """Return the errors before and after each boundary of a line whose last cell is `last`."""
+    one = np.uint64(1)
+    return error << one | error & one, error | (error >> last) << (last + one)
+
+
+@part_of_kernel
+def _next(boundaries):
+    """Return where the boundary of the next line may be: it moves by at most one cell."""
+    return boundaries | boundaries << np.uint64(1) | boundaries >> np.uint64(1)
+
+
+@part_of_kernel
 def keep_old(grid, data, image, place, box, cut):
     """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is."""
     keep_mask = cut.keep_mask
@@ -110,27 +168,91 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 
     `grid`, `data`, `image` and `keep_mask` are the layers of the box.
     """
-    _, ty, tx = place
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
             continue
         upright, far = side & (LEFT | RIGHT) != 0, side & (RIGHT | BOTTOM) != 0
-        n, m, end = (box.ny, box.ox, box.nx) if upright else (box.nx, box.oy, box.ny)
-        for i in range(n):
-            for c in range(m):
-                inwards = end - 1 - c if far else c
-                y, x = (i, inwards) if upright else (inwards, i)
-                old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
-                same = keep_mask[y, x] or old == new
-                cut.error[i, c] = 0 if same else 1
-                datum = data[box.y0 + y, box.x0 + x]
-                cut.demand[i, c] = 0 if same else wanted(old, new, datum)
-        boundary(cut, n, m)
+        n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
+        differ, has_data = _compare(grid, data, image, place, box, upright, far, cut, keep_mask)
+        if not differ:
+            continue
+        if has_data or m > 63 or not cheap_boundary(cut, n, m):
+            _demand(grid, data, image, place, box, upright, far, cut)
+            boundary(cut, n, m)
         for i in range(n):
             for c in range(cut.path[i]):
-                inwards = end - 1 - c if far else c
-                y, x = (i, inwards) if upright else (inwards, i)
+                y, x = _cell_of(i, c, box, upright, far)
                 keep_mask[y, x] = True
+
+
+@part_of_kernel
+def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
+    """Fill `cut.error` for a strip; return whether any cell differs, and whether any is a datum.
+
+    A cell that is kept by now is old on both sides of the boundary: it does not differ. Rows are
+    read by unsigned numbers of cells, which need no look at whether they are negative.
+    """
+    _, ty, tx = place
+    n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
+    y0 = box.ny - m if far and not upright else 0
+    x0 = box.nx - m if far and upright else 0
+    rows, columns = (n, m) if upright else (m, n)
+    cells, others, of_data, kept = grid.ravel(), image.ravel(), data.ravel(), keep_mask.ravel()
+    error, end = cut.error, np.uint64(m - 1)
+    some, has_data = np.uint64(0), False
+    for w in range((m + 63) // 64):
+        for i in range(n):
+            error[w, i] = 0
+    for i in range(rows):
+        y = y0 + i
+        own = np.uint64(y * keep_mask.shape[1] + x0)
+        first = np.uint64((box.y0 + y) * grid.shape[1] + box.x0 + x0)
+        datum = np.uint64((box.y0 + y) * data.shape[1] + box.x0 + x0)
+        other = np.uint64((ty + y) * image.shape[1] + tx + x0)
+        if upright:
+            for w in range((m + 63) // 64):
+                start, stop = 64 * w, min(64 * w + 64, m)
+                if far:
+                    start, stop = m - stop, m - start
+                word = np.uint64(0)
+                for x in range(np.uint64(start), np.uint64(stop)):
+                    differs = (cells[first + x] != others[other + x]) & (not kept[own + x])
+                    c = end - x if far else x
+                    word |= np.uint64(differs) << (c & np.uint64(63))
+                error[w, i] = word
+                some |= word
+        else:
+            c = m - 1 - i if far else i
+            w, shift = c >> 6, np.uint64(c & 63)
+            for x in range(np.uint64(columns)):
+                differs = (cells[first + x] != others[other + x]) & (not kept[own + x])
+                word = np.uint64(differs) << shift
+                error[w, x] |= word
+                some |= word
+        for x in range(np.uint64(columns)):
+            has_data |= of_data[datum + x] != UNKNOWN
+    return some != 0, has_data
+
+
+@part_of_kernel
+def _demand(grid, data, image, place, box, upright, far, cut):
+    """Fill `cut.demand` for a strip whose `cut.error` is known."""
+    _, ty, tx = place
+    n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
+    for i in range(n):
+        for c in range(m):
+            y, x = _cell_of(i, c, box, upright, far)
+            old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
+            wish = wanted(old, new, data[box.y0 + y, box.x0 + x])
+            cut.demand[i, c] = wish if _bit(cut.error[:, i], c) else 0
+
+
+@part_of_kernel
+def _cell_of(i, c, box, upright, far):
+    """Return row and column of the cell of line i that is c cells from a side."""
+    if upright:
+        return i, box.nx - 1 - c if far else c
+    return (box.ny - 1 - c if far else c), i
 
 
 @part_of_kernel

@@ -11,14 +11,30 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
-from ccwsim.engine.stages.cut import BROKEN, boundary, keep_old, make_cut, paste
+from ccwsim.engine.stages.cut import (
+    BROKEN,
+    CHEAP,
+    CutWorkspace,
+    boundary,
+    cheap_boundary,
+    keep_old,
+    make_cut,
+    paste,
+)
 from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
 
 
-def cut(error: np.ndarray, demand: np.ndarray) -> np.ndarray:
+def cut_of(error: np.ndarray, demand: np.ndarray) -> CutWorkspace:
     n, m = error.shape
-    workspace = make_cut((1, n, n), (0, m, m))._replace(error=error, demand=demand)
-    boundary(workspace, n, m)
+    workspace = make_cut((1, n, n), (0, m, m))._replace(demand=demand)
+    for c in range(m):
+        workspace.error[c // 64, :n] |= error[:, c].astype(np.uint64) << np.uint64(c % 64)
+    return workspace
+
+
+def cut(error: np.ndarray, demand: np.ndarray) -> np.ndarray:
+    workspace = cut_of(error, demand)
+    boundary(workspace, *error.shape)
     return workspace.path
 
 
@@ -51,6 +67,25 @@ strips = st.tuples(st.integers(1, 6), st.integers(1, 4)).flatmap(
         hnp.arrays(np.uint8, shape, elements=st.sampled_from([0, 0, 0, KEEP_OLD, TAKE_NEW])),
     )
 )
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 2**32), st.integers(1, 40), st.integers(1, 63), st.floats(0, 0.6))
+def test_a_cheap_boundary_is_the_same_one(seed, n, m, share):
+    error = (np.random.default_rng(seed).random((n, m)) < share).astype(np.uint8)
+    no_data = np.zeros((n, m), np.uint8)
+    expected, workspace = cut(error, no_data), cut_of(error, no_data)
+    _, cost = cost_of(expected, error, no_data)
+    assert cheap_boundary(workspace, n, m) == (cost < CHEAP)
+    if cost < CHEAP:
+        assert np.array_equal(workspace.path, expected)
+
+
+@pytest.mark.parametrize("m", [64, 65, 130])
+def test_a_boundary_in_a_wide_overlap_is_where_nothing_differs(m):
+    error = np.ones((9, m), np.uint8)
+    error[:, m - 3 : m - 1] = 0
+    assert (cut(error, np.zeros_like(error)) == m - 2).all()
 
 
 @settings(max_examples=150, deadline=None)
