@@ -27,7 +27,7 @@ from ccwsim.engine.stages.candidates import best_places, n_segments
 from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
 from ccwsim.engine.stages.refinement import refine_place
-from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
+from ccwsim.engine.stages.similarity import make_sums, overlap_terms, score_places
 from ccwsim.model.study import Study
 
 ROUNDS = 30
@@ -85,10 +85,10 @@ def all_terms(grid, boxes, block, sums, of_block, offsets, weights, n_terms):
 
 
 @kernel
-def all_scores(sums, offsets, weights, n_terms, energy, run, scores):
+def all_scores(sums, offsets, weights, n_terms, energy, work, scores):
     """Score all places for each patch."""
     for i in range(len(n_terms)):
-        score_places(sums, offsets[i], weights[i], n_terms[i], energy, run, scores[i])
+        score_places(sums, offsets[i], weights[i], n_terms[i], energy, work, scores[i])
 
 
 @kernel
@@ -160,8 +160,9 @@ def measure(level: int) -> list[Measured]:
     image, bits, sums, _ = oriented.pyramid
     energy = oriented.energies[0, L_SHAPE]
     offsets = np.zeros((n, 2 * t * overlap // prod(block)), np.int64)
-    weights, n_terms = np.zeros(offsets.shape, energy.dtype), np.zeros(n, np.int64)
-    of_block, run = np.zeros(256, np.int64), np.zeros(n_run(sums, energy.shape[2]), energy.dtype)
+    weights, n_terms = np.zeros(offsets.shape, sums.dtype), np.zeros(n, np.int64)
+    of_block = np.zeros(256, np.int64)
+    work = make_sums(sums, block, energy.shape[2], offsets.shape[1], energy.dtype.type)
     scores, minima = (
         np.zeros((n, *energy.shape), energy.dtype),
         np.zeros(n_segments(energy.size), energy.dtype),
@@ -176,7 +177,7 @@ def measure(level: int) -> list[Measured]:
         grid, boxes, block, sums, of_block, offsets, weights, n_terms
     ))  # fmt: skip
     scores_of = seconds_of(lambda: all_scores(
-        sums, offsets, weights, n_terms, energy, run, scores
+        sums, offsets, weights, n_terms, energy, work, scores
     ))  # fmt: skip
     best_of = seconds_of(lambda: all_best(scores, rng, minima, found, values, places))
     drawn = places[np.arange(n), rng.integers(0, k, n)]

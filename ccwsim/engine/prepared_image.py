@@ -63,7 +63,6 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
         energies[k] = own[(slice(None), *(slice(length) for length in first.shape[1:]))]
     if correlation:
         energies[:] = 0
-    pyramid = pyramid._replace(sums=pyramid.sums.astype(kind))  # no conversion in the search
     proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
     return OrientedImage(pyramid, np.array(splits), energies, proportions)
 

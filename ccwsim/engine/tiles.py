@@ -35,7 +35,7 @@ from ccwsim.engine.stages.conditioning import (
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import RasterPath, Triple, in_order, overlap_cells
 from ccwsim.engine.stages.refinement import refine_place
-from ccwsim.engine.stages.similarity import n_run, overlap_terms, score_places
+from ccwsim.engine.stages.similarity import Sums, make_sums, overlap_terms, score_places
 
 
 class Search(NamedTuple):
@@ -74,7 +74,7 @@ class Workspace(NamedTuple):
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
     totals: NDArray[np.signedinteger]  # the same with the costs of data and location
-    run: NDArray[np.number[Any]]
+    sums: Sums
     minima: NDArray[np.number[Any]]  # of the scores, and of the totals
     total_minima: NDArray[np.signedinteger]
     # locations with good scores, their scores, and their totals
@@ -147,7 +147,7 @@ def make_workspace(
     return Workspace(
         scores=np.zeros(shape, kind),
         totals=np.zeros(shape, totals),
-        run=np.zeros(n_run(sums, shape[2]), kind),
+        sums=make_sums(sums, search.block, shape[2], n_terms, kind.type),
         minima=np.zeros(n_segments(n), kind),
         total_minima=np.zeros(n_segments(n), totals),
         found=np.zeros(n, np.int64),
@@ -155,7 +155,7 @@ def make_workspace(
         found_totals=np.zeros(n, totals),
         places=np.zeros(search.n_candidates, np.int64),
         offsets=np.zeros(n_terms, np.int64),
-        weights=np.zeros(n_terms, kind),
+        weights=np.zeros(n_terms, sums.dtype),
         of_block=np.zeros(256, np.int64),
         choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
@@ -188,7 +188,7 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
         box = box_of(patch, search.overlap)
         n_terms = overlap_terms(grid, box, block, sums, work.of_block, work.offsets, work.weights)
         energy = oriented.energies[patch[7], box.sides]
-        score_places(sums, work.offsets, work.weights, n_terms, energy, work.run, scores)
+        score_places(sums, work.offsets, work.weights, n_terms, energy, work.sums, scores)
         has_data = data_ahead(data, box, search.co_template)
         n = len(places)
         if has_data or search.location_cost > 0:

@@ -9,6 +9,7 @@ import numpy as np
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
+from ccwsim.engine.stages.pyramid import sum_type
 from ccwsim.engine.stages.resimulation import SAMPLED
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.model.study import Study
@@ -73,8 +74,9 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     n_splits = len(legal_splits(own.template, own.overlap)) if split else 1
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     shapes = 8 if own.overlap[0] else 4
-    scores = (n_planes + n_splits * shapes) * blocks * _score_bytes(study, own)
-    return int(3 * cells + bits + scores)
+    scores = n_splits * shapes * blocks * _score_bytes(study, own)
+    sums = n_planes * blocks * np.dtype(sum_type(prod(own.block))).itemsize
+    return int(3 * cells + bits + scores + sums)
 
 
 def _of_search(study: Study) -> int:

@@ -29,7 +29,7 @@ class Pyramid(NamedTuple):
     bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): the same as `to_bits` gives it
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): how many cells of each block have each facies.
     # Two facies need one plane.
-    sums: NDArray[np.number[Any]]
+    sums: NDArray[np.integer[Any]]
     # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is the cell
     # [a, b, c] of block [i, j, k], so that the cell at a fixed offset from all locations is in one
     # contiguous part
@@ -78,6 +78,20 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     return pywt.waverec2(own, "haar", "periodization")
 
 
+def sum_type(cells: int) -> type[np.integer[Any]]:
+    """Return the type of the sums of blocks of so many cells.
+
+    Bytes hold several of them where these are few; larger types hold products of two, and several.
+
+    Examples
+    --------
+    >>> [sum_type(4**level).__name__ for level in range(5)]
+    ['uint8', 'uint8', 'int16', 'int16', 'int32']
+    """
+    largest = (np.uint8, 4), (np.int16, 2**7), (np.int32, 2**15)
+    return next((kind for kind, most in largest if cells <= most), np.int64)
+
+
 def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image that is already in path coordinates.
 
@@ -101,7 +115,7 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
     blocks = image[: nz * uz, : ny * uy, : nx * ux].reshape(nz, uz, ny, uy, nx, ux)
     phases = np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
     facies = [1] if n_planes == 1 else range(n_planes)
-    kind = np.uint8 if uz * uy * ux <= 255 else np.int16
+    kind = sum_type(uz * uy * ux)
     planes = [(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies]
     return Pyramid(image, to_bits(image), np.stack(planes), phases)
 

@@ -7,12 +7,15 @@ smallest best, and so does the default here.
 The sum of squared differences between overlap B and TI A, over the coefficients of the overlap, is
 ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) is known beforehand for each shape of overlap, ΣB² is the
 same for every location, and only coefficients that are not zero add to ΣA·B, the cross-correlation.
-With block sums everything is an exact integer.
+With block sums everything is an exact whole number. Vectors take the more numbers at once the
+smaller their type is, so ΣA·B is summed up in parts: in the type of the block sums, as long as that
+holds them.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from math import prod
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,20 +26,19 @@ from ccwsim.engine.stages.path import Triple, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Rows of locations that are scored together: enough for long loops, few enough for the cache."""
-EXACT = ((np.int16, 2**15 - 1), (np.float32, 2**24), (np.int32, 2**31 - 1), (np.int64, 2**63 - 1))
-"""Types of scores, the fastest first, and up to where each holds every whole number."""
+SCORE_TYPES = np.int16, np.int32, np.int64
 
 
 def score_type(
     level: Triple, template: Triple, overlap: Triple, correlation: bool = False
 ) -> type[np.number[Any]]:
-    """Return the fastest type that holds every score.
+    """Return the smallest type that holds every score.
 
     No score is further from 0 than the sum of squares over the largest overlap, of the image or of
     what is simulated; a correlation is counted twice.
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
-    return next(kind for kind, largest in EXACT if bound <= largest)
+    return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
 
 
 def overlap_energies(
@@ -100,57 +102,115 @@ def overlap_terms(grid, box, block, sums, counts, offsets, weights):
     return n
 
 
-def n_run(sums: NDArray[np.number[Any]], n_columns: int) -> int:
-    """Return how long the `run` of `score_places` is, for `n_columns` locations a row."""
-    return ROWS_AT_ONCE * sums.shape[3] + n_columns
+class Sums(NamedTuple):
+    """Arrays in which ΣA·B of several rows of locations is summed up."""
+
+    chosen: NDArray[np.uint64]  # shape (n_terms,): where the block sums begin that are added
+    part: NDArray[np.number[Any]]  # of the type of the block sums
+    total: NDArray[np.number[Any]]  # of the type of the scores
+    at_once: int  # how many terms `part` holds
+
+
+def make_sums(
+    block_sums: NDArray[np.number[Any]],
+    block: Triple,
+    n_columns: int,
+    n_terms: int,
+    kind: type[np.number[Any]],
+) -> Sums:
+    """Return the arrays for `n_columns` locations a row, and scores of a type."""
+    n, one_type = ROWS_AT_ONCE * block_sums.shape[3] + n_columns, block_sums.dtype
+    largest = prod(block) if one_type == np.uint8 else prod(block) ** 2
+    at_once = int(np.iinfo(one_type).max) // largest
+    return Sums(np.zeros(n_terms, np.uint64), np.zeros(n, one_type), np.zeros(n, kind), at_once)
 
 
 @part_of_kernel
-def score_places(sums, offsets, weights, n_terms, energy, run, scores):
+def score_places(block_sums, offsets, weights, n_terms, energy, sums, scores):
     """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
 
     Several rows are one run of numbers, as rows of locations alone are short; what comes out at
-    the columns between them, where no location is, is left behind. `weights` and `run` are of the
-    type of the scores: a wider one would keep the loops from vectors.
+    the columns between them, where no location is, is left behind. Runs are read by unsigned
+    numbers, which need no look at whether they are negative: that would keep loops from vectors.
     """
     nz, ny, nx = scores.shape
-    my, mx = sums.shape[2], sums.shape[3]
-    flat = sums.ravel()
+    my, mx = block_sums.shape[2], block_sums.shape[3]
+    cells, energies, flat = block_sums.ravel(), energy.ravel(), scores.ravel()
+    total, two = sums.total, sums.total.dtype.type(2)
     at_once = _rows_at_once(nx, mx)
-    whole, two = n_terms - n_terms % 4, run.dtype.type(2)
     for z in range(nz):
         for first in range(0, ny, at_once):
             rows = min(at_once, ny - first)
-            length = (rows - 1) * mx + nx
-            base = (z * my + first) * mx
+            length, base = np.uint64((rows - 1) * mx + nx), (z * my + first) * mx
             for x in range(length):
-                run[x] = 0
-            for n in range(0, whole, 4):
-                a, b = flat[base + offsets[n] :][:length], flat[base + offsets[n + 1] :][:length]
-                c, d = (
-                    flat[base + offsets[n + 2] :][:length],
-                    flat[base + offsets[n + 3] :][:length],
-                )
-                wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
-                for x in range(length):
-                    run[x] += wa * a[x] + wb * b[x] + wc * c[x] + wd * d[x]
-            for n in range(whole, n_terms):
-                a, wa = _run_from(flat, base, offsets[n]), weights[n]
-                for x in range(length):
-                    run[x] += wa * a[x]
+                total[x] = 0
+            if cells.itemsize == 1:
+                _add_digits(cells, base, offsets, weights, n_terms, length, sums)
+            else:
+                _add_products(cells, base, offsets, weights, n_terms, length, sums)
             for y in range(rows):
-                for x in range(nx):
-                    scores[z, first + y, x] = energy[z, first + y, x] - two * run[y * mx + x]
+                own, of_run = np.uint64((z * ny + first + y) * nx), np.uint64(y * mx)
+                for x in range(np.uint64(nx)):
+                    flat[own + x] = energies[own + x] - two * total[of_run + x]
 
 
 @part_of_kernel
-def _run_from(flat, base, offset):
-    """Return the block sums that a term meets at a row of locations that starts at `base`.
+def _add_products(cells, base, offsets, weights, n_terms, length, sums):
+    """Add each term times its weight to the totals of a run of locations that starts at `base`."""
+    part, total = sums.part, sums.total
+    for start in range(0, n_terms, sums.at_once):
+        stop = min(start + sums.at_once, n_terms)
+        whole = stop - (stop - start) % 4
+        for x in range(length):
+            part[x] = 0
+        for n in range(start, whole, 4):
+            a, b = np.uint64(base + offsets[n]), np.uint64(base + offsets[n + 1])
+            c, d = np.uint64(base + offsets[n + 2]), np.uint64(base + offsets[n + 3])
+            wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
+            for x in range(length):
+                part[x] += (
+                    wa * cells[a + x] + wb * cells[b + x] + wc * cells[c + x] + wd * cells[d + x]
+                )
+        for n in range(whole, stop):
+            a, wa = np.uint64(base + offsets[n]), weights[n]
+            for x in range(length):
+                part[x] += wa * cells[a + x]
+        for x in range(length):
+            total[x] += part[x]
 
-    They are a slice of all sums in one row: one of more dimensions has strides that are not known
-    when the kernel is compiled.
-    """
-    return flat[base + offset :]
+
+@part_of_kernel
+def _add_digits(cells, base, offsets, weights, n_terms, length, sums):
+    """Do the same in bytes, which vectors cannot multiply: by the binary digits of the weights."""
+    chosen, part, total = sums.chosen, sums.part, sums.total
+    largest = np.int64(0)
+    for n in range(n_terms):
+        largest = max(largest, np.int64(weights[n]))
+    n_digits = 0
+    while largest >> n_digits:
+        n_digits += 1
+    for digit in range(n_digits - 1, -1, -1):
+        n = 0
+        for k in range(n_terms):
+            chosen[n] = base + offsets[k]
+            n += weights[k] >> digit & 1
+        for x in range(length):
+            total[x] += total[x]
+        for start in range(0, n, sums.at_once):
+            stop = min(start + sums.at_once, n)
+            whole = stop - (stop - start) % 4
+            for x in range(length):
+                part[x] = 0
+            for k in range(start, whole, 4):
+                a, b, c, d = chosen[k], chosen[k + 1], chosen[k + 2], chosen[k + 3]
+                for x in range(length):
+                    part[x] += cells[a + x] + cells[b + x] + cells[c + x] + cells[d + x]
+            for k in range(whole, stop):
+                a = chosen[k]
+                for x in range(length):
+                    part[x] += cells[a + x]
+            for x in range(length):
+                total[x] += part[x]
 
 
 @part_of_kernel
