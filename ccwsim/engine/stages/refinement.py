@@ -21,10 +21,11 @@ def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_
     A missed datum counts as `missed` wrong cells. `at_stake`, shape (n, 4), is workspace for the
     data that the cut cannot keep.
     """
-    take_strips(grid, box, strips)
+    take_strips(grid, box, bits, strips)
     n = data_at_stake(grid, data, box, at_stake)
     best_z, best_y, best_x = place
-    best = _misfit(image, bits, at_stake, n, missed, place, box, strips, np.int64(1 << 60))
+    words, shape = bits.ravel(), bits.shape
+    best = _misfit(image, words, shape, at_stake, n, missed, place, strips, np.int64(1 << 60))
     stride = max(block[0], block[1], block[2]) // 2
     while stride > 0:
         middle_z, middle_y, middle_x = best_z, best_y, best_x
@@ -42,7 +43,7 @@ def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_
                 and 0 <= x <= image.shape[2] - box.nx
             ):
                 near = z, y, x
-                misfit = _misfit(image, bits, at_stake, n, missed, near, box, strips, best)
+                misfit = _misfit(image, words, shape, at_stake, n, missed, near, strips, best)
                 if misfit < best:
                     best, best_z, best_y, best_x = misfit, z, y, x
         stride //= 2
@@ -76,7 +77,7 @@ def data_at_stake(grid, data, box, at_stake):
 
 
 @part_of_kernel
-def _misfit(image, bits, at_stake, n, missed, place, box, strips, limit):
+def _misfit(image, bits, shape, at_stake, n, missed, place, strips, limit):
     """Count wrong cells in the overlap and missed data; no further than to `limit`."""
     tz, ty, tx = place
     wrong = np.int64(0)
@@ -85,4 +86,4 @@ def _misfit(image, bits, at_stake, n, missed, place, box, strips, limit):
         wrong += missed * (facies != at_stake[i, 3])
     if wrong >= limit:
         return wrong
-    return wrong + n_different(bits, place, box, strips, limit - wrong)
+    return wrong + n_different(bits, shape, place, strips, limit - wrong)

@@ -268,7 +268,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
         inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
         limit = np.int64(tolerance * (box.nz * box.ny * box.nx - inside))
-        take_strips(grid, box, work.strips)
+        take_strips(grid, box, bits, work.strips)
         looked = start, n_rows
         n = best_windows(
             bits, work.mask, image.shape, box, looked, work.strips, share, limit, rng, work.best
@@ -406,7 +406,7 @@ def best_windows(bits, mask, shape, box, part, strips, share, limit, rng, best):
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
     first_row, n_rows = part
     turned, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
-    n, one = 0, np.uint64(1)
+    n, one, words = 0, np.uint64(1), bits.ravel()
     worst = limit + 1
     for k in range(n_rows):
         pz, py = row_of(first_row + (turned + k) % n_rows, layers, rows)
@@ -424,7 +424,7 @@ def best_windows(bits, mask, shape, box, part, strips, share, limit, rng, best):
                     word &= word - one
                     if share < 1 and rng.random() >= share:
                         continue
-                    misfit = n_different(bits, (pz, py, px), box, strips, worst)
+                    misfit = n_different(words, bits.shape, (pz, py, px), strips, worst)
                     if misfit >= worst:
                         continue
                     n, worst = _take(best, n, worst, misfit, pz, py, px)

@@ -112,7 +112,7 @@ class Sums(NamedTuple):
 
 
 def make_sums(
-    block_sums: NDArray[np.number[Any]],
+    block_sums: NDArray[np.integer[Any]],
     block: Triple,
     n_columns: int,
     n_terms: int,

@@ -269,7 +269,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
     rows = expected.reshape(-1, expected.shape[2])
     mask = np.zeros(bits.shape[1:], np.uint64)
     strips = make_strips(bits, box[3:6])
-    take_strips(grid, box, strips)
+    take_strips(grid, box, bits, strips)
     first, some = first % n_rows, 1 + seed % n_rows
     own = [(first + k) % n_rows for k in range(some)]
     n = honouring_places(bits, data, box, image.shape, (first, some), mask)
@@ -295,7 +295,7 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
     if n_places == 0:
         return
     strips = make_strips(bits, box[3:6])
-    take_strips(grid, box, strips)
+    take_strips(grid, box, bits, strips)
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     ring = np.ones(box[3:6], bool)
     ring[low_z:high_z, low_y:high_y, low_x:high_x] = False
@@ -327,7 +327,7 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     every = whole(box, image.shape)
     n_places = honouring_places(bits, data, box, image.shape, every, mask)
     assert n_places == 3 * 3 * 4 - 1
-    take_strips(grid, box, strips)
+    take_strips(grid, box, bits, strips)
     best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
     for _ in range(3000):
         n = best_windows(bits, mask, image.shape, box, every, strips, 1.0, 8, rng, best)
