@@ -14,6 +14,8 @@ N_COMPARED = 3
 """Candidates drawn to choose from by proportions: more match them faster and vary less."""
 SEGMENT = 32
 """Scores whose smallest is kept, so that most are passed over once the K best lie in others."""
+COUNTED = 2**14
+"""Scores that the smallest type of scores can count."""
 
 
 def n_segments(n: int) -> int:
@@ -48,12 +50,17 @@ def kth_smallest(values, n, k):
 
 @part_of_kernel
 def n_up_to(row, limit):
-    """Count the scores of a row that are at most `limit`, which their type must hold."""
-    limit = row.dtype.type(limit)
-    n = np.int32(0)
-    for x in range(len(row)):
-        n += np.int32(row[x] <= limit)
-    return n
+    """Count the scores of a row that are at most `limit`, which their type must hold.
+
+    They are counted in their own type, COUNTED at once: a wider one would halve the vectors.
+    """
+    limit, total = row.dtype.type(limit), np.int64(0)
+    for first in range(0, len(row), COUNTED):
+        n = row.dtype.type(0)
+        for x in range(np.uint64(first), np.uint64(min(first + COUNTED, len(row)))):
+            n = row.dtype.type(n + (row[x] <= limit))
+        total += n
+    return total
 
 
 @part_of_kernel

@@ -238,37 +238,37 @@ def _count_misses(cells, my, mx, terms, n, counts, totals):
     """Add the costs of `n` terms to the locations that miss them; the costs become 0.
 
     Terms of equal cost are counted together, in bytes: 32 locations at once, where totals would be
-    8. All rows of locations are one run of `cells`, as each alone is short.
+    8. All rows of locations of a layer are one run of `cells`, as each alone is short, but where
+    the image ends within them.
     """
-    ny = totals.shape[1]
+    (nz, ny, nx), flat = totals.shape, totals.ravel()
     for i in range(n):
-        rows, columns, cost, counted = terms[2, i], terms[3, i], terms[5, i], 0
+        cost, counted = terms[5, i], 0
         if cost == 0:
             continue
-        most = np.int64(0)
+        counts[: nz * my * mx] = 0
         for k in range(i, n):
-            if terms[5, k] == cost and terms[3, k] == columns and terms[2, k] == rows:
-                most = max(most, terms[1, k])
-        counts[: ((most - 1) * my + rows) * mx] = 0
-        for k in range(i, n):
-            if terms[5, k] != cost or terms[3, k] != columns or terms[2, k] != rows:
+            if terms[5, k] != cost:
                 continue
-            length = ((terms[1, k] - 1) * my + rows - 1) * mx + columns
-            facies = np.uint8(terms[4, k])
-            run = cells[terms[0, k] : terms[0, k] + length]
-            for place in range(length):
-                counts[place] += run[place] != facies
+            rows, columns, facies = terms[2, k], terms[3, k], np.uint8(terms[4, k])
+            at_once = rows if columns == nx else 1
+            length = np.uint64((at_once - 1) * mx + columns)
+            for pz in range(terms[1, k]):
+                for py in range(0, rows, at_once):
+                    first = np.uint64((pz * my + py) * mx)
+                    own = np.uint64(terms[0, k]) + first
+                    for place in range(length):
+                        counts[first + place] += cells[own + place] != facies
             terms[5, k] = 0
             counted += 1
             if counted == MAX_COUNTED:
                 break
         own_cost = totals.dtype.type(cost)
-        for pz in range(most):
-            for py in range(min(rows, ny)):
-                start = (pz * my + py) * mx
-                own, row = totals[pz, py], counts[start : start + columns]
-                for px in range(columns):
-                    own[px] += own_cost * row[px]
+        for pz in range(nz):
+            for py in range(ny):
+                own, row = np.uint64((pz * ny + py) * nx), np.uint64((pz * my + py) * mx)
+                for px in range(np.uint64(nx)):
+                    flat[own + px] += own_cost * counts[row + px]
 
 
 @part_of_kernel
