@@ -144,8 +144,8 @@ class Misses(NamedTuple):
     # locations meet one, its facies, and what missing it costs
     terms: NDArray[np.int64]
     counts: NDArray[np.uint8]  # how many data each location misses, rows of the image apart
-    # shape (nz + 1, ny + 1, nx + 1) of locations: the cost of data beyond the end of the image, as
-    # changes from one layer, row and column of locations to the next
+    # shape (nz, ny, nx) of locations, 0 between patches: the cost of data beyond the end of the
+    # image, as changes from one layer, row and column of locations to the next
     beyond: NDArray[np.int64]
 
 
@@ -155,7 +155,7 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
     return Misses(
         np.zeros((6, min(n_data, MAX_TERMS)), np.int64),
         np.zeros(nz * blocks[1] * blocks[2], np.uint8),
-        np.zeros((nz + 1, ny + 1, nx + 1), np.int64),
+        np.zeros((nz, ny, nx), np.int64),
     )
 
 
@@ -183,7 +183,8 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
     shape = data.facies.shape
-    cells, terms, n, some_beyond = phases.ravel(), work.terms, 0, False
+    cells, terms, n = phases.ravel(), work.terms, 0
+    end_z, end_y, end_x = nz, ny, nx  # of the locations whose data all lie in the image
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
             own_row = z * shape[1] + y
@@ -202,10 +203,8 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
                 columns = min(nx, max(mx - dx, 0))
                 if layers < nz or rows < ny or columns < nx:
                     expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
-                    if not some_beyond:
-                        work.beyond[:] = 0
-                        some_beyond = True
                     _expect(work.beyond, layers, rows, columns, expected)
+                    end_z, end_y, end_x = min(end_z, layers), min(end_y, rows), min(end_x, columns)
                 cost = np.int64(weight * datum_cost)
                 if cost == 0 or layers == 0 or rows == 0 or columns == 0:
                     continue
@@ -218,8 +217,8 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
                     _count_misses(cells, my, mx, terms, n, work.counts, totals)
                     n = 0
     _count_misses(cells, my, mx, terms, n, work.counts, totals)
-    if some_beyond:
-        _add_beyond(work.beyond, totals)
+    if end_z < nz or end_y < ny or end_x < nx:
+        _add_beyond(work.beyond, end_z, end_y, end_x, totals)
 
 
 @part_of_kernel
@@ -230,7 +229,8 @@ def _expect(beyond, layers, rows, columns, cost):
         y = rows if corner & 2 else 0
         x = columns if corner & 1 else 0
         odd = (corner ^ corner >> 1 ^ corner >> 2) & 1
-        beyond[z, y, x] += cost if odd else -cost
+        if z < beyond.shape[0] and y < beyond.shape[1] and x < beyond.shape[2]:
+            beyond[z, y, x] += cost if odd else -cost
 
 
 @part_of_kernel
@@ -272,24 +272,25 @@ def _count_misses(cells, my, mx, terms, n, counts, totals):
 
 
 @part_of_kernel
-def _add_beyond(beyond, totals):
-    """Add to the score of every location the sum of `beyond` over all up to it."""
+def _add_beyond(beyond, end_z, end_y, end_x, totals):
+    """Add to the score of every location the sum of `beyond` over all up to it, and clear that.
+
+    Locations before all three ends have nothing to be added.
+    """
     nz, ny, nx = totals.shape
+    for pz in range(1, nz):
+        for py in range(ny):
+            for px in range(end_x if pz < end_z and py < end_y else 0, nx):
+                beyond[pz, py, px] += beyond[pz - 1, py, px]
     for pz in range(nz):
         for py in range(ny):
-            for px in range(nx):
-                if pz > 0:
-                    beyond[pz, py, px] += beyond[pz - 1, py, px]
-    for pz in range(nz):
-        for py in range(ny):
-            own, cost = beyond[pz, py], np.int64(0)
-            if py > 0:
-                before = beyond[pz, py - 1]
-                for px in range(nx):
-                    own[px] += before[px]
-            for px in range(nx):
-                cost += own[px]
+            first, cost = end_x if pz < end_z and py < end_y else 0, np.int64(0)
+            for px in range(first, nx):
+                if py > 0:
+                    beyond[pz, py, px] += beyond[pz, py - 1, px]
+                cost += beyond[pz, py, px]
                 totals[pz, py, px] += cost
+        beyond[pz] = 0
 
 
 @part_of_kernel
