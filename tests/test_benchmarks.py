@@ -19,7 +19,7 @@ from ccwsim.engine.stages.cut import keep_old, make_cut
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
-    n_run,
+    make_sums,
     overlap_energies,
     overlap_terms,
     score_places,
@@ -42,12 +42,12 @@ def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
     in_blocks = (1, template // unit, template // unit), (0, overlap // unit, overlap // unit)
     energy = overlap_energies(sums, *in_blocks, kind)[shape]
     offsets = np.empty(2 * len(sums) * template * overlap, np.int64)
-    weights, counts = np.empty(len(offsets), kind), np.zeros(n_facies, np.int64)
+    weights, counts = np.empty(len(offsets), sums.dtype), np.zeros(n_facies, np.int64)
     box = Box(0, 0, 0, *size, shape, *width)
     n = overlap_terms(tile[None], box, (1, unit, unit), sums, counts, offsets, weights)
     scores = np.empty_like(energy)
-    run = np.empty(n_run(sums, scores.shape[2]), scores.dtype)
-    score_places(sums, offsets, weights, n, energy, run, scores)
+    work = make_sums(sums, (1, unit, unit), scores.shape[2], len(offsets), kind)
+    score_places(sums, offsets, weights, n, energy, work, scores)
     return scores[0]
 
 
