@@ -11,6 +11,9 @@ from tools.datasets.fields import gaussian_field
 Shape = tuple[int, int, int]
 SAND_SHARE, SHALE_SHARE = 0.27, 0.58
 """Channels and lenses are added until there is as much sand, or as little shale."""
+BEDS_SEED = 8
+DEEPEST_FOLD = 60
+"""Beds go on so many cells below and above a volume."""
 
 
 def sinuous_channels(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
@@ -55,15 +58,18 @@ def stacked_lenses(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
 
 
 def folded_layers(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
-    """Draw beds of four facies that lie on each other and are folded and faulted together."""
+    """Draw beds of four facies that lie on each other and are folded and faulted together.
+
+    All volumes have the same beds, those of one formation, with folds and a fault of their own.
+    """
     nz, ny, nx = shape
     fold = 7 * gaussian_field((ny, nx), 55, rng, ratio=0.5, azimuth=30)
     y, x = np.arange(ny)[:, None], np.arange(nx)
     fault = np.where(x - 0.4 * y > 0.45 * nx, 5.0, 0.0)
     depth = np.arange(nz)[:, None, None] + (fold + fault)[None]
-    thickness = rng.uniform(2.5, 6.5, 4 * nz)
-    bounds = depth.min() + np.cumsum(thickness)
-    codes = [int(rng.randint(4))]
-    while len(codes) <= len(bounds):  # beds on each other differ
-        codes.append((codes[-1] + 1 + int(rng.randint(3))) % 4)
-    return np.array(codes, np.uint8)[np.searchsorted(bounds, depth)]
+    beds = RandomState(BEDS_SEED)
+    tops, codes = [float(-DEEPEST_FOLD)], [int(beds.randint(4))]
+    while tops[-1] < nz + DEEPEST_FOLD:
+        tops.append(tops[-1] + beds.uniform(2.5, 6.5))
+        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # beds on each other differ
+    return np.array(codes, np.uint8)[np.searchsorted(tops, depth)]
