@@ -32,6 +32,13 @@ def test_the_scripts_of_the_readme_run(tmp_path, monkeypatch):
     assert names["next_ten"].numbers.tolist() == list(range(10, 20))
 
 
+def test_the_scripts_of_volumes_run():
+    names = names_of("docs/volumes.md")
+    assert names["e"].n_mismatched.tolist() == [0, 0]
+    assert names["data"].n == 7 + 21 + 12
+    assert names["few"].n_mismatched.tolist() == [0]
+
+
 def test_the_scripts_of_the_library_run(capsys):
     names = names_of("docs/library.md")
     assert names["gamma"].shape == (6, 41)
