@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from collections.abc import Callable
 from functools import cached_property
 from math import prod
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +21,9 @@ from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
 from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
+
+KEPT_BYTES = 500_000_000
+"""What the parts of a training image may take that are kept for other realizations."""
 
 
 class OrientedImage(NamedTuple):
@@ -82,53 +88,68 @@ def _energies(
 class PreparedImage:
     """The training image as all realizations of a study share it; parts are made when needed.
 
-    Two threads may both make the same part.
+    Two threads may both make the same part. The parts used last are kept, as far as KEPT_BYTES go.
     """
 
     def __init__(self, study: Study) -> None:
         self.study = study
         self._lengths = lengths_of(study.parameters, study.grid.shape)
-        self._oriented: dict[tuple[int, Triple], OrientedImage] = {}
-        self._scaled: dict[tuple[int, int], NDArray[np.uint8]] = {}
-        self._bits: dict[tuple[int, int], NDArray[np.uint64]] = {}
+        self._parts: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
+        self._lock = Lock()
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
         """Return the image in one orientation, at the scale that is searched.
 
         The template is along the axes of the grid.
         """
-        key = orientation, template
-        found = self._oriented.get(key)
-        if found is None:
+
+        def make() -> OrientedImage:
             scale = self.study.parameters.scale
             own = self._lengths._replace(template=template).at_scale(scale).along(orientation)
-            found = orient_image(self.study, self.scaled(orientation, scale), own)
-            self._oriented[key] = found
-        return found
+            return orient_image(self.study, self.scaled(orientation, scale), own)
+
+        return self._part(("oriented", orientation, template), make)
 
     def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
         """Return the image in one orientation, up-gridded `scale` times, shape (nz, ny, nx)."""
-        key = orientation, scale
-        if key not in self._scaled:
+
+        def make() -> NDArray[np.uint8]:
             if scale == 0:
                 indices = self.study.training_image.indices
                 oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
-                self._scaled[key] = np.array(oriented, order="C")  # writable: kernels know one type
-            else:
-                fine, coarse = (self._lengths.at_scale(s).along(orientation).unit
-                                for s in (scale - 1, scale))  # fmt: skip
-                z, y, x = (b // a for a, b in zip(fine, coarse, strict=True))
-                self._scaled[key] = upgrid(self.scaled(orientation, scale - 1), (z, y, x))
-        return self._scaled[key]
+                return np.array(oriented, order="C")  # writable: kernels know one type
+            fine, coarse = (
+                self._lengths.at_scale(s).along(orientation).unit for s in (scale - 1, scale)
+            )
+            z, y, x = (b // a for a, b in zip(fine, coarse, strict=True))
+            return upgrid(self.scaled(orientation, scale - 1), (z, y, x))
+
+        return self._part(("scaled", orientation, scale), make)
 
     def bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
         """Return the same as `to_bits` gives it."""
-        key = orientation, scale
-        if key not in self._bits:
-            self._bits[key] = to_bits(self.scaled(orientation, scale))
-        return self._bits[key]
+        return self._part(
+            ("bits", orientation, scale), lambda: to_bits(self.scaled(orientation, scale))
+        )
+
+    def _part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        with self._lock:
+            if key in self._parts:
+                self._parts.move_to_end(key)
+                return self._parts[key]
+        part = make()
+        with self._lock:
+            self._parts[key] = part
+            while n_bytes(list(self._parts.values())) > KEPT_BYTES and len(self._parts) > 1:
+                self._parts.popitem(last=False)
+        return part
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
         """When a datum counts as isolated, by facies index."""
         return isolated_datum_thresholds(self.scaled())
+
+
+def n_bytes(part: Any) -> int:
+    """Return the size of an array, or of all arrays in a tuple or list."""
+    return part.nbytes if isinstance(part, np.ndarray) else sum(map(n_bytes, part))

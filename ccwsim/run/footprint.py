@@ -7,6 +7,7 @@ from math import prod
 import numpy as np
 
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
+from ccwsim.engine.prepared_image import KEPT_BYTES
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import sum_type
@@ -43,7 +44,7 @@ def footprint(
     return int(
         MARGIN
         * (
-            _of_image(study, n)
+            _of_image(study, n, threads)
             + threads * (cells * grids + _of_search(study))
             + n * cells * bytes_a_cell
             + study.hard_data.n * per_datum
@@ -51,7 +52,7 @@ def footprint(
     )
 
 
-def _of_image(study: Study, n: int) -> int:
+def _of_image(study: Study, n: int, n_threads: int) -> int:
     """Return what the training image takes, in the orientations and template sizes drawn."""
     p, image = study.parameters, study.training_image
     usual = lengths_of(p, study.grid.shape)
@@ -62,7 +63,7 @@ def _of_image(study: Study, n: int) -> int:
     making = MAKING * _n_blocks(study, usual.at_scale(p.scale))
     if study.hard_data.n and p.exact_data:
         making = max(making, LOOKING_AROUND * min(image.indices.size, SAMPLED))
-    return drawn * max(own) + int(making)
+    return min(drawn * max(own), KEPT_BYTES + n_threads * max(own)) + int(making)
 
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
@@ -83,7 +84,7 @@ def _of_search(study: Study) -> int:
     """Return what a thread keeps of each location: scores and totals, all and the good ones."""
     p = study.parameters
     own = lengths_of(p, study.grid.shape).at_scale(p.scale)
-    with_costs = study.hard_data.n > 0 or p.location_weight > 0
+    with_costs = study.hard_data.n > 0 or max(p.location_weights) > 0
     a_location = 2 * _score_bytes(study, own) + (2 if with_costs else 1) * TOTALS_AND_PLACES
     return int(a_location * _n_blocks(study, own))
 
