@@ -13,6 +13,7 @@ from ccwsim.cli.options import (
     edges_or_codes,
     in_group,
     name_and_code,
+    number_or_each,
     one_or_each,
     sizes,
 )
@@ -173,6 +174,8 @@ def _option(row: Setting, group: str) -> Any:
         return option(row.option, row.fields[0], type=float, nargs=2, **how)
     if row.fields[0] in PER_AXIS:
         return option(row.option, row.fields[0], type=one_or_each, **how)
+    if row.fields[0] == "location_weight":
+        return option(row.option, row.fields[0], type=number_or_each, **how)
     kinds = {"count": int, "whole": int, "number": float, "word": str}
     return option(row.option, row.fields[0], type=kinds[row.kind], **how)
 

@@ -87,6 +87,19 @@ def one_or_each(text: str) -> int | tuple[int, ...]:
     return found
 
 
+def number_or_each(text: str) -> float | tuple[float, ...]:
+    """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
+    try:
+        found = [float(part) for part in text.split("x")]
+    except ValueError:
+        found = []
+    if len(found) not in (1, 3):
+        raise click.BadParameter(
+            f"{text!r} must be a number, or three along x, y and z, such as 0x0x2"
+        )
+    return tuple(found[::-1]) if len(found) == 3 else found[0]
+
+
 def classes(text: str) -> Classes:
     """Return a number of classes, their inner edges, or "codes"."""
     return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)

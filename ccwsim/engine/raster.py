@@ -26,6 +26,7 @@ from ccwsim.engine.stages.path import (
     N_ORIENTATIONS,
     RasterPath,
     Triple,
+    along_path,
     cells_to_path,
     from_path,
     in_layers,
@@ -161,7 +162,7 @@ def make_plan(
     lengths = lengths_of(p, study.grid.shape, template).along(orientation)
     path = make_path(grid_shape, orientation, lengths.template, lengths.overlap, order)
     data = tuple(_data_at(scale, study, path, lengths) for scale in range(p.scale + 1))
-    search = _search(study, lengths, oriented)
+    search = _search(study, lengths, oriented, orientation)
     splits = oriented.splits
     legal = [(z, y, x) for z, y, x in splits.tolist()]
     split_of = split_tiles(
@@ -229,7 +230,9 @@ def _patches_per_call(oriented: OrientedImage, search: Search) -> int:
     return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
 
 
-def _search(study: Study, lengths: ScaledLengths, oriented: OrientedImage) -> Search:
+def _search(
+    study: Study, lengths: ScaledLengths, oriented: OrientedImage, orientation: int = 0
+) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
     p = study.parameters
     own = lengths.at_scale(p.scale)
@@ -239,6 +242,9 @@ def _search(study: Study, lengths: ScaledLengths, oriented: OrientedImage) -> Se
     cell_cost = prod(own.block) * planes / 2**p.scale
     corner = _usual_overlap(lengths_of(p, study.grid.shape)) / 4**p.scale
     of_data = lengths.weight_of_data
+    z, y, x = along_path(p.location_weights, orientation)
+    location = max(z, y, x)
+    axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
     return Search(
         template=own.template,
         overlap=own.overlap,
@@ -252,8 +258,8 @@ def _search(study: Study, lengths: ScaledLengths, oriented: OrientedImage) -> Se
         datum_cost=cell_cost * of_data * (1 if p.exact_data else DATUM_FACTOR),
         slack_cost=cell_cost * of_data,
         missed=round(SPARSE.missed * of_data),
-        location_cost=p.location_weight * cell_cost * corner,
-        location_axes=(1.0, 1.0, 1.0),
+        location_cost=location * cell_cost * corner,
+        location_axes=axes,
         exact=p.exact_data,
     )
 

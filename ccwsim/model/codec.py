@@ -164,6 +164,8 @@ def _parameter(row: dict[str, str], default: Any) -> Setting:
     text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
     if name in PER_AXIS:
         text += "; in a volume also three, along x, y and z, such as 32x32x16"
+    if name == "location_weight":
+        text += "; on the command line 0x0x2"
     low, high = bounds.PARAMETERS.get(name, (0, 0))
     return Setting(
         key,

@@ -15,7 +15,10 @@ from ccwsim.model.errors import CCWSIMError, shown
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
-"""Parameters that may be an int, for all axes, or for a volume a triple along z, y and x."""
+"""Parameters that may be an int, for all axes, or for a volume a triple along z, y and x.
+
+`location_weight` may be a number or a triple of numbers in the same way.
+"""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
     "but fewer of them fit and the training image is repeated more.",
@@ -45,7 +48,8 @@ MEANINGS = {
     "towards those of the training image.",
     "location_weight": "How strongly each patch keeps to its own location in the training image, "
     "for images that change from one end to the other: at 1 a patch from the other end must fit "
-    "better by a whole overlap. 0 takes patches from anywhere.",
+    "better by a whole overlap. 0 takes patches from anywhere. In a volume (2, 0, 0), along z, y "
+    "and x, keeps a vertical trend alone.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
     "resolution. This closes the breaks that a coarse level leaves.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
@@ -69,7 +73,8 @@ class Lengths(NamedTuple):
 
 @dataclass(frozen=True)
 class Parameters:
-    # The first three may be triples of int, for volumes; to what takes maps they are ints.
+    # The first three and location_weight may be triples, for volumes; to what takes maps they are
+    # numbers.
     template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
     overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
     wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
@@ -91,8 +96,11 @@ class Parameters:
                 _size(self, name, int(low), int(high))
             elif isinstance(low, int) and isinstance(high, int):
                 object.__setattr__(self, name, check_int(name, getattr(self, name), low, high))
+            elif name == "location_weight":
+                _weight(self, name, low, high)
             else:
-                _number(self, name, low, high, open_below=name == "search_fraction")
+                value = _number(name, getattr(self, name), low, high, name == "search_fraction")
+                object.__setattr__(self, name, value)
         _one_of(self, "method", METHODS)
         _one_of(self, "similarity", SIMILARITIES)
         for name in ("random_path", "match_proportions", "refine", "exact_data"):
@@ -111,6 +119,12 @@ class Parameters:
         Of levels along three axes the largest.
         """
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
+
+    @property
+    def location_weights(self) -> tuple[float, float, float]:
+        """The location weight along z, y and x."""
+        weight: Any = self.location_weight
+        return weight if isinstance(weight, tuple) else (weight, weight, weight)
 
     @property
     def step(self) -> Any:
@@ -145,9 +159,9 @@ class Parameters:
         )
         if len(shape) == 3:
             return Lengths(template, overlap, level)
-        for name in PER_AXIS:
+        for name in (*PER_AXIS, "location_weight"):
             value = getattr(self, name)
-            if not isinstance(value, int):
+            if isinstance(value, tuple):
                 raise CCWSIMError(
                     f"{name} = {value} has a number along z, y and x, but the grid is a map: give "
                     f"one number, such as {max(value)}"
@@ -186,8 +200,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
     return list(range(-(-smallest // unit) * unit, largest + 1, unit))
 
 
-def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bool = False) -> None:
-    value = getattr(p, name)
+def _number(name: str, value: Any, low: float, high: float, open_below: bool = False) -> float:
     number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
         value, bool
     )
@@ -196,7 +209,7 @@ def _number(p: Parameters, name: str, low: float, high: float, *, open_below: bo
         raise CCWSIMError(
             f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
         )
-    object.__setattr__(p, name, float(value))
+    return float(value)
 
 
 def _one_of(p: Parameters, name: str, choices: tuple[str, ...]) -> None:
@@ -214,16 +227,32 @@ def _yes_or_no(p: Parameters, name: str) -> None:
 
 def _size(p: Parameters, name: str, low: int, high: int) -> None:
     """Take an int, or a triple of int; along z volumes may be thin."""
-    value = getattr(p, name)
-    if isinstance(value, np.ndarray) and value.ndim:
-        value = value.tolist()
-    if not isinstance(value, (tuple, list)) or len(value) != 3:
+    value, each = getattr(p, name), _each(getattr(p, name))
+    if each is None:
         object.__setattr__(p, name, check_int(name, value, low, high))
         return
     lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low
-    sides = zip(AXES[::-1], value, lows, strict=True)
+    sides = zip(AXES[::-1], each, lows, strict=True)
     checked = (check_int(f"{name} along {axis}", v, least, high) for axis, v, least in sides)
     object.__setattr__(p, name, tuple(checked))
+
+
+def _weight(p: Parameters, name: str, low: float, high: float) -> None:
+    """Take a number, or a triple of numbers."""
+    value, each = getattr(p, name), _each(getattr(p, name))
+    if each is None:
+        object.__setattr__(p, name, _number(name, value, low, high))
+        return
+    sides = zip(AXES[::-1], each, strict=True)
+    checked = tuple(_number(f"{name} along {axis}", v, low, high) for axis, v in sides)
+    object.__setattr__(p, name, checked)
+
+
+def _each(value: Any) -> Sequence[Any] | None:
+    """Return what is given along z, y and x, or None for one number."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        value = value.tolist()
+    return value if isinstance(value, (tuple, list)) and len(value) == 3 else None
 
 
 def _triple(size: Any) -> tuple[int, int, int]:

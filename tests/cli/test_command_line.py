@@ -104,6 +104,7 @@ def test_a_volume_is_simulated_with_lengths_along_each_axis(tmp_path, layers, ca
     wells.write_text("x,y,z,facies\n1015,15,5.25,1\n1295,15,6.75,0\n1005,195,5.25,2\n")
     line = ["simulate", layers, "--grid", "30x20x9", "--template", "16x16x6", "--overlap", "4x4x2"]
     line += ["--level", "1x1x0", "--cell-size", 10, 10, "--origin", 1000, 0, "--cell-height", 0.5]
+    line += ["--location-weight", "0x0x1"]
     line += ["--bottom", 5, "--hard-data", wells, "--realizations", 2, "-o", out]
     assert run(*line) == 0
     saved = loaded(out)
@@ -115,6 +116,7 @@ def test_a_volume_is_simulated_with_lengths_along_each_axis(tmp_path, layers, ca
     parameters = json.loads(str(saved["parameters"]))
     assert parameters["template_size"] == [6, 16, 16]
     assert parameters["wavelet_level"] == [0, 1, 1]
+    assert parameters["location_weight"] == [1, 0, 0]
     said = capsys.readouterr().err
     assert "2 realizations of 30 × 20 × 9 cells" in said
     assert "3 of 3 honoured in every realization" in said
@@ -138,6 +140,7 @@ def test_the_top_layer_may_come_first(tmp_path, layers):
             "the grid is a map: give one number",
         ),
         (["--grid", "20x20x8", "--template", "8x8"], "such as 32x32x16"),
+        (["--grid", "20x20x8", "--location-weight", "0x2"], "such as 0x0x2"),
         (["--grid", "20x20x8", "--template", "32x32x16"], "larger than the training image"),
         (["--grid", "20x20x8", "--template", "8x8x5"], "along z"),
     ],

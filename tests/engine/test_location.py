@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import add_location
+from ccwsim.metrics import vertical_proportions
 
 AXES = (1.0, 1.0, 1.0)
 
@@ -61,6 +66,22 @@ def test_a_delta_stays_a_delta(method):
     assert kept > 0.7 > 0.5 > free
 
 
+def test_a_vertical_trend_is_kept_alone():
+    rng = np.random.default_rng(0)
+    shares = np.linspace(0.05, 0.9, 24)[:, None, None]  # more and more sand towards the top
+    cells = ndimage.gaussian_filter(rng.random((24, 40, 40)), 1.5)
+    ranks = cells.reshape(24, -1).argsort(axis=1).argsort(axis=1).reshape(cells.shape) / 1600
+    image = TrainingImage((ranks < shares).astype(np.uint8))
+    p = Parameters((8, 12, 12), (2, 4, 4), (0, 1, 1))
+
+    def drift(weight: Any) -> float:
+        e = simulate(image, (24, 30, 30), replace(p, location_weight=weight), n_realizations=2)
+        return float(np.abs(vertical_proportions(e)[:, 1].mean(axis=0) - shares.ravel()).mean())
+
+    assert drift((3, 0, 0)) < 0.5 * drift((0, 3, 3))
+    assert drift(3) < 0.5 * drift(0)
+
+
 def test_an_image_that_is_the_same_everywhere_does_not_change():
     stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
     p = Parameters(16, 4, 1, random_path=False, location_weight=3)
@@ -71,3 +92,7 @@ def test_an_image_that_is_the_same_everywhere_does_not_change():
 def test_a_weight_that_is_not_allowed_is_said():
     with pytest.raises(CCWSIMError, match="location_weight = -1"):
         Parameters(location_weight=-1)
+    with pytest.raises(CCWSIMError, match="location_weight along y = 11"):
+        Parameters(location_weight=(0, 11, 0))
+    with pytest.raises(CCWSIMError, match=r"location_weight = \(2.0, 0.0, 0.0\) .* is a map"):
+        Parameters(location_weight=(2, 0, 0)).along((40, 50))

@@ -10,11 +10,12 @@ algorithm.
 from __future__ import annotations
 
 from math import prod
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+T = TypeVar("T")
 Triple = tuple[int, int, int]
 """Lengths, or a place, along z, y and x."""
 N_ORIENTATIONS = 8
@@ -65,8 +66,8 @@ def from_path(image: NDArray, orientation: int) -> NDArray:
     return oriented.swapaxes(-2, -1) if orientation & 4 else oriented
 
 
-def along_path(lengths: Triple, orientation: int) -> Triple:
-    """Return lengths along z, y and x of the grid as the path sees them.
+def along_path(lengths: tuple[T, T, T], orientation: int) -> tuple[T, T, T]:
+    """Return what belongs to z, y and x of the grid as the path sees it.
 
     Examples
     --------

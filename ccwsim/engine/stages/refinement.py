@@ -13,6 +13,9 @@ from ccwsim.engine.stages.bits import n_different, take_strips
 from ccwsim.engine.stages.box import inside_overlap
 from ccwsim.engine.stages.demand import UNKNOWN
 
+MIDDLE = 13
+"""Of 3 × 3 × 3 places, the one that they are around."""
+
 
 @part_of_kernel
 def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_stake):
@@ -34,7 +37,7 @@ def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_
         dx = stride if stride <= block[2] // 2 else 0
         for k in range(27):
             i, j, m = k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1
-            if (i and not dz) or (j and not dy) or (m and not dx):
+            if (i and not dz) or (j and not dy) or (m and not dx) or k == MIDDLE:
                 continue
             z, y, x = middle_z + i * dz, middle_y + j * dy, middle_x + m * dx
             if (
