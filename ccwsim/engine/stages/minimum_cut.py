@@ -5,7 +5,7 @@ the two that differ between old and new; beyond the overlap a cell counts as its
 cheapest cut is a largest flow (Ford and Fulkerson 1956), here found as Boykov and Kolmogorov (2004)
 do: two trees of cells, one from the old cells and one from the new ones, grow until they meet; flow
 goes along the way between them, and what it cuts off looks for another parent. Only cells that
-differ and their neighbours take part: all others cost nothing on either side. Data are capacities
+differ and those between them take part: all others cost nothing on either side. Data are capacities
 that no cheapest cut goes through, as long as they do not contradict each other.
 """
 
@@ -39,6 +39,7 @@ class FlowWorkspace(NamedTuple):
     """Arrays for the cut of one box, with a margin of one cell on each side."""
 
     state: NDArray[np.uint8]
+    beside: NDArray[np.uint8]  # how many of the six neighbours differ
     # shape (n, 8): to the neighbour in each of six directions; side by side in memory
     capacity: NDArray[np.uint8]
     rest: NDArray[np.int32]  # capacity left: from the old cells, or where negative to the new ones
@@ -56,14 +57,15 @@ def make_flow(template: Triple) -> FlowWorkspace:
     """Return the workspace for boxes of at most `template` cells; empty for none."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
-    state, capacity, node = (
+    state, beside, capacity, node = (
+        np.zeros(n, np.uint8),
         np.zeros(n, np.uint8),
         np.zeros((n, 8), np.uint8),
         np.zeros((n, 4), np.int32),
     )
     rest, cells, queue, orphans = (np.zeros(n, np.int32) for _ in range(4))
     is_queued = np.zeros(n, np.bool_)
-    return FlowWorkspace(state, capacity, rest, node, cells, queue, is_queued, orphans)
+    return FlowWorkspace(state, beside, capacity, rest, node, cells, queue, is_queued, orphans)
 
 
 @part_of_kernel
@@ -76,15 +78,26 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     layer = row * (box.ny + 2)
     steps = (-1, 1, -row, row, -layer, layer)
     _mark_states(grid, image, place, box, flow)
+    _count_beside(box, row, layer, flow)
     n, total = _make_graph(grid, data, image, place, box, steps, flow)
     total += _largest_flow(n, steps, flow)
     for k in range(n):
         u = flow.cells[k]
         if flow.node[u, TREE] == OF_OLD:
-            z_row, x = divmod(u, row)
-            z, y = divmod(z_row, box.ny + 2)
-            keep_mask[z - 1, y - 1, x - 1] = True
+            _keep(u, box, keep_mask)
+            for a in range(6):  # cells left out of the graph stay with their only such neighbour
+                v = u + steps[a]
+                if flow.state[u] == DIFFERS and flow.state[v] == SAME and flow.beside[v] < 2:
+                    _keep(v, box, keep_mask)
     return total
+
+
+@part_of_kernel
+def _keep(u, box, keep_mask):
+    """Mark the cell at flat index `u` of the box with its margin."""
+    z_row, x = divmod(u, box.nx + 2)
+    z, y = divmod(z_row, box.ny + 2)
+    keep_mask[z - 1, y - 1, x - 1] = True
 
 
 @part_of_kernel
@@ -107,17 +120,35 @@ def _mark_states(grid, image, place, box, flow):
             else:
                 flow.state[u] = ALL_OLD if left else NOTHING
                 flow.state[u + box.nx + 1] = ALL_OLD if right else NOTHING
-                before = grid[box.z0 + z, box.y0 + y, box.x0 : box.x0 + box.nx]
-                after = image[tz + z, ty + y, tx : tx + box.nx]
-                own = flow.state[u + 1 : u + 1 + box.nx]
-                for x in range(box.nx):
-                    own[x] = before[x] != after[x]
+                before, after = grid[box.z0 + z, box.y0 + y], image[tz + z, ty + y]
+                first, x0, tx0 = np.uint64(u + 1), np.uint64(box.x0), np.uint64(tx)
+                for k in range(np.uint64(box.nx)):
+                    x = np.uint64(k)
+                    flow.state[first + x] = before[x0 + x] != after[tx0 + x]
                 if low_z <= z < high_z and low_y <= y < high_y:
                     for x in range(low_x, high_x):
-                        own[x] = ALL_NEW
+                        flow.state[u + 1 + x] = ALL_NEW
             for x in range(box.nx + 2):
                 flow.node[u + x, TREE] = INACTIVE
             u += box.nx + 2
+
+
+@part_of_kernel
+def _count_beside(box, row, layer, flow):
+    """Count for each cell of the box how many of its neighbours differ between old and new."""
+    state, beside, n = flow.state, flow.beside, np.uint64(box.nx)
+    for z in range(1, box.nz + 1):
+        for y in range(1, box.ny + 1):
+            u = np.uint64(z * layer + y * row + 1)
+            left, right = u - np.uint64(1), u + np.uint64(1)
+            top, bottom = u - np.uint64(row), u + np.uint64(row)
+            below, above = u - np.uint64(layer), u + np.uint64(layer)
+            for x in range(n):
+                k = np.uint64(x)
+                found = np.uint8(state[left + k] == DIFFERS) + np.uint8(state[right + k] == DIFFERS)
+                found += np.uint8(state[top + k] == DIFFERS) + np.uint8(state[bottom + k] == DIFFERS)
+                found += np.uint8(state[below + k] == DIFFERS) + np.uint8(state[above + k] == DIFFERS)
+                beside[u + k] = np.uint8(found)
 
 
 @part_of_kernel
@@ -136,12 +167,8 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                 own = np.int32(state[u])
                 if own > DIFFERS:
                     continue
-                if own == SAME:
-                    beside = False
-                    for a in range(6):
-                        beside = beside or state[u + steps[a]] == DIFFERS
-                    if not beside:
-                        continue
+                if own == SAME and flow.beside[u] < 2:
+                    continue  # nothing flows through a cell with one way in
                 source, sink = np.int32(0), np.int32(0)
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
