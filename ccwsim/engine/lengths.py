@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ccwsim.engine.stages.conditioning import MAX_DATA
-from ccwsim.engine.stages.path import Triple, along_path, in_layers, overlap_cells
+from ccwsim.engine.stages.path import Triple, along_path, overlap_cells
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters, legal_sizes
 
@@ -109,7 +109,7 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     [(6, 28, 14), (8, 32, 16), (8, 36, 18)]
     """
     usual, overlap, level = p.along(shape)
-    room = (in_layers(shape)[0], min(shape[-2:]), min(shape[-2:]))
+    room = shape if len(shape) == 3 else (1, min(shape), min(shape))  # of a map it is square
     legal = []
     for t, o, j, most in zip(usual, overlap, level, room, strict=True):
         low = max(round(t * (1 - p.template_variation)), 2 * o, MIN_TEMPLATE)

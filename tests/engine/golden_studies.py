@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Iterator
 from itertools import product
+from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -45,14 +46,28 @@ OPTIONS = (
     {"location_weight": 0.3, "method": "ms-ccsim", "match_proportions": True},
     {"template_size": 64, "overlap_size": 8, "wavelet_level": 3},
 )
+VOLUMES = ("sinuous_channels", "stacked_lenses", "folded_layers")
+VOLUME_GRID = (21, 50, 60)
+OF_VOLUMES = (
+    {"template_size": (8, 16, 16), "overlap_size": (2, 4, 4), "wavelet_level": 0},
+    {"template_size": (8, 16, 16), "overlap_size": (2, 4, 4), "wavelet_level": 1},
+    {"template_size": (8, 16, 24), "overlap_size": (4, 4, 8), "wavelet_level": (1, 2, 2)},
+    {"template_size": 16, "overlap_size": 4, "method": "ms-ccsim", "wavelet_level": 1},
+    {"template_size": 8, "overlap_size": 2, "similarity": "correlation", "wavelet_level": 1},
+    {"template_size": 8, "overlap_size": 4, "location_weight": (1.0, 0.0, 0.0)},
+    {"template_size": 8, "overlap_size": 4, "match_proportions": True, "random_path": False},
+)
 
 
 def studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
-    """Yield the name, training image, parameters and number of data of each of the 180 studies."""
+    """Yield the name, training image, parameters and number of data of each of the 201 studies."""
     for image, search, n_data in product(IMAGES, SEARCHES, N_DATA):
         yield _name(image, search, n_data), image, search, n_data
     for k, (image, options) in enumerate(product(IMAGES, OPTIONS)):
         n_data = N_DATA[k % len(N_DATA)]
+        yield _name(image, options, n_data), image, options, n_data
+    for k, (image, options) in enumerate(product(VOLUMES, OF_VOLUMES)):
+        n_data = (0, 60, 900)[k % 3]
         yield _name(image, options, n_data), image, options, n_data
 
 
@@ -64,10 +79,11 @@ def digest(image: str, options: dict[str, object], n_data: int) -> str:
     """Return a digest of two realizations: their cells, their sources and their data's status."""
     ti = datasets.load(image)
     rng = np.random.default_rng(n_data)
-    cells = np.argwhere(np.ones(GRID))[rng.choice(GRID[0] * GRID[1], n_data, replace=False)]
-    facies = np.asarray(ti.array)[cells[:, 0] + 20, cells[:, 1] + 30]
+    grid, first = (GRID, (20, 30)) if len(ti.shape) == 2 else (VOLUME_GRID, (4, 20, 30))
+    cells = np.argwhere(np.ones(grid))[rng.choice(prod(grid), n_data, replace=False)]
+    facies = np.asarray(ti.array)[tuple((cells + first).T)]
     parameters = Parameters(**options)  # type: ignore[arg-type]
-    e = simulate(ti, GRID, parameters, HardData(cells, facies), 2, seed=7, keep_sources=True)
+    e = simulate(ti, grid, parameters, HardData(cells, facies), 2, seed=7, keep_sources=True)
     summary = hashlib.blake2b(digest_size=16)
     for array, kind in ((e.realizations, "<i8"), (e.data_status, "<i2"), (e.sources, "<i4")):
         summary.update(np.ascontiguousarray(array, kind).tobytes())

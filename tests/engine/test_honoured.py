@@ -76,6 +76,66 @@ def test_every_datum_is_honoured_whatever_is_asked(study):
     ).all()
 
 
+@st.composite
+def volumes(draw):
+    """Random volumes with wells, deviated ones, scattered, dense and contradictory data."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    n_facies = draw(st.integers(1, 4))
+    codes = rng.choice(np.arange(-50, 300), n_facies, replace=False)
+    shape = [draw(st.integers(4, 20)), draw(st.integers(8, 36)), draw(st.integers(8, 36))]
+    smooth = draw(st.integers(1, 6))
+    coarse = rng.integers(0, n_facies, [n // smooth + 1 for n in shape])
+    image = np.kron(coarse, np.ones((smooth,) * 3, int))[tuple(slice(n) for n in shape)]
+    ti = TrainingImage(codes[image])
+    level, overlap, template = [], [], []
+    for n in shape:
+        unit = 2 ** draw(st.integers(0, 2 if n >= 8 else 0))
+        o = unit * draw(st.integers(1, max(1, min(4, n // 2) // unit)))
+        template.append(draw(st.sampled_from(range(max(2 * o, 4), min(n, 16) + 1, unit))))
+        overlap.append(o)
+        level.append(unit.bit_length() - 1)
+    p = Parameters(
+        template_size=tuple(template),
+        overlap_size=tuple(overlap),
+        wavelet_level=tuple(level),
+        n_candidates=draw(st.integers(1, 30)),
+        similarity=draw(st.sampled_from(["ssd", "correlation"])),
+        search_fraction=draw(st.sampled_from([0.05, 1.0])),
+        co_template=draw(st.integers(1, 2)),
+        random_path=draw(st.booleans()),
+        template_variation=draw(st.sampled_from([0.0, 0.3])),
+        location_weight=draw(st.sampled_from([0.0, (1.0, 0.0, 0.0)])),
+        match_proportions=draw(st.booleans()),
+        refine=draw(st.booleans()),
+    )
+    grid = tuple(draw(st.integers(1, most)) for most in (16, 40, 40))
+    kind = draw(st.sampled_from(["none", "wells", "deviated", "scattered", "dense", "all"]))
+    where = np.argwhere(rng.random(grid) < {"scattered": 0.01, "dense": 0.3, "all": 1}.get(kind, 0))
+    if kind in ("wells", "deviated"):
+        lean = 0 if kind == "wells" else rng.normal(size=(6, 1, 2))
+        layers = np.arange(grid[0])
+        ways = rng.integers(0, grid[1:], (6, 1, 2)) + lean * layers[:, None]
+        cells = np.dstack([np.broadcast_to(layers, (6, grid[0])), np.rint(ways)])
+        where = np.unique(cells.reshape(-1, 3), axis=0).astype(int)
+        where = where[((where >= 0) & (where < grid)).all(axis=1)]
+    facies = ti.codes[rng.integers(0, ti.n_facies, len(where))].astype(int)
+    if draw(st.booleans()):  # as the image has them, and not each for itself
+        near = np.minimum(where, np.array(ti.shape) - 1)
+        facies = np.asarray(ti.array)[tuple(near.T)].astype(int)
+    return ti, grid, p, HardData(where, facies), draw(st.integers(0, 2**40))
+
+
+@settings(max_examples=CASES, deadline=None, suppress_health_check=list(HealthCheck))
+@given(volumes())
+def test_every_datum_of_a_volume_is_honoured_whatever_is_asked(study):
+    ti, shape, p, data, seed = study
+    ensemble = simulate(ti, shape, p, data, n_realizations=2, seed=seed)
+    assert (ensemble.realizations[:, *data.cells.T] == data.facies).all()
+    assert ensemble.n_mismatched.sum() == 0
+    counted = (ensemble.data_status == 0).sum(axis=1) + ensemble.n_resimulated
+    assert (counted + ensemble.n_forced == data.n).all()
+
+
 def test_a_revision_honours_the_edited_data_and_changes_only_windows_around_them(channels):
     p = Parameters()
     before = simulate(channels, (200, 160), p, n_realizations=4, seed=3)

@@ -145,9 +145,9 @@ def _count_beside(box, row, layer, flow):
             below, above = u - np.uint64(layer), u + np.uint64(layer)
             for x in range(n):
                 k = np.uint64(x)
-                found = np.uint8(state[left + k] == DIFFERS) + np.uint8(state[right + k] == DIFFERS)
-                found += np.uint8(state[top + k] == DIFFERS) + np.uint8(state[bottom + k] == DIFFERS)
-                found += np.uint8(state[below + k] == DIFFERS) + np.uint8(state[above + k] == DIFFERS)
+                found = np.uint8(0)
+                for v in (left, right, top, bottom, below, above):
+                    found += np.uint8(state[v + k] == DIFFERS)
                 beside[u + k] = np.uint8(found)
 
 
