@@ -20,6 +20,8 @@ from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
 """So many templates should fit along the smaller side, else realizations repeat the image."""
+MIN_ACROSS_PERIOD = 4
+"""So many should fit where features repeat: smaller patches would lose the period."""
 MAX_ADVISED_LEVEL = 3
 MIN_HALVED_LAYERS = 16
 """Volumes of fewer layers are simulated with templates that have all of them."""
@@ -135,8 +137,12 @@ def advise_level(thinnest: int, side: int) -> Advice:
     return Advice("wavelet_level", level, reason)
 
 
-def advise_template(wanted: int, why: str, side: int, level: int) -> Advice:
+def advise_template(
+    wanted: int, why: str, side: int, level: int, is_period: bool = False
+) -> Advice:
     """Advise the smallest template that holds a feature, while enough templates fit.
+
+    Fewer need to fit where features repeat, at a period of so many cells.
 
     Examples
     --------
@@ -145,7 +151,9 @@ def advise_template(wanted: int, why: str, side: int, level: int) -> Advice:
     """
     largest, block_size = largest_template(side), 2**level
     size = -(-max(wanted, 16) // block_size) * block_size
-    if max(wanted, 16) > largest:
+    if is_period and largest < wanted and MIN_ACROSS_PERIOD * size <= side:
+        why += f", though only {side // size} templates fit along {side} cells"
+    elif max(wanted, 16) > largest:
         why += f", but {MIN_ACROSS} templates should fit along {side} cells"
         size = max(largest // block_size * block_size, 4, block_size)
     held = "hold a feature" if size >= wanted else "are the maximum"
@@ -290,7 +298,8 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     side = min(image.shape[-2:])
     wanted, why = feature_size(ew, ns, side)
     level = advise_level(min(thickness), side)
-    template = advise_template(wanted, why, side, level.value)
+    is_period = wanted in (ew.spacing, ns.spacing)
+    template = advise_template(wanted, why, side, level.value, is_period)
     overlap = advise_overlap(template.value, min(thickness), level.value)
     advice = level, template, overlap
     spacings, upright, vertical = (ew, ns), (), None
@@ -368,7 +377,7 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     return (
         f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, the lower "
         f"half {share - difference:.0%}: there is a vertical trend, and realizations keep it only "
-        "where templates have all layers."
+        "where templates have all layers, or with a location weight along z."
     )
 
 
@@ -381,5 +390,6 @@ def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     return (
         f"The {PARTS[part]} has {share:.0%} of {named[facies]}, the whole image "
         f"{proportions(ti)[0, facies]:.0%}, where chance explains ±{2 * error:.1%}: it is not "
-        "stationary, and realizations mix the patterns of its parts."
+        "stationary, and realizations mix the patterns of its parts, unless a location weight "
+        "keeps them in their places."
     )

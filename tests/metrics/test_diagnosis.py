@@ -157,7 +157,12 @@ def test_a_measured_period_beats_the_range():
     found = diagnose(TrainingImage(stripes(128, 128, 6, period)))
     assert found.feature_size == period
     reason = next(a.reason for a in found.advice if a.parameter == "template_size")
-    assert reason.startswith("Features repeat about every 30 cells, but 6 templates should fit")
+    said = "Features repeat about every 30 cells, though only 4 templates fit along 128 cells: 32"
+    assert reason.startswith(said)
+    assert found.advised("template_size") == 32
+    found = diagnose(TrainingImage(stripes(128, 128, 6, 34)))  # fewer would fit
+    reason = next(a.reason for a in found.advice if a.parameter == "template_size")
+    assert "but 6 templates should fit" in reason
     assert found.advised("template_size") == 20
 
 
