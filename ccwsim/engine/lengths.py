@@ -17,6 +17,7 @@ class ScaledLengths(NamedTuple):
     """Lengths along z, y and x; a map has a template of one layer, and no overlap or level along z.
 
     `scales` is how often each axis is up-gridded, `level` what is left of the wavelet level.
+    `weight_of_data` multiplies the weights of data, as they compete with the overlap.
     """
 
     template: Triple
@@ -24,6 +25,7 @@ class ScaledLengths(NamedTuple):
     level: Triple
     scales: Triple = (0, 0, 0)
     volume: bool = False
+    weight_of_data: float = 1.0
 
     @property
     def block(self) -> Triple:
@@ -46,7 +48,7 @@ class ScaledLengths(NamedTuple):
     def along(self, orientation: int) -> ScaledLengths:
         """Return the lengths along the axes of a path."""
         own = (along_path(each, orientation) for each in self[:4])
-        return ScaledLengths(*own, volume=self.volume)
+        return ScaledLengths(*own, volume=self.volume, weight_of_data=self.weight_of_data)
 
     def at_scale(self, scale: int) -> ScaledLengths:
         """Return the lengths of images that are up-gridded `scale` times, in their own cells.
@@ -62,17 +64,7 @@ class ScaledLengths(NamedTuple):
 
         left = (level - n for level, n in zip(self.level, unit, strict=True))
         (a, b, c), template, overlap = left, coarse(self.template), coarse(self.overlap)
-        return ScaledLengths(template, overlap, (a, b, c), unit, self.volume)
-
-    @property
-    def weight_of_data(self) -> float:
-        """What the weights of data are multiplied by, as they compete with the overlap.
-
-        They were chosen for maps, where they stay as they are.
-        """
-        if not self.volume:
-            return 1.0
-        return overlap_cells(self.template, self.overlap) / USUAL_OVERLAP
+        return ScaledLengths(template, overlap, (a, b, c), unit, self.volume, self.weight_of_data)
 
     @property
     def max_data(self) -> float:
@@ -91,8 +83,11 @@ def lengths_of(
     ((1, 32, 32), (0, 8, 8), (0, 2, 2))
     """
     usual, overlap, level = p.along(shape)
-    own = usual if template is None else template
-    return ScaledLengths(own, overlap, level, volume=len(shape) == 3)
+    own, volume = usual if template is None else template, len(shape) == 3
+    weight = overlap_cells(own, overlap) / USUAL_OVERLAP
+    if not volume:
+        weight = 1.0 if p.published_draw else max(weight, 1.0)
+    return ScaledLengths(own, overlap, level, (0, 0, 0), volume, weight)
 
 
 def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:

@@ -16,8 +16,10 @@ from ccwsim.engine.lengths import ScaledLengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import Triple, in_layers, to_path
+from ccwsim.engine.stages.proportions import margin_weights
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
+from ccwsim.engine.stages.seam_repair import Repair, prepare_repair
 from ccwsim.engine.stages.similarity import overlap_energies, score_type
 from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
@@ -36,6 +38,7 @@ class OrientedImage(NamedTuple):
     # location; see `overlap_energies`
     energies: NDArray[np.number[Any]]
     proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
+    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 where not steered
 
     @property
     def n_places(self) -> int:
@@ -70,7 +73,22 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
     if correlation:
         energies[:] = 0
     proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
-    return OrientedImage(pyramid, np.array(splits), energies, proportions)
+    margin = np.zeros(n_facies)
+    if steers(study):
+        size = tuple(t >> n for t, n in zip(template, level, strict=True))
+        margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
+    return OrientedImage(pyramid, np.array(splits), energies, proportions, margin)
+
+
+def steers(study: Study) -> bool:
+    """Say whether proportions are steered to a target that is drawn for each realization.
+
+    Hard data may tell of other ones than the training image has, and so does a place in an image
+    that changes from one end to the other.
+    """
+    p, n_facies = study.parameters, study.training_image.n_facies
+    free = study.hard_data.n == 0 and not p.draws_as_published
+    return free and n_facies > 1 and not p.match_proportions
 
 
 def _energies(
@@ -108,7 +126,7 @@ class PreparedImage:
             own = self._lengths._replace(template=template).at_scale(scale).along(orientation)
             return orient_image(self.study, self.scaled(orientation, scale), own)
 
-        return self._part(("oriented", orientation, template), make)
+        return self.part(("oriented", orientation, template), make)
 
     def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
         """Return the image in one orientation, up-gridded `scale` times, shape (nz, ny, nx)."""
@@ -124,15 +142,23 @@ class PreparedImage:
             z, y, x = (b // a for a, b in zip(fine, coarse, strict=True))
             return upgrid(self.scaled(orientation, scale - 1), (z, y, x))
 
-        return self._part(("scaled", orientation, scale), make)
+        return self.part(("scaled", orientation, scale), make)
 
     def bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
         """Return the same as `to_bits` gives it."""
-        return self._part(
+        return self.part(
             ("bits", orientation, scale), lambda: to_bits(self.scaled(orientation, scale))
         )
 
-    def _part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+    def repair(self, template: Triple) -> Repair:
+        """Return what seams are repaired with, in the orientation of the grid."""
+        shape, n_facies = in_layers(self.study.grid.shape), self.study.training_image.n_facies
+        return self.part(
+            ("repair", template), lambda: prepare_repair(self.scaled(), template, shape, n_facies)
+        )
+
+    def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        """Return what is kept under a name, or make it."""
         with self._lock:
             if key in self._parts:
                 self._parts.move_to_end(key)
@@ -151,5 +177,7 @@ class PreparedImage:
 
 
 def n_bytes(part: Any) -> int:
-    """Return the size of an array, or of all arrays in a tuple or list."""
-    return part.nbytes if isinstance(part, np.ndarray) else sum(map(n_bytes, part))
+    """Return the size of an array, or of all arrays in a tuple or list; numbers count nothing."""
+    if isinstance(part, np.ndarray):
+        return part.nbytes
+    return sum(map(n_bytes, part)) if isinstance(part, list | tuple) else 0

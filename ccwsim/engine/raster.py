@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
-from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
+from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, steers
 from ccwsim.engine.stages.bits import make_strips
 from ccwsim.engine.stages.conditioning import (
     DENSE,
@@ -34,6 +34,7 @@ from ccwsim.engine.stages.path import (
     overlap_cells,
     to_path,
 )
+from ccwsim.engine.stages.proportions import GAIN, Steering, draw_target
 from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.tiles import (
     Search,
@@ -41,6 +42,7 @@ from ccwsim.engine.tiles import (
     Workspace,
     make_patches,
     make_workspace,
+    patches_before,
     refine_patches,
     simulate_patches,
 )
@@ -53,10 +55,20 @@ TERMS_PER_CALL = 500_000_000
 CELLS_PER_CALL = 100_000_000
 """Cells compared in refinement between two such looks."""
 MAX_PATCHES_PER_CALL = 512
+SLACK = 8
+"""Without data a location is drawn if it is at most so many wrong cells worse than the best."""
+REACH = 4
+"""Cells around the verbatim continuation of a patch that are no candidates, or one block."""
+FEW_LOCATIONS = 100
+"""With so few locations beyond four times the candidates all are candidates."""
+WEIGHT_OF_MORE_FACIES = 2
+"""How much more data weigh among three facies and more: there are fewer locations to choose from
+that honour them, and the data say more."""
 DATUM_FACTOR = 25
 """How much more data weigh that are not honoured exactly: as in the authors' code."""
-RASTER_SHARE = 0.7
-"""What the raster pass takes of the time of a realization with data, for the progress bar."""
+RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
+"""The shares of its time after which a realization comes to local re-simulation, where it has data,
+and to seam repair; for the progress bar."""
 
 
 class Plan(NamedTuple):
@@ -68,7 +80,14 @@ class Plan(NamedTuple):
     search: Search
     data: tuple[PlacedData, ...]  # by scale, the finest first
     patches: NDArray[np.int64]  # from `make_patches`, in cells of the searched scale
+    before: NDArray[np.int64]  # from `patches_before`
+    steering: Steering
     totals: type[np.signedinteger]  # from `totals_of`
+
+    @property
+    def counts(self) -> bool:
+        """Whether the cells of each facies are counted."""
+        return self.search.match or self.steering.gain > 0
 
     def workspace(self) -> Workspace:
         """Return the arrays that its patches need."""
@@ -91,14 +110,13 @@ def simulate_raster(
     p = study.parameters
     plan = make_plan(study, template, image, rng)
     path, oriented, patches = plan.path, plan.oriented, plan.patches
+    fixed = patches, plan.before, oriented, plan.data[p.scale], plan.search, plan.steering
     n, work = len(patches), plan.workspace()
     simulated = empty_grid(study, plan, p.scale, n, keep_sources)
     at_once = _patches_per_call(oriented, plan.search)
     for first in _reported(study, 0, n, at_once, watch):
         last = min(first + at_once, n)
-        simulate_patches(
-            first, last, patches, oriented, plan.data[p.scale], plan.search, rng, work, simulated
-        )
+        simulate_patches(first, last, *fixed, rng, work, simulated)
     at_once = min(max(CELLS_PER_CALL // prod(plan.lengths.template), 1), MAX_PATCHES_PER_CALL)
     coarser = plan.lengths.at_scale(p.scale)
     for scale in range(p.scale - 1, -1, -1):
@@ -115,10 +133,10 @@ def simulate_raster(
         )
         locations = simulated.locations
         simulated = empty_grid(study, plan, scale, n, keep_sources)._replace(locations=locations)
-        fixed = plan.search.missed, own.overlap, finer, p.refine, work, simulated
+        at_scale = plan.search.missed, own.overlap, finer, p.refine, work, simulated
         for first in _reported(study, p.scale - scale, n, at_once, watch):
             last = min(first + at_once, n)
-            refine_patches(first, last, patches, scaled, bits, data, *fixed)
+            refine_patches(first, last, patches, scaled, bits, data, *at_scale)
     return to_grid(simulated.grid, simulated.sources, path, study)
 
 
@@ -126,12 +144,11 @@ def empty_grid(
     study: Study, plan: Plan, scale: int, n_patches: int, keep_sources: bool
 ) -> Simulated:
     """Return the grid of a scale before its first patch."""
-    p = study.parameters
     shape = _scaled(plan.path.full, plan.lengths.at_scale(scale))
     return Simulated(
         np.full(shape, UNKNOWN, np.uint8),
         np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
-        np.zeros(study.training_image.n_facies if p.match_proportions else 0, np.int64),
+        np.zeros(study.training_image.n_facies if plan.counts else 0, np.int64),
         np.zeros((n_patches, 3), np.int32),
     )
 
@@ -144,7 +161,7 @@ def _scaled(shape: Triple, lengths: ScaledLengths) -> Triple:
 
 def _reported(study: Study, n_scales: int, n: int, at_once: int, watch: Watch) -> Iterator[int]:
     """Yield the first patch of each call, and report how far the raster pass is."""
-    whole = (RASTER_SHARE if study.hard_data.n else 1.0) / (study.parameters.scale + 1)
+    whole = (RASTER_SHARE if study.hard_data.n else REPAIR_SHARE) / (study.parameters.scale + 1)
     for first in range(0, n, at_once):
         watch.report(whole * (n_scales + first / n))
         yield first
@@ -160,23 +177,69 @@ def make_plan(
     order, orientation = divmod(drawn, 2 * FROM_ABOVE)
     oriented = image.oriented(orientation, template)
     lengths = lengths_of(p, study.grid.shape, template).along(orientation)
-    path = make_path(grid_shape, orientation, lengths.template, lengths.overlap, order)
+    fixed = orientation, lengths.template, lengths.overlap, order
+    path = make_path(grid_shape, *fixed, _offset(p, lengths, rng))
     data = tuple(_data_at(scale, study, path, lengths) for scale in range(p.scale + 1))
-    search = _search(study, lengths, oriented, orientation)
-    splits = oriented.splits
+    search = _search(study, lengths, oriented, path)
+    patches, before = _patches(study, image, path, lengths, oriented, data[0])
+    steering = _steering(study, image, oriented, rng)
+    totals = image.part(("totals",), lambda: totals_of(image))
+    return Plan(path, lengths, oriented, search, data, patches, before, steering, totals)
+
+
+def _patches(
+    study: Study,
+    image: PreparedImage,
+    path: RasterPath,
+    lengths: ScaledLengths,
+    oriented: OrientedImage,
+    data: PlacedData,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the patches in their order, and which of them lie beside each and come before it."""
+    p, splits = study.parameters, oriented.splits
+
+    def make(split_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        patches = make_patches(path, lengths.at_scale(p.scale), splits, split_of)
+        few = oriented.n_places < FEW_LOCATIONS + 4 * p.n_candidates
+        if p.draws_as_published or few or lengths.volume:
+            return patches, np.zeros((len(patches), 0), np.int64)
+        return patches, patches_before(patches, path)
+
+    if len(splits) == 1:  # then all paths with so many tiles have the same
+        key = "patches", path.tiles, path.order, lengths.template, lengths.overlap
+        return image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
     legal = [(z, y, x) for z, y, x in splits.tolist()]
-    split_of = split_tiles(
-        legal, data[0], path, lengths.template, lengths.overlap, lengths.max_data
-    )
-    patches = make_patches(path, lengths.at_scale(p.scale), splits, split_of)
-    return Plan(path, lengths, oriented, search, data, patches, totals_of(image))
+    return make(split_tiles(legal, data, path, lengths.template, lengths.overlap, lengths.max_data))
+
+
+def _offset(p: Parameters, lengths: ScaledLengths, rng: np.random.Generator) -> Triple:
+    """Draw how far before the grid the first tile begins: whole cells of the coarsest scale."""
+    if p.draws_as_published or not p.random_path:
+        return 0, 0, 0
+    units = lengths.at_scale(p.scale).unit
+    z, y, x = (int(rng.integers(s // u)) * u for s, u in zip(lengths.step, units, strict=True))
+    return z, y, x
+
+
+def _steering(
+    study: Study, image: PreparedImage, oriented: OrientedImage, rng: np.random.Generator
+) -> Steering:
+    """Draw the proportions of a realization."""
+    if not steers(study):
+        return Steering(oriented.proportions, oriented.margin, 0.0)
+    shape = in_layers(study.grid.shape)
+    target = draw_target(image.scaled(), oriented.proportions, shape, rng)
+    units = lengths_of(study.parameters, study.grid.shape).at_scale(study.parameters.scale).unit
+    gain = GAIN * prod(units) / prod(shape)
+    return Steering(target, oriented.margin, gain)
 
 
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     """Return the type of scores with the costs of data and location, for the study of an image."""
     study = image.study
     p, lengths = study.parameters, lengths_of(study.parameters, study.grid.shape)
-    search = _search(study, lengths, image.oriented(0, lengths.template))
+    path = make_path(in_layers(study.grid.shape), 0, lengths.template, lengths.overlap)
+    search = _search(study, lengths, image.oriented(0, lengths.template), path)
     cells = prod(t * search.co_template for t in search.template)
     missed = min(study.hard_data.n, cells) * max(SPARSE.missed, DENSE.missed)
     overlap = prod(search.template) * prod(search.block)
@@ -192,6 +255,7 @@ def _data_at(scale: int, study: Study, path: RasterPath, lengths: ScaledLengths)
     p, own = study.parameters, lengths.at_scale(scale)
     shape = _scaled(path.full, own)
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
+    cells = cells + np.array(path.offset)
     if not p.exact_data and scale < p.scale:
         return place_data(cells[:0], study.facies_of_data[:0], shape, keep=False)
     block = (1, 1, 1) if p.exact_data else own.block
@@ -216,8 +280,8 @@ def to_grid(
         sources = oriented.ravel()[sources]
 
     def own(cells: NDArray) -> NDArray:
-        nz, ny, nx = path.shape
-        found = from_path(cells[:nz, :ny, :nx], path.orientation)
+        part = tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))
+        found = from_path(cells[part], path.orientation)
         return np.ascontiguousarray(found if len(study.grid.shape) == 3 else found[0])
 
     return own(grid), own(sources) if sources.size else np.zeros((0, 0), np.int32)
@@ -231,7 +295,7 @@ def _patches_per_call(oriented: OrientedImage, search: Search) -> int:
 
 
 def _search(
-    study: Study, lengths: ScaledLengths, oriented: OrientedImage, orientation: int = 0
+    study: Study, lengths: ScaledLengths, oriented: OrientedImage, path: RasterPath
 ) -> Search:
     """Return the parameters in cells of the grid that is searched: the coarsest."""
     p = study.parameters
@@ -240,9 +304,14 @@ def _search(
     # A coarse cell stands for 4^scale cells and for 2^scale along a boundary: counted as one it
     # leaves shapes broken, counted as 4^scale it leaves most data to local re-simulation.
     cell_cost = prod(own.block) * planes / 2**p.scale
-    corner = _usual_overlap(lengths_of(p, study.grid.shape)) / 4**p.scale
     of_data = lengths.weight_of_data
-    z, y, x = along_path(p.location_weights, orientation)
+    if planes > 1 and not p.published_draw:
+        of_data *= WEIGHT_OF_MORE_FACIES
+    # In a volume patches that go on with what is beside them are few: no others are ruled out,
+    # so that they are not copied on and on, but the slack is narrower.
+    slack = SLACK * (0.75 * lengths.weight_of_data if lengths.volume else 1.0)
+    corner = _usual_overlap(lengths_of(p, study.grid.shape)) / 4**p.scale
+    z, y, x = along_path(p.location_weights, path.orientation)
     location = max(z, y, x)
     axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
     return Search(
@@ -261,6 +330,8 @@ def _search(
         location_cost=location * cell_cost * corner,
         location_axes=axes,
         exact=p.exact_data,
+        slack=-1 if p.draws_as_published else round(slack * cell_cost),
+        reach=tuple(max(1, REACH >> n) for n in lengths.level),  # type: ignore[arg-type]
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +14,17 @@ from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
     RASTER_SHARE,
+    REPAIR_SHARE,
     draw_template,
     in_three,
     simulate_raster,
     totals_of,
 )
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.path import in_layers
+from ccwsim.engine.stages.path import Triple, in_layers
 from ccwsim.engine.stages.resimulation import Target, resimulate
-from ccwsim.model.ensemble import WRONG
+from ccwsim.engine.stages.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
+from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
@@ -60,13 +63,54 @@ def simulate_realization(
             template,
             rng,
             image.isolated_datum_thresholds,
-            lambda share: watch.report(RASTER_SHARE + (1 - RASTER_SHARE) * share),
+            lambda share: watch.report(RASTER_SHARE + (REPAIR_SHARE - RASTER_SHARE) * share),
         )
     else:
         missed = indices[tuple(cells.T)] != study.facies_of_data
         data_status = np.where(missed, WRONG, 0).astype(np.int16)
+    if repairs(study):
+        target = target_of(study, image, indices, sources)
+        repair(study, target, data_status, template, image, rng, watch.report)
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
+
+
+def repairs(study: Study) -> bool:
+    """Say whether seams of a study are repaired."""
+    p = study.parameters
+    exact = p.exact_data or not study.hard_data.n
+    return p.repair_seams and exact and study.training_image.n_facies > 1
+
+
+def repair(
+    study: Study,
+    target: Target,
+    data_status: NDArray[np.int16],
+    template: Triple,
+    image: PreparedImage,
+    rng: np.random.Generator,
+    report: Callable[[float], None] = lambda share: None,
+) -> None:
+    """Repair the seams of a realization whose data are honoured, in place."""
+    shape, n_data = target.grid.shape, study.hard_data.n
+    most = target.grid.size
+    if shape[0] == 1:
+        _, overlap, _ = study.parameters.along(study.grid.shape)
+        steps = [t - o for t, o in zip(template, overlap, strict=True)]
+        n_tiles = prod(-(-n // s) for n, s in zip(shape, steps, strict=True))
+        share = WINDOWS_A_TILE_DATA if n_data else WINDOWS_A_TILE
+        most = max(round(share * n_tiles), 1)
+    forced = in_three(study.hard_data.cells[data_status == FORCED])
+    n_facies = study.training_image.n_facies
+    repair_seams(
+        target,
+        image.repair(template),
+        n_facies,
+        most,
+        forced,
+        rng,
+        lambda share: report(REPAIR_SHARE + (1 - REPAIR_SHARE) * share),
+    )
 
 
 def target_of(
@@ -122,4 +166,5 @@ def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
     template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)
     types = oriented.pyramid.sums.dtype, oriented.energies.dtype, totals_of(image)
-    return *types, len(study.grid.shape), study.hard_data.n > 0, p.exact_data, p.scale > 0
+    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study)
+    return *types, len(study.grid.shape), *kinds

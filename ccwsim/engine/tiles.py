@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import prod
 from typing import Any, NamedTuple
 
@@ -16,11 +17,11 @@ from ccwsim.engine.stages.box import BELOW, LEFT, TOP, Box
 from ccwsim.engine.stages.candidates import (
     add_location,
     best_places,
-    closest_to_target,
     draw_index,
     keep_within,
     n_segments,
     place_of,
+    rule_out_continuations,
 )
 from ccwsim.engine.stages.conditioning import (
     DENSE,
@@ -33,7 +34,8 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import RasterPath, Triple, in_order, overlap_cells
+from ccwsim.engine.stages.path import ORDERS, RasterPath, Triple, in_order, overlap_cells
+from ccwsim.engine.stages.proportions import closest_to_target, draw_towards
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import Sums, make_sums, overlap_terms, score_places
 
@@ -42,10 +44,12 @@ class Search(NamedTuple):
     """The parameters as the simulation loop needs them, lengths in cells of the searched grid.
 
     `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
-    data are multiplied by, `slack_cost` what slack is; `missed` is what a datum counts in
-    refinement, in wrong cells. Where data are not `exact` they were only compared by blocks, so
-    that a location chosen for them must not be shifted. `location_cost` is that of one at the other
-    end, along the axes of `location_axes`.
+    data are multiplied by, `slack_cost` what slack is, and `slack` how much worse than the best a
+    location without data may be, −1 for any; `missed` is what a datum counts in refinement, in
+    wrong cells. Where data are not `exact` they were only compared by blocks, so that a location
+    chosen for them must not be shifted. `location_cost` is that of one at the other end, along the
+    axes of `location_axes`. `reach` says which locations are too near to the continuation of other
+    patches, in blocks.
     """
 
     template: Triple
@@ -63,6 +67,8 @@ class Search(NamedTuple):
     location_cost: float
     location_axes: tuple[float, float, float]
     exact: bool
+    slack: int
+    reach: Triple
 
 
 class Workspace(NamedTuple):
@@ -88,6 +94,8 @@ class Workspace(NamedTuple):
     of_block: NDArray[np.int64]
     choice: NDArray[np.int64]
     after: NDArray[np.int64]
+    tilt: NDArray[np.float64]
+    chances: NDArray[np.float64]
     at_stake: NDArray[np.int64]
     misses: Misses
     strips: Strips
@@ -135,6 +143,24 @@ def make_patches(
     return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
 
 
+def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
+    """Return which patches lie beside each and are simulated before it, shape (n, 4) or (n, 13).
+
+    Of tiles that are not split; −1 where there is none. In a map these are four: on the left, at
+    the top, and at two corners.
+    """
+    whole = patches[:, 7] == 0
+    number_of = np.full(np.add(path.tiles, 2), -1)  # with a margin
+    at = np.stack(np.unravel_index(patches[:, 8], path.tiles), axis=1) + 1
+    number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
+    axes = ORDERS[path.order]
+    layers = (-1, 0, 1) if path.tiles[0] > 1 else (0,)
+    moves = [*product(layers, (-1, 0, 1), (-1, 0, 1))]
+    earlier = [move for move in moves if tuple(move[axis] for axis in axes) < (0, 0, 0)]
+    found = [np.where(whole, number_of[tuple((at + move).T)], -1) for move in earlier]
+    return np.stack(found, axis=1)
+
+
 def make_workspace(
     oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
 ) -> Workspace:
@@ -156,9 +182,11 @@ def make_workspace(
         places=np.zeros(search.n_candidates, np.int64),
         offsets=np.zeros(n_terms, np.int64),
         weights=np.zeros(n_terms, sums.dtype),
-        of_block=np.zeros(256, np.int64),
+        of_block=np.zeros(len(oriented.proportions) + 1, np.int64),
         choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
+        tilt=np.zeros(len(oriented.proportions)),
+        chances=np.zeros(search.n_candidates),
         at_stake=np.zeros((n_data, 4), np.int64),
         misses=make_misses(len(data.columns), sums.shape[1:], shape),
         strips=make_strips(oriented.pyramid.bits, template),
@@ -173,10 +201,13 @@ def box_of(p, overlap):
 
 
 @kernel
-def simulate_patches(first, last, patches, oriented, data, search, rng, work, simulated):
+def simulate_patches(
+    first, last, patches, before, oriented, data, search, steering, rng, work, simulated
+):
     """Simulate patches `first` to `last` − 1 of the raster path (Algorithm 1, lines 4 to 14).
 
-    `patches` come from `make_patches`; `simulated` is changed in place.
+    `patches` come from `make_patches`, `before` from `patches_before`, or has no columns where
+    locations beside those of other patches may be drawn; `simulated` is changed in place.
     """
     image, bits, sums, phases = oriented.pyramid
     grid, sources, counts, locations = simulated
@@ -191,6 +222,12 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
         score_places(sums, work.offsets, work.weights, n_terms, energy, work.sums, scores)
         has_data = data_ahead(data, box, search.co_template)
         n = len(places)
+        free = not has_data and box.sides > 0
+        if free and before.shape[1] > 0:
+            corner = box.z0, box.y0, box.x0
+            rule_out_continuations(
+                corner, before[number], patches, locations, block, search.reach, scores
+            )
         if has_data or search.location_cost > 0:
             weights = SPARSE if box.nx == search.template[2] else DENSE
             everywhere = weights.everywhere or not has_data
@@ -213,10 +250,27 @@ def simulate_patches(first, last, patches, oriented, data, search, rng, work, si
             best_places(flat, n, rng, work.total_minima, work.found, work.found_totals, places)
             if has_data:
                 n = keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
+            elif free and search.slack >= 0:
+                n = keep_within(flat, places, search.slack)
         else:
             flat_scores = scores.ravel()
             best_places(flat_scores, n, rng, work.minima, work.found, work.found_scores, places)
-        if search.match:
+            if free and search.slack >= 0:
+                n = keep_within(flat_scores, places, search.slack)
+        if steering.gain > 0:
+            drawn = draw_towards(
+                sums,
+                places[:n],
+                box,
+                block,
+                n_places,
+                steering,
+                counts,
+                work.tilt,
+                work.chances,
+                rng,
+            )
+        elif search.match:
             drawn = closest_to_target(
                 image,
                 places[:n],

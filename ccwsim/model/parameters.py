@@ -28,8 +28,9 @@ MEANINGS = {
     "Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
     "coarsened.",
     "n_candidates": "How many of the best locations the patch is drawn from. 1 copies large pieces "
-    "of the training image; more copy less and fit less well. Near hard data only those within 6 "
-    "wrong cells of the best are drawn from, often one or two: with dense data K changes little.",
+    "of the training image; more copy less and fit less well. Only those within 8 wrong cells of "
+    "the best are drawn from, near hard data those within 6 wrong cells of the best, often one or "
+    "two: with dense data K changes little.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "How overlap and training image are compared: sum of squared differences, the "
@@ -40,12 +41,19 @@ MEANINGS = {
     "fits more data at once.",
     "co_template": "How many template sizes ahead along the path hard data are looked at; 1 looks "
     "at the patch alone.",
-    "random_path": "Start each realization from a random corner along a random axis (8 ways). Off: "
-    "always from the south-west, along rows.",
+    "random_path": "Start each realization from a random corner along a random axis (8 ways), the "
+    "first patch a random distance before the grid. Off: always from the south-west, along rows.",
     "template_variation": "Each realization draws its own template size up to this share smaller "
     "or larger than T.",
     "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
-    "towards those of the training image.",
+    "towards those of the training image: all realizations then have nearly the same. Off: each "
+    "realization has its own, which vary as those of pieces of the image as large as the grid.",
+    "published_draw": "Draw patches as published: the first one begins at the corner of the grid, "
+    "any of the K best may be drawn, and nothing steers the proportions. Off: patches begin at "
+    "random, those that fit much worse than the best or only copy the image on are left out.",
+    "repair_seams": "Simulate windows anew where patches are joined as the training image never "
+    "has it, such as channels that end dead. Off for the published method; with hard data that "
+    "are not honoured exactly, nothing is repaired.",
     "location_weight": "How strongly each patch keeps to its own location in the training image, "
     "for images that change from one end to the other: at 1 a patch from the other end must fit "
     "better by a whole overlap. 0 takes patches from anywhere. In a volume (2, 0, 0), along z, y "
@@ -86,6 +94,8 @@ class Parameters:
     random_path: bool = _parameter(True, "", "mrp", "yes, no")
     template_variation: float = _parameter(0.0, "", "T_vibration", "0 … 0.5")
     match_proportions: bool = _parameter(False, "", "fc", "yes, no")
+    published_draw: bool = _parameter(False, "", "", "yes, no")
+    repair_seams: bool = _parameter(True, "", "", "yes, no")
     location_weight: float = _parameter(0.0, "", "", "0 … 10")
     refine: bool = _parameter(True, "", "", "yes, no")
     exact_data: bool = _parameter(True, "", "", "yes, no")
@@ -103,7 +113,14 @@ class Parameters:
                 object.__setattr__(self, name, value)
         _one_of(self, "method", METHODS)
         _one_of(self, "similarity", SIMILARITIES)
-        for name in ("random_path", "match_proportions", "refine", "exact_data"):
+        for name in (
+            "random_path",
+            "match_proportions",
+            "published_draw",
+            "repair_seams",
+            "refine",
+            "exact_data",
+        ):
             _yes_or_no(self, name)
         _check_sizes(self)
 
@@ -119,6 +136,14 @@ class Parameters:
         Of levels along three axes the largest.
         """
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
+
+    @property
+    def draws_as_published(self) -> bool:
+        """Whether patches are drawn as published: where it is asked for, or a location weight.
+
+        Patches near their own place have no others to be drawn from, and must begin with the grid.
+        """
+        return self.published_draw or max(self.location_weights) > 0
 
     @property
     def location_weights(self) -> tuple[float, float, float]:

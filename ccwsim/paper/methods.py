@@ -41,12 +41,16 @@ LAGS = (21, 41, 61, 81)
 def settings(method: str, level: int, *, exact: bool = True, template: int = 32) -> Parameters:
     """Return the settings of the authors' script; with `exact` every datum is honoured.
 
+    Patches are drawn as published and seams are not repaired, so that methods are compared as they
+    are described.
+
     Examples
     --------
     >>> settings("ccwsim", 1).overlap_size
     8
     """
-    return Parameters(template, 8, level, method=method, exact_data=exact)
+    own = {"method": method, "exact_data": exact, "published_draw": True, "repair_seams": False}
+    return Parameters(template, 8, level, **own)
 
 
 def published(run: Run, image: TrainingImage, name: str, shape: tuple[int, int]) -> NDArray | None:

@@ -8,10 +8,12 @@ import numpy as np
 
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import KEPT_BYTES
+from ccwsim.engine.realization import repairs
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import sum_type
 from ccwsim.engine.stages.resimulation import SAMPLED
+from ccwsim.engine.stages.seam_repair import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.model.study import Study
 from ccwsim.system.workers import n_cores
@@ -63,7 +65,17 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
     making = MAKING * _n_blocks(study, usual.at_scale(p.scale))
     if study.hard_data.n and p.exact_data:
         making = max(making, LOOKING_AROUND * min(image.indices.size, SAMPLED))
-    return min(drawn * max(own), KEPT_BYTES + n_threads * max(own)) + int(making)
+    repair = _of_repair(study) if repairs(study) else 0
+    return min(drawn * max(own), KEPT_BYTES + n_threads * max(own)) + int(making) + repair
+
+
+def _of_repair(study: Study) -> int:
+    """Return what seams are repaired with: the known patterns, block sums, and what makes them."""
+    image, volume = study.training_image, len(study.grid.shape) == 3
+    blocks = image.indices.size / (8 if volume else 16)
+    planes = 1 if image.n_facies <= 2 else image.n_facies
+    known = 2 ** (NUMBER_BITS_VOLUME if volume else NUMBER_BITS) / 8
+    return int(known + (planes * 2 + MAKING) * blocks + 2 * image.indices.size)
 
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:

@@ -97,9 +97,9 @@ def own_cell(trace: Trace, number: int) -> tuple[int, int]:
     """A cell of the grid in the world that a patch covers first, well inside."""
     p = trace.patches[number]
     y, x = p.y0 + p.size - 4, p.x0 + p.size - 4
-    box = trace.grid_frame.box_to_grid(
-        min(y, trace.path.shape[1] - 1), min(x, trace.path.shape[2] - 1), 1, 1
-    )
+    ends = zip((y, x), trace.path.offset[1:], trace.path.shape[1:], strict=True)
+    y, x = (min(max(at, first), first + n - 1) for at, first, n in ends)
+    box = trace.grid_frame.box_to_grid(y, x, 1, 1)
     assert trace.patch_of_cell(box.row, box.column) == number
     return box.row, box.column
 

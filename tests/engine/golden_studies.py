@@ -1,5 +1,6 @@
 """Studies whose cells are fixed: `python -m tests.engine.golden_studies` writes their digests anew.
 
+Each is simulated by default, and as published: without seam repair, and patches drawn as published.
 A change that is meant to alter cells writes them anew and says so in CHANGELOG.md; any other change
 leaves them as they are.
 """
@@ -59,8 +60,17 @@ OF_VOLUMES = (
 )
 
 
+PUBLISHED = {"published_draw": True, "repair_seams": False}
+
+
 def studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
-    """Yield the name, training image, parameters and number of data of each of the 201 studies."""
+    """Yield name, training image, parameters and number of data of each of the 402 studies."""
+    for changes in (PUBLISHED, {}):
+        for name, image, options, n_data in _studies():
+            yield " ".join([name, *changes]), image, {**options, **changes}, n_data
+
+
+def _studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
     for image, search, n_data in product(IMAGES, SEARCHES, N_DATA):
         yield _name(image, search, n_data), image, search, n_data
     for k, (image, options) in enumerate(product(IMAGES, OPTIONS)):

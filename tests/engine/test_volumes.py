@@ -164,8 +164,9 @@ def test_a_trace_of_a_volume_ends_in_the_same_realization(case, n_data):
 def test_a_frame_puts_the_layers_of_a_volume_where_they_lie(number):
     study = volume(noise((9, 10, 11), 3), (9, 13, 16), CASES["level 1"])
     trace = Trace(study, number)
-    last, layers = trace.at(len(trace.patches) - 1).after, trace.realization.indices
+    last, layers = trace.at(len(trace.patches) - 1).after, trace.before_repair
     from_above = bool(trace.path.orientation & FROM_ABOVE)
+    last = last[trace.path.offset[0] :]
     for z, layer in enumerate(layers[::-1] if from_above else layers):
         np.testing.assert_array_equal(trace.grid_frame.map_to_grid(last[z]), layer)
         y, x = trace.grid_frame.cell_to_path(3, 5)

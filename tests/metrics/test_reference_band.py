@@ -42,7 +42,8 @@ PUBLISHED = (
     "formats/ti_strebelle_250_250_1.dat",
     "formats/dunes_3facies.SGEMS",
 )
-BROKEN = Parameters(template_size=8, overlap_size=4, n_candidates=500)
+AS_PUBLISHED = Parameters(published_draw=True, repair_seams=False)
+BROKEN = replace(AS_PUBLISHED, template_size=8, overlap_size=4, n_candidates=500)
 """Small patches of many candidates: thin channels that break."""
 CURVES = [(s, way) for s in ("connectivity", "variogram") for way in ("E-W", "N-S")]
 
@@ -131,7 +132,7 @@ def test_levees_fail_with_opposite_signs_along_the_axes():
     """Too little along the rivers and too much across them would cancel out in a sum."""
     image = datasets.load("levees")
     river = image.facies_names.index("channel")
-    found = simulate(image, (200, 200), Parameters(), n_realizations=6, seed=1)
+    found = simulate(image, (200, 200), AS_PUBLISHED, n_realizations=6, seed=1)
     along, across = (fit_curve(found, "connectivity", river, way) for way in ("E-W", "N-S"))
     assert not along.fits
     assert along.found[along.worst] < along.reference[along.worst] - 0.2
@@ -144,7 +145,7 @@ def test_levees_fail_with_opposite_signs_along_the_axes():
 
 def test_a_proportion_that_all_realizations_miss_is_outside():
     image = datasets.load("fractures")
-    found = simulate(image, (256, 256), Parameters(), n_realizations=12, seed=1)
+    found = simulate(image, (256, 256), AS_PUBLISHED, n_realizations=12, seed=1)
     shares = fit_proportions(found)
     assert shares.found[1] < 0.93 * shares.reference[1]
     assert shares.outside[1]

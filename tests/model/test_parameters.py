@@ -38,7 +38,7 @@ def is_valid(p: Parameters) -> bool:
     types = {
         int: "template_size overlap_size wavelet_level n_candidates co_template",
         float: "search_fraction template_variation",
-        bool: "random_path match_proportions refine exact_data",
+        bool: "random_path match_proportions published_draw repair_seams refine exact_data",
         str: "method similarity",
     }
     return (
@@ -164,6 +164,8 @@ def test_every_parameter_is_part_of_the_digest():
         "random_path": False,
         "template_variation": 0.1,
         "match_proportions": True,
+        "published_draw": True,
+        "repair_seams": False,
         "refine": False,
         "exact_data": False,
         "location_weight": 1.0,
@@ -258,6 +260,6 @@ class TestVolumes:
             Parameters(*given)
 
     def test_digests_of_one_number_stay_and_others_differ(self):
-        assert Parameters().digest == "a35fd4a0784a423a01d39a73"
+        assert Parameters().digest == "b2fb39698e407b5dd92683fc"
         assert Parameters().digest != Parameters((32, 32, 32)).digest
         assert Parameters((16, 32, 32)).digest == Parameters([16, np.int8(32), 32]).digest

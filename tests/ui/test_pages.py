@@ -82,7 +82,8 @@ def test_the_main_screen_says_what_came_out(path):
 
 def test_titles_call_broken_channels_too_little_connected():
     """Although realizations that scatter have a wide band of their own."""
-    broken = Parameters(template_size=8, overlap_size=4, n_candidates=500)
+    plain = {"published_draw": True, "repair_seams": False}
+    broken = Parameters(template_size=8, overlap_size=4, n_candidates=500, **plain)
     choices = Choices(data=DataChoice(), grid=Grid(256, 256), parameters=broken, n_realizations=6)
     said = html(launched(choices))
     assert re.search(r"N–S too little connected [\w ]+: τ\(\d+\) 0\.\d\d, TI 0\.9\d", said)

@@ -1,7 +1,9 @@
 """The K best locations and the draw among them (section 4.4; Algorithm 1, lines 11 and 12).
 
-Two options of this program change the choice: `location_weight` and `match_proportions`. Locations
-are numbered by layer, row and column.
+Not in the paper: where no data say which of them fit, those are out that only go on with a patch
+beside this one as the training image does, or that fit much worse than the best; and
+`location_weight` keeps patches near their own place. Locations are numbered by layer, row and
+column.
 """
 
 from __future__ import annotations
@@ -10,8 +12,6 @@ import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel
 
-N_COMPARED = 3
-"""Candidates drawn to choose from by proportions: more match them faster and vary less."""
 SEGMENT = 32
 """Scores whose smallest is kept, so that most are passed over once the K best lie in others."""
 COUNTED = 2**14
@@ -167,35 +167,6 @@ def add_location(box, shape, cost, axes, totals):
 
 
 @part_of_kernel
-def closest_to_target(image, candidates, box, block, n_places, proportions, counts, after, rng):
-    """Draw a few candidates and return the index of the one that corrects the proportions best.
-
-    The candidates are numbers of locations, of which the image has `n_places` rows and columns, in
-    blocks; `counts` has the cells that are simulated by facies, and `after` is workspace of the
-    same shape.
-    """
-    chosen = np.int64(0)
-    smallest = np.inf
-    for _ in range(N_COMPARED):
-        at = draw_index(rng, len(candidates))
-        tz, ty, tx = place_of(candidates[at], n_places, block)
-        for k in range(len(counts)):
-            after[k] = counts[k]
-        for z in range(tz, tz + box.nz):
-            for y in range(ty, ty + box.ny):
-                for x in range(tx, tx + box.nx):
-                    after[image[z, y, x]] += 1
-        n, off = 0, 0.0
-        for k in range(len(after)):  # array expressions would take long to compile
-            n += after[k]
-        for k in range(len(after)):
-            off += abs(after[k] - proportions[k] * n)
-        if off < smallest:
-            chosen, smallest = at, off
-    return chosen
-
-
-@part_of_kernel
 def place_of(number, n_places, block):
     """Return layer, row and column, in cells, of a location by its number."""
     ny, nx = n_places
@@ -205,3 +176,24 @@ def place_of(number, n_places, block):
         (layer_row % ny) * block[1],
         (number - layer_row * nx) * block[2],
     )
+
+
+@part_of_kernel
+def rule_out_continuations(first, before, patches, locations, block, reach, scores):
+    """Give locations near the verbatim continuation of patches beside one the worst score.
+
+    `first` is the first cell of the patch, `before` has the numbers of the patches beside it that
+    are simulated already, −1 where there is none. Among candidates that all fit well, these fit
+    best, and the training image would be copied on and on.
+    """
+    worst = scores.dtype.type(2 ** (8 * scores.itemsize - 1) - 1)
+    for number in before:
+        if number < 0:
+            continue
+        z = (locations[number, 0] + first[0] - patches[number, 0]) // block[0]
+        y = (locations[number, 1] + first[1] - patches[number, 1]) // block[1]
+        x = (locations[number, 2] + first[2] - patches[number, 2]) // block[2]
+        for pz in range(max(z - reach[0], 0), min(z + reach[0] + 2, scores.shape[0])):
+            for py in range(max(y - reach[1], 0), min(y + reach[1] + 2, scores.shape[1])):
+                for px in range(max(x - reach[2], 0), min(x + reach[2] + 2, scores.shape[2])):
+                    scores[pz, py, px] = worst

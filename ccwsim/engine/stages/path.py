@@ -105,13 +105,22 @@ class RasterPath(NamedTuple):
     order: int  # which of ORDERS
     shape: Triple  # of the grid in path coordinates
     tiles: Triple  # how many tiles cover it along each axis
-    full: Triple  # what whole tiles cover, at least `shape`
+    full: Triple  # what whole tiles cover, at least `shape` and what is before it
+    offset: Triple = (0, 0, 0)  # how far before the grid the first tile begins
 
 
 def make_path(
-    grid_shape: Triple, orientation: int, template: Triple, overlap: Triple, order: int = 0
+    grid_shape: Triple,
+    orientation: int,
+    template: Triple,
+    overlap: Triple,
+    order: int = 0,
+    offset: Triple = (0, 0, 0),
 ) -> RasterPath:
-    """Return the path over a grid; `template` and `overlap` are along the axes of the path.
+    """Return the path over a grid; all but its shape are along the axes of the path.
+
+    The first tile begins `offset` cells before the grid: where it always begins with the grid,
+    seams are at the same cells in all realizations, and show in their mean.
 
     Examples
     --------
@@ -120,10 +129,11 @@ def make_path(
     ((1, 100, 60), (1, 4, 3), (1, 104, 80))
     """
     shape = along_path(grid_shape, orientation)
-    own = [*zip(shape, template, overlap, strict=True)]
+    covered = [n + before for n, before in zip(shape, offset, strict=True)]
+    own = [*zip(covered, template, overlap, strict=True)]
     tiles = tuple(n_tiles(*each) for each in own)
     full = tuple(n * (t - o) + o for n, (_, t, o) in zip(tiles, own, strict=True))
-    return RasterPath(orientation, order, shape, tiles, full)  # type: ignore[arg-type]
+    return RasterPath(orientation, order, shape, tiles, full, offset)  # type: ignore[arg-type]
 
 
 def in_order(path: RasterPath) -> NDArray[np.int64]:

@@ -242,7 +242,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     `anyway` also data that the grid honours by now are taken. `fits`, shape (n,), becomes True
     where the grid honours the datum.
     """
-    image, bits, data, grid, sources = target
+    image, _, data, grid, sources = target
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
@@ -251,28 +251,10 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
         box = window_around(z, y, x, size, grid.shape)
         if len(work.patterns) > 0 and is_unknown(data[0], box, y, x, work.patterns):
             continue
-        rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
-        at_once, start = rows, np.int64(0)
-        if image.shape[0] > 1:
-            at_once = min(rows, 1 + LOCATIONS_AT_ONCE // image.shape[2])
-            start = draw_index(rng, rows)
-        n_rows, n_places = np.int64(0), np.int64(0)
-        while n_rows < rows and n_places < most:
-            some = min(at_once, rows - n_rows)
-            part = start + n_rows, some
-            n_places += honouring_places(bits, data, box, image.shape, part, work.mask)
-            n_rows += some
-        if n_places == 0:
-            continue
-        share = min(1.0, most / n_places)
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
         inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
         limit = np.int64(tolerance * (box.nz * box.ny * box.nx - inside))
-        take_strips(grid, box, bits, work.strips)
-        looked = start, n_rows
-        n = best_windows(
-            bits, work.mask, image.shape, box, looked, work.strips, share, limit, rng, work.best
-        )
+        n = fitting_windows(target, box, limit, most, rng, work.mask, work.strips, work.best)
         if n == 0:
             continue
         drawn = draw_index(rng, n)
@@ -280,6 +262,33 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
         keep_old(grid, data, image, place, box, work.cut)
         paste(image, place, box, work.cut.keep_mask, work.counts, grid, sources)
         fits[i] = True
+
+
+@part_of_kernel
+def fitting_windows(target, box, limit, most, rng, mask, strips, best):
+    """Fill `best` with the locations that honour all data in a box and whose ring fits best.
+
+    Return how many. At most `limit` cells of the ring may be wrong, and about `most` locations are
+    compared; `mask` and `strips` are workspace.
+    """
+    image, bits, data, grid, _ = target
+    rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
+    at_once, start = rows, np.int64(0)
+    if image.shape[0] > 1:
+        at_once = min(rows, 1 + LOCATIONS_AT_ONCE // image.shape[2])
+        start = draw_index(rng, rows)
+    n_rows, n_places = np.int64(0), np.int64(0)
+    while n_rows < rows and n_places < most:
+        some = min(at_once, rows - n_rows)
+        part = start + n_rows, some
+        n_places += honouring_places(bits, data, box, image.shape, part, mask)
+        n_rows += some
+    if n_places == 0:
+        return 0
+    share = min(1.0, most / n_places)
+    take_strips(grid, box, bits, strips)
+    looked = start, n_rows
+    return best_windows(bits, mask, image.shape, box, looked, strips, share, limit, rng, best)
 
 
 @part_of_kernel

@@ -50,23 +50,32 @@ def overlap_energies(
     patch, which has none. T and OR are in blocks.
     """
     squares = np.square(sums.astype(np.int64)).sum(axis=0)
-    table = np.pad(squares.cumsum(0).cumsum(1).cumsum(2), ((1, 0),) * 3)
-    shape = tuple(m - t + 1 for m, t in zip(squares.shape, template, strict=True))
-
-    def box(first: Triple) -> NDArray[np.int64]:
-        """Sum from `first` in the template to its far corner."""
-        found = table
-        for axis, (start, end, n) in enumerate(zip(first, template, shape, strict=True)):
-            lines = np.moveaxis(found, axis, 0)
-            found = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
-        return found
-
-    whole, (oz, oy, ox) = box((0, 0, 0)), overlap
-    energies = np.empty((8 if oz else 4, *shape), kind)
+    table, (oz, oy, ox) = summed_up(squares), overlap
+    whole = box_sums(table, template, (0, 0, 0), template)
+    energies = np.empty((8 if oz else 4, *whole.shape), kind)
     for sides in range(len(energies)):
         own = oz if sides & BELOW else 0, oy if sides & TOP else 0, ox if sides & LEFT else 0
-        energies[sides] = whole - box(own)
+        energies[sides] = whole - box_sums(table, template, own, template)
     return energies
+
+
+def summed_up(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the sums of all values before each, along three axes, with a margin of zeros."""
+    return np.pad(values.cumsum(0).cumsum(1).cumsum(2), ((1, 0),) * 3)
+
+
+def box_sums(
+    table: NDArray[np.int64], size: Triple, first: Triple, last: Triple
+) -> NDArray[np.int64]:
+    """Return the sum of the part from `first` to `last` of each window of `size` values.
+
+    `table` comes from `summed_up`.
+    """
+    found = table
+    for axis, (start, end, t) in enumerate(zip(first, last, size, strict=True)):
+        lines, n = np.moveaxis(found, axis, 0), table.shape[axis] - t
+        found = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
+    return found
 
 
 @part_of_kernel
@@ -80,12 +89,16 @@ def overlap_terms(grid, box, block, sums, counts, offsets, weights):
     n_planes, mz, my, mx = sums.shape
     first = 1 if n_planes == 1 else 0
     uz, uy, ux = block
-    low_z, _, low_y, _, low_x, _ = inside_overlap(box)
+    low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
+    n_columns = box.nx // ux
     for bz in range(box.nz // uz):
         for by in range(box.ny // uy):
             across = bz * uz < low_z or by * uy < low_y
-            width = box.nx if across else low_x
-            for bx in range(width // ux):
+            across = across or bz * uz >= high_z or by * uy >= high_y
+            inner = n_columns if across else low_x // ux
+            outer = n_columns if across else max(high_x // ux, inner)
+            for k in range(n_columns - outer + inner):
+                bx = k if k < inner else outer + k - inner
                 z0, y0, x0 = box.z0 + bz * uz, box.y0 + by * uy, box.x0 + bx * ux
                 for z in range(z0, z0 + uz):
                     for y in range(y0, y0 + uy):

@@ -30,10 +30,13 @@ class Frame(NamedTuple):
         0 … 7, see `ccwsim.engine.stages.path`.
     shape : pair of int
         Rows and columns in path coordinates.
+    offset : pair of int
+        How many rows and columns the path begins before the first ones.
     """
 
     orientation: int
     shape: tuple[int, int]
+    offset: tuple[int, int] = (0, 0)
 
     @property
     def original_shape(self) -> tuple[int, int]:
@@ -49,8 +52,10 @@ class Frame(NamedTuple):
         >>> Frame(1, (2, 2)).map_to_grid(np.array([[1, 2], [3, 4]])).tolist()
         [[3, 4], [1, 2]]
         """
-        rows, columns = self.shape
-        return np.ascontiguousarray(from_path(image[:rows, :columns], self.orientation))
+        (rows, columns), (y, x) = self.shape, self.offset
+        return np.ascontiguousarray(
+            from_path(image[y : y + rows, x : x + columns], self.orientation)
+        )
 
     def patch_to_grid(self, patch: NDArray) -> NDArray:
         """Return a part of a map, in the orientation of the grid."""
@@ -64,8 +69,9 @@ class Frame(NamedTuple):
         >>> Frame(4, (10, 20)).box_to_grid(0, 5, 2, 3)
         Box(row=5, column=0, height=3, width=2)
         """
-        rows, columns = self.shape
-        last_y, last_x = min(y0 + height, rows), min(x0 + width, columns)
+        (rows, columns), (y, x) = self.shape, self.offset
+        last_y, last_x = min(y0 - y + height, rows), min(x0 - x + width, columns)
+        y0, x0 = max(y0 - y, 0), max(x0 - x, 0)
         y0, height = (rows - last_y if self.orientation & 1 else y0), last_y - y0
         x0, width = (columns - last_x if self.orientation & 2 else x0), last_x - x0
         return Box(x0, y0, width, height) if self.orientation & 4 else Box(y0, x0, height, width)
@@ -73,7 +79,7 @@ class Frame(NamedTuple):
     def cell_to_path(self, row: int, column: int) -> tuple[int, int]:
         """Return the path coordinates of a cell of the grid."""
         cells = cells_to_path(np.array([[row, column]]), self.original_shape, self.orientation)
-        return int(cells[0, 0]), int(cells[0, 1])
+        return int(cells[0, 0]) + self.offset[0], int(cells[0, 1]) + self.offset[1]
 
     @property
     def origin(self) -> str:

@@ -192,6 +192,12 @@ class TracedPatch:
         OR in cells.
     correlation : bool
         Whether locations are compared by correlation.
+    slack : int or None
+        How much worse than the best a candidate may be, in scores; None where all K may be drawn.
+    copies : ndarray of bool, shape of `scores`
+        Locations that are left out, as they only go on with a patch beside this one.
+    steered : bool
+        Whether candidates are the likelier the more they bring the proportions to their target.
     data : DataTerms or None
         What hard data cost; None where there are none ahead.
     totals : ndarray of int64 or None
@@ -214,6 +220,9 @@ class TracedPatch:
     keep_mask: NDArray[np.bool_]
     overlap: int
     correlation: bool
+    slack: int | None
+    copies: NDArray[np.bool_]
+    steered: bool
     data: DataTerms | None
     totals: NDArray[np.int64] | None
 
@@ -283,7 +292,7 @@ class TracedPatch:
         return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
 
 
-Fate = Literal["drawn", "candidate", "fraction", "slack", "data", "location", "tie"]
+Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "location", "tie"]
 
 
 class PlaceFate(NamedTuple):
@@ -300,9 +309,9 @@ class PlaceFate(NamedTuple):
         and in the co-template.
     fate : str
         "drawn"; "candidate", that was not drawn; out as the overlap is not among the share that is
-        looked at ("fraction"), as it is too much worse than the best ("slack"), as others honour
-        more "data", as it is too far from the patch's own ("location"), or at random among equals
-        ("tie").
+        looked at ("fraction"), as it is too much worse than the best ("slack"), as it only goes on
+        with a patch beside this one ("copy"), as others honour more "data", as it is too far from
+        the patch's own ("location"), or at random among equals ("tie").
     """
 
     row: int
@@ -323,7 +332,9 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     chosen = [tuple(place) for place in step.places.tolist()]
     found: dict[tuple[int, ...], Fate]
     found = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
-    if step.totals is not None and step.patch.shape:  # without an overlap none fits best
+    if (
+        step.totals is not None or step.copies.any()
+    ) and step.patch.shape:  # without an overlap none fits best
         for place in map(tuple, step.best_overlaps().tolist()):
             found.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
@@ -341,7 +352,10 @@ def _of_chosen(step: TracedPatch, k: int) -> Fate:
 
 
 def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:
-    assert step.totals is not None
+    if step.copies[place]:
+        return "copy"
+    if step.totals is None:
+        return "tie"
     if step.data is not None and step.data.ruled_out[place]:
         return "fraction"
     if step.totals[place] <= step.totals[tuple(step.places.T)].max():

@@ -17,7 +17,7 @@ from ccwsim.engine.raster import (
     make_plan,
     to_grid,
 )
-from ccwsim.engine.realization import Realization, random_numbers, target_of
+from ccwsim.engine.realization import Realization, random_numbers, repair, repairs, target_of
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
 from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple
@@ -161,7 +161,7 @@ class PatchStepper:
         if k % self._every == 0 and k not in self._checkpoints:
             state = self.rng.bit_generator.state
             self._checkpoints[k] = Checkpoint(simulated.grid.copy(), simulated.counts.copy(), state)
-        fixed = plan.patches, plan.oriented, plan.data[0], plan.search
+        fixed = plan.patches, plan.before, plan.oriented, plan.data[0], plan.search, plan.steering
         simulate_patches(k, k + 1, *fixed, self.rng, self.work, simulated)
         self._next += 1
         z, y, x = simulated.locations[k].tolist()
@@ -199,7 +199,7 @@ class Trace:
     --------
     >>> from ccwsim import Grid, Parameters, TrainingImage
     >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> trace = Trace(Study(stripes, Grid(40, 50), Parameters(16, 4, 1)))
+    >>> trace = Trace(Study(stripes, Grid(40, 50), Parameters(16, 4, 1, published_draw=True)))
     >>> len(trace.patches), trace.at(1).n_candidates, trace.realization.indices.shape
     (12, 20, (40, 50))
     """
@@ -217,7 +217,8 @@ class Trace:
         self._stepper = PatchStepper(study, plan, rng)
         self.patches = self._stepper.patches
         _, ny, nx = self.path.shape
-        self.grid_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx))
+        offset = self.path.offset[1:]
+        self.grid_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx), offset)
         _, ny, nx = self.oriented.pyramid.image.shape
         self.image_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx))
         self._coefficients: dict[int, list[Any]] = {}
@@ -248,8 +249,8 @@ class Trace:
         return self._traced(self.patches[number], before, place)
 
     @cached_property
-    def _finished(self) -> tuple[Realization, list[ResimulatedWindow]]:
-        """The realization, and the windows of its local re-simulation."""
+    def _finished(self) -> tuple[Realization, list[ResimulatedWindow], NDArray[np.uint8]]:
+        """The realization, the windows of its local re-simulation, and it before seam repair."""
         stepper = self._stepper
         stepper.go_to(len(self.patches))
         cells = self.study.hard_data.cells
@@ -257,16 +258,20 @@ class Trace:
         indices, sources = to_grid(grid, sources, self.path, self.study)
         windows: list[ResimulatedWindow] = []
         indices, sources = indices.copy(), sources.copy()  # not those that the trace goes on with
+        rng = random_numbers(0, 0)
+        rng.bit_generator.state = stepper.rng.bit_generator.state
         if self.study.parameters.exact_data:
-            rng = random_numbers(0, 0)
-            rng.bit_generator.state = stepper.rng.bit_generator.state
             windows, data_status = resimulated_windows(
                 self.study, self._template, self._image, rng, indices, sources
             )
         else:
             missed = indices[tuple(cells.T)] != self.study.facies_of_data
             data_status = np.where(missed, WRONG, 0).astype(np.int16)
-        return Realization(indices, sources, data_status), windows
+        before = indices.copy()
+        if repairs(self.study):
+            target = target_of(self.study, self._image, indices, sources)
+            repair(self.study, target, data_status, self._template, self._image, rng)
+        return Realization(indices, sources, data_status), windows, before
 
     @property
     def realization(self) -> Realization:
@@ -277,6 +282,16 @@ class Trace:
     def windows(self) -> list[ResimulatedWindow]:
         """The windows of local re-simulation, in their order."""
         return self._finished[1]
+
+    @property
+    def repairs(self) -> bool:
+        """Whether seams are repaired."""
+        return repairs(self.study)
+
+    @property
+    def before_repair(self) -> NDArray[np.uint8]:
+        """The realization before its seams were repaired, facies indices."""
+        return self._finished[2]
 
     def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
         """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 13).
@@ -311,7 +326,10 @@ class Trace:
         blocks = np.zeros((len(pyramid.sums), *size), np.int64)
         met = np.unravel_index(work.offsets[:n_terms], pyramid.sums.shape)
         blocks[met] = work.weights[:n_terms]
-        totals, data = work.totals.copy(), None
+        totals, data, slack = work.totals.copy(), None, None
+        if sides and search.slack >= 0:
+            slack = int(search.slack)
+        scores, copies = self._all_scores(p.number, blocks, box)
         if seen_data(self.data, before, box, search.co_template):
             weights = SPARSE if nx == search.template[2] else DENSE
             slack = int(weights.slack * search.slack_cost)
@@ -334,7 +352,7 @@ class Trace:
             before=own(before),
             after=own(self._stepper.simulated.grid).copy(),
             blocks=own(blocks),
-            scores=own(work.scores).copy(),
+            scores=own(scores),
             energy=0 if correlation else int(np.square(blocks).sum()),
             block=search.block,
             places=places if volume else places[:, 1:],
@@ -345,9 +363,31 @@ class Trace:
             keep_mask=own(work.cut.keep_mask[:nz, :ny, :nx]).copy(),
             overlap=search.overlap[2],
             correlation=correlation,
+            slack=slack,
+            copies=own(copies),
+            steered=self._stepper.plan.steering.gain > 0,
             data=data,
             totals=own(totals) if data is not None or search.location_cost > 0 else None,
         )
+
+    def _all_scores(
+        self, number: int, blocks: NDArray[np.int64], box: Box
+    ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
+        """Return the scores of all locations, and which were left out as continuations.
+
+        These have the worst score in the workspace; here they get the one they would have had.
+        """
+        scores, plan = self._stepper.work.scores.copy(), self._stepper.plan
+        copies = np.zeros(scores.shape, bool)
+        if not plan.before.shape[1]:
+            return scores, copies
+        copies = scores == 2 ** (8 * scores.itemsize - 1) - 1
+        sums, split = self.oriented.pyramid.sums, int(plan.patches[number, 7])
+        for place in np.argwhere(copies):
+            part = tuple(slice(k, k + n) for k, n in zip(place, blocks.shape[1:], strict=True))
+            both = (sums[:, *part].astype(np.int64) * blocks).sum()
+            scores[tuple(place)] = self.oriented.energies[split, box.sides][tuple(place)] - 2 * both
+        return scores, copies
 
 
 def check_traceable(parameters: Parameters) -> None:

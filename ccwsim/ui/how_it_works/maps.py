@@ -167,11 +167,12 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
     ends = [first, last] if last > first else [max(last - 1, 0), last]
-    _, rows, columns = trace.path.shape
+    (_, rows, columns), (_, first_y, first_x) = trace.path.shape, trace.path.offset
 
     def centre(tile: int) -> list[float]:
         y, x = (k * stride + half for k in divmod(tile, n))
-        y, x = min(y, rows - 1), min(x, columns - 1)
+        y = min(max(y, first_y), first_y + rows - 1)
+        x = min(max(x, first_x), first_x + columns - 1)
         box = trace.grid_frame.box_to_grid(int(y), int(x), 1, 1)
         return [box.row + 0.5, box.column + 0.5]
 
@@ -186,6 +187,7 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
         name, absent = "CCW + data", f"{absent}, or not searched"
         if step.totals is not None:
             shown = (step.totals + step.energy) / step.block_size**2
+            shown = np.where(step.copies, np.nan, shown)
             if step.data is not None:
                 shown = np.where(step.data.ruled_out, np.nan, shown)
     whole = np.full(frame.shape, np.nan)

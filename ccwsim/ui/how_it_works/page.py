@@ -238,6 +238,8 @@ def _draw_grid(how: How, view: PatchView) -> None:
     options = {"grid": trace.study.grid, "max_height": MAX_HEIGHT, "name": "grid_so_far"}
     draw_map(maps.grid_map(view), "how_map_grid", on_cell=jump, **options)
     say(words.describe_path(trace), words.PAPER["path"])
+    if offset := words.describe_offset(trace):
+        say(offset, words.OURS)
 
 
 def _draw_overlap(how: How, view: PatchView) -> None:
@@ -304,6 +306,8 @@ def _draw_pasting(view: PatchView) -> None:
             st.html(f'<p class="caption">{title}</p>')
             draw_map(small, f"how_map_{title.replace(' ', '_')}", **SMALL_MAP)
     say(words.describe_draw(view), words.PAPER["draw" if step.patch.shape else "first patch"])
+    if shift := words.describe_shift(step):
+        say(shift, words.OURS)
     say(words.describe_cut(step), words.PAPER["cut" if step.patch.shape else "paste"])
 
 

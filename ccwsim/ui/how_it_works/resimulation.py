@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import prod
+from typing import Any, cast
 
+import numpy as np
 import streamlit as st
+from numpy.typing import NDArray
+from scipy import ndimage
 
 from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.hard_data.page import describe_data_status
-from ccwsim.ui.how_it_works.maps import box_mark, data_in, patch_map
+from ccwsim.ui.how_it_works.maps import MAX_MARKS, box_mark, data_in, patch_map
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
@@ -26,12 +30,13 @@ PIXELS = 204
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
-    """Draw the corrected realization, and the windows of one datum."""
+    """Draw the corrected realization, the windows of one datum, and what seam repair changed."""
     panel_title(
         "After the last patch: local re-simulation", "what the raster pass left wrong is corrected"
     )
     if not trace.study.hard_data.n:
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
+        _draw_repair(trace, colours, theme)
         return
     if not trace.study.parameters.exact_data:
         off = "“Honour data exactly” is off: the search alone is conditioned on the data."
@@ -41,6 +46,51 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
         step_note("This realization takes a while to finish.")
         if not st.button("Place all its patches", key="how_finish"):
             return
+    _draw_windows_of_data(how, trace, colours, theme)
+    _draw_repair(trace, colours, theme)
+
+
+def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
+    """Draw what seam repair changed."""
+    if not trace.repairs:
+        return
+    panel_title("Then: seam repair", "where patches are joined as the image never has it")
+    if _n_terms(trace) > MAX_TERMS and trace.n_done < len(trace.patches):
+        step_note("It is shown once all patches are placed.")
+        return
+    changed = trace.before_repair != trace.realization.indices
+    if not changed.any():
+        say("No window was found that joins the patches better; nothing was changed.", OURS)
+        return
+    say(
+        "Windows around patterns of cells that the training image never has are simulated anew, if "
+        f"that leaves fewer of them: <b>{format_count(int(changed.sum()), 'cell')}</b> "
+        f"({100 * changed.mean():.1f} %) are another facies now.",
+        OURS,
+    )
+    image = trace.study.training_image
+    shown = {"before": trace.before_repair, "after": trace.realization.indices}
+    lit = _boxes_of(changed)
+    for place, (name, cells) in zip(pair(), shown.items(), strict=True):
+        with place:
+            own = facies_map(cells, image, colours, f"The realization {name} seam repair")
+            own.marks.extend(box_mark(box, theme.reference, "changed") for box in lit)
+            st.html(f'<p class="caption">{name}</p>')
+            key = f"how_map_repair_{name}"
+            draw_map(own, key, max_height=360, link="how_repair", name=f"{name}_seam_repair")
+
+
+def _boxes_of(changed: NDArray[np.bool_]) -> list[Box]:
+    """Return boxes around what changed, neighbours together; the largest first."""
+    wide = ndimage.binary_dilation(changed, iterations=2)
+    labels, _ = cast(tuple[Any, int], ndimage.label(wide))
+    found = ndimage.find_objects(labels)
+    boxes = [Box(y.start, x.start, y.stop - y.start, x.stop - x.start) for y, x in found]
+    return sorted(boxes, key=lambda box: -box.height * box.width)[:MAX_MARKS]
+
+
+def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
+    """Draw the windows of one datum."""
     by_datum = windows_by_datum(trace.windows)
     say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
     if not by_datum:

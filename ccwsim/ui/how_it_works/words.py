@@ -78,6 +78,18 @@ def describe_path(trace: Trace) -> str:
     )
 
 
+def describe_offset(trace: Trace) -> str:
+    """Return how far before the grid the first patch begins, and why."""
+    _, rows, columns = trace.path.offset
+    if not rows and not columns:
+        return ""
+    return (
+        f"The first patch begins {format_count(rows, 'row')} and "
+        f"{format_count(columns, 'column')} before the grid, drawn at random, so that seams are "
+        "elsewhere in each realization and do not show in their mean."
+    )
+
+
 def describe_overlap(view: PatchView) -> str:
     """Return what the overlap is, and how few numbers its approximation has."""
     step, level = view.step, view.level
@@ -122,18 +134,24 @@ def describe_scores(step: TracedPatch) -> str:
 
 
 def describe_draw(view: PatchView) -> str:
-    """Return what was drawn, and what the shift did."""
+    """Return what was drawn."""
     step, n = view.step, view.step.n_candidates
-    chance = f"One of {n} candidates, all equally likely: that is where realizations differ."
+    how = "all equally likely"
+    if step.steered:
+        how = "the likelier the nearer it brings the proportions to their target (not in the paper)"
+    chance = f"One of {n} candidates, {how}: that is where realizations differ."
     if n == 1:
         chance = "It is the only candidate."
+    return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
+
+
+def describe_shift(step: TracedPatch) -> str:
+    """Return how far refinement shifted the patch; empty where it did not."""
     (a, b), (c, d) = step.drawn_place, step.place
-    shift, moved = max(abs(a - c), abs(b - d)), ""
-    if shift:
-        cells = format_count(shift, "cell")
-        moved = f"Refinement shifted it by {cells} to where it fits best at full resolution."
-        moved = f" {referred(moved, OURS)}"
-    return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}{moved}"
+    shift = max(abs(a - c), abs(b - d))
+    cells = format_count(shift, "cell")
+    moved = f"Refinement shifted it by {cells} to where it fits best at full resolution."
+    return moved if shift else ""
 
 
 def describe_cut(step: TracedPatch) -> str:
@@ -169,6 +187,7 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
         "candidate": "a candidate that was not drawn",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
+        "copy": "rejected: it only goes on with a patch beside it",
         "data": f"rejected: {_misses(location)}",
         "location": "rejected: too far from its own position in the image",
         "tie": "rejected: others of equal score were chosen at random",
@@ -239,6 +258,26 @@ def say_candidates(view: PatchView) -> None:
     if view.trace.study.hard_data.n:
         text += " No hard data are in this patch or just ahead of it, so none conditions it."
     say(text, source)
+    if step.slack is not None:
+        say(_choice_without_data(view), OURS)
+
+
+def _choice_without_data(view: PatchView) -> str:
+    """Return which of the K best may be drawn where no data say which of them fit."""
+    step, n_copies = view.step, int(view.step.copies.sum())
+    assert step.slack is not None
+    cells = round(step.slack / view.trace.search.cell_cost)
+    text = (
+        f"Of them the draw is among those within {cells} wrong cells of the very best: "
+        f"<b>{step.n_candidates}</b>."
+    )
+    if n_copies:
+        text += (
+            f" {format_count(n_copies, 'location')} that only "
+            f"{'goes' if n_copies == 1 else 'go'} on with a patch beside this one "
+            f"{'is' if n_copies == 1 else 'are'} left out: the image would be copied on and on."
+        )
+    return text
 
 
 def _data_and_search(view: PatchView) -> str:
@@ -267,11 +306,14 @@ def _choice_with_data(view: PatchView) -> str:
     n_rejected = sum(map(is_rejected, view.locations))
     were = "was" if n_rejected == 1 else "were"
     rejected = f" {format_count(n_rejected, 'location')} that fit the overlap {were} rejected."
+    search = view.trace.search
+    missed, held, ahead = (round(w * search.datum_cost / search.cell_cost) for w in d.weights[:3])
+    slack = round(d.slack / search.cell_cost)
     return (
-        f"Here each datum that a location would miss costs as much as {d.weights.missed} wrong "
-        f"cells of overlap ({d.weights.held} where the grid has it right already, "
-        f"{d.weights.ahead} ahead). Of the K = {k} best, the draw is among those within "
-        f"{d.weights.slack} cells of the very best: <b>{view.step.n_candidates}</b>."
+        f"Here each datum that a location would miss costs as much as {missed} wrong "
+        f"cells of overlap ({held} where the grid has it right already, "
+        f"{ahead} ahead). Of the K = {k} best, the draw is among those within "
+        f"{slack} cells of the very best: <b>{view.step.n_candidates}</b>."
         f"{rejected if n_rejected else ''}"
     )
 

@@ -7,18 +7,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import stats
 
-from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import (
-    N_COMPARED,
     SEGMENT,
     best_places,
-    closest_to_target,
     draw_index,
     keep_within,
     kth_smallest,
     n_segments,
     n_up_to,
     place_of,
+    rule_out_continuations,
     segment_minima,
 )
 
@@ -151,29 +149,16 @@ def test_the_number_of_a_location_tells_where_it_is(shape, block, data):
     assert list(place_of(np.int64(number), shape[1:], block)) == expected
 
 
-@pytest.mark.parametrize("layers", [1, 3])
-def test_the_candidate_that_corrects_the_proportions_is_taken(layers):
-    """With many more draws than candidates, each of them is looked at but for bad luck."""
-    rng = np.random.default_rng(7)
-    image = rng.integers(0, 3, (layers + 2, 12, 14)).astype(np.uint8)
-    counts, after, block = np.array([40, 10, 10]), np.zeros(3, np.int64), (1, 2, 2)
-    proportions, box = np.array([0.2, 0.4, 0.4]), Box(0, 0, 0, layers, 6, 6, 0, 0, 1, 1)
-    n_places = (4, 5)
-    candidates = np.array([0, 13, 57 if layers > 1 else 17])
-
-    def off(number: int) -> float:
-        z, y, x = place_of(number, n_places, block)
-        patch = image[z : z + layers, y : y + 6, x : x + 6]
-        sums = counts + np.bincount(patch.ravel(), minlength=3)
-        return float(np.abs(sums - proportions * sums.sum()).sum())
-
-    drawn = [
-        closest_to_target(
-            image, candidates, box, block, n_places, proportions, counts, after, rng
-        )
-        for _ in range(400)
-    ]  # fmt: skip
-    shares = np.bincount(drawn, minlength=3)
-    best_first = np.argsort([off(number) for number in candidates])
-    chance = [((3 - k) ** N_COMPARED - (2 - k) ** N_COMPARED) / 3**N_COMPARED for k in range(3)]
-    assert stats.chisquare(shares[best_first], np.array(chance) * 400).pvalue > 1e-4
+@pytest.mark.parametrize("block", [(1, 4, 4), (2, 2, 2)])
+def test_what_goes_on_with_a_patch_beside_is_left_out(block):
+    scores = np.arange(5 * 9 * 11, dtype=np.int16).reshape(5, 9, 11)
+    patches = np.array([[0, 0, 0, 8, 8, 8], [0, 0, 6, 8, 8, 8]])
+    locations = np.array([[4, 9, 13], [0, 0, 0]], np.int32)
+    first = (0, 6, 0)
+    before = scores.copy()
+    rule_out_continuations(first, np.array([0, -1]), patches, locations, block, (1, 1, 1), scores)
+    place = (locations[0] + first - patches[0, :3]) // np.array(block)
+    out = np.zeros(scores.shape, bool)
+    out[tuple(slice(max(k - 1, 0), k + 3) for k in place)] = True
+    np.testing.assert_array_equal(scores[~out], before[~out])
+    assert (scores[out] == np.iinfo(np.int16).max).all()

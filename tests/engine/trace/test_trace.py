@@ -88,7 +88,7 @@ def test_the_patches_are_laid_one_on_the_other(trace):
     for window in trace.windows:
         rows = slice(window.row, window.row + window.size)
         grid[rows, window.column : window.column + window.size] = window.after
-    assert np.array_equal(grid, trace.realization.indices)
+    assert np.array_equal(grid, trace.before_repair)
 
 
 def test_any_patch_is_the_same_again_in_any_order(trace):
@@ -126,14 +126,15 @@ def test_the_candidates_are_the_best_places(trace):
     for number in sample(trace):
         step = trace.at(number)
         steered = step.scores.astype(np.int64) if step.totals is None else step.totals
+        steered = np.where(step.copies, 2**40, steered.astype(np.int64))
         chosen = steered[tuple(step.places.T)]
         assert len({tuple(place) for place in step.places.tolist()}) == len(step.places)
         assert np.array_equal(np.sort(chosen), np.sort(steered, axis=None)[: len(chosen)])
         assert 0 <= step.drawn < step.n_candidates <= len(step.places)
-        if step.data is None:
+        if step.slack is None:
             assert step.n_candidates == len(step.places)
         else:
-            near = chosen <= chosen.min() + step.data.slack
+            near = chosen <= chosen.min() + step.slack
             assert near[: step.n_candidates].all()
             assert near.sum() == step.n_candidates
 
@@ -180,6 +181,7 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
         assert candidates == {tuple(place) for place in step.candidates.tolist()}
         for p in told:
             assert p.ccw == step.ccw[p.row, p.column]
+            assert (p.fate == "copy") == step.copies[p.row, p.column]
             if p.fate == "fraction":
                 assert step.data.ruled_out[p.row, p.column]
             if p.fate == "data":
@@ -189,10 +191,10 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
                 )  # data past the image's end cost their chance
                 ends = p.row + reach > rows or p.column + reach > columns
                 assert p.missed + p.held + p.ahead > 0 or ends
-        if step.totals is None or not step.patch.shape:
+        if (step.totals is None and not step.copies.any()) or not step.patch.shape:
             assert len(told) == len(step.places)
         if step.totals is None:
-            assert {p.fate for p in told} <= {"drawn", "candidate"}
+            assert {p.fate for p in told} <= {"drawn", "candidate", "slack", "copy", "tie"}
 
 
 def test_the_cut_mask_gives_the_pasted_grid(trace):
@@ -234,7 +236,7 @@ def test_the_windows_replayed_give_the_realization():
         taken = w.sources >= 0
         assert np.array_equal(w.after[taken], flat[w.sources[taken]])
         assert w.fits or np.array_equal(w.before, w.after)
-    assert np.array_equal(grid, trace.realization.indices)
+    assert np.array_equal(grid, trace.before_repair)
 
 
 def test_a_cell_belongs_to_the_patch_that_covers_it_first():
@@ -246,19 +248,24 @@ def test_a_cell_belongs_to_the_patch_that_covers_it_first():
         assert trace.patch_of_cell(row, column) == first
 
 
+@pytest.mark.parametrize("offset", [(0, 0), (2, 1)])
 @pytest.mark.parametrize("orientation", range(8))
-def test_a_frame_puts_everything_where_it_lies(orientation):
+def test_a_frame_puts_everything_where_it_lies(orientation, offset):
     world = np.arange(6 * 9).reshape(6, 9)
     shape = (9, 6) if orientation & 4 else (6, 9)
-    frame = Frame(orientation, shape)
-    numbers = np.zeros(shape, int)
+    frame = Frame(orientation, shape, offset)
+    numbers = np.zeros(np.add(shape, offset), int)
     for row, column in np.argwhere(world >= 0):
         numbers[frame.cell_to_path(int(row), int(column))] = world[row, column]
     assert np.array_equal(frame.map_to_grid(numbers), world)
-    box = frame.box_to_grid(2, 1, 3, 2)
+    y, x = offset
+    box = frame.box_to_grid(2 + y, 1 + x, 3, 2)
     part = world[box.row : box.row + box.height, box.column : box.column + box.width]
-    assert np.array_equal(part, frame.patch_to_grid(numbers[2:5, 1:3]))
-    first, second = np.argwhere(world == numbers[0, 0])[0], np.argwhere(world == numbers[0, 1])[0]
+    assert np.array_equal(part, frame.patch_to_grid(numbers[2 + y : 5 + y, 1 + x : 3 + x]))
+    box = frame.box_to_grid(0, 0, 3 + y, 2 + x)  # what is before the grid is cut off
+    assert {box.height, box.width} == {3, 2}
+    first = np.argwhere(world == numbers[y, x])[0]
+    second = np.argwhere(world == numbers[y, x + 1])[0]
     sides = {"south": (0, 0), "north": (0, 5), "west": (1, 0), "east": (1, 8)}
     corners = [sides[side] for side in frame.origin.split("-")]
     assert all(first[axis] == at for axis, at in corners)

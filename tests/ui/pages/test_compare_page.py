@@ -246,7 +246,8 @@ def test_a_difference_is_more_than_two_standard_errors():
 
 def test_proportions_that_a_setting_misses_are_said_with_their_sign():
     image = datasets.load("channels")
-    thin = Parameters(template_size=8, overlap_size=4, n_candidates=500)
+    plain = {"published_draw": True, "repair_seams": False}
+    thin = Parameters(template_size=8, overlap_size=4, n_candidates=500, **plain)
     some = compare(image, (256, 256), {"A": Parameters(match_proportions=True), "B": thin}, None, 6)
     said = sentences(some)
     assert re.fullmatch(r"Proportions off: B: sand [\d.]+ % \(TI 27\.0 %; −\d\d %\)\.", said[-1])
