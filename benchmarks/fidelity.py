@@ -1,0 +1,223 @@
+"""Bias, lattice and dead ends of realizations: ``python -m benchmarks.fidelity``.
+
+Prints a row for each training image and each way of drawing patches, and means as ratios to the
+published way (`published_draw`, no seam repair). Images that had a part in the choice of settings
+("chosen") and those that had none ("confirmed") are apart. The columns:
+
+- bias: the largest difference of a mean proportion to that of the image, in percentage points
+- spread: standard deviation of the proportions, over that of pieces of the image
+- JS: distance of the patterns of 4 × 4 cells (3 × 3 × 3 in volumes) to those of the image
+- tau: mean error of the connectivity functions E-W and N-S
+- ends: dead ends of the facies but the most frequent, over those of the image (maps alone)
+- lattice: peak to peak of the mean of many realizations, folded at the distance of patches (maps)
+- unseen: share of patterns of 3 × 3 (× 3) cells that the image never has
+- copied: side of the largest square, or cube, copied verbatim, over the template
+- variety: share of cells that differ between two realizations
+- CPU: time of a realization, measured in turns
+
+With CCWSIM_DATA set to a folder of published data, its images are measured too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.volumes import image_of
+from benchmarks.volumes import published as published_volumes
+from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
+from ccwsim.metrics import copying, pattern_distance, unseen_patterns
+
+CHOSEN = ("channels", "stone_wall", "fractures", "levees", "bend", "ti_channel_256x256",
+          "sinuous_channels", "stacked_lenses")  # fmt: skip
+"""Images that had a part in the choice of settings; all others had none."""
+WAYS: dict[str, dict[str, bool]] = {
+    "published": {"published_draw": True, "repair_seams": False},
+    "no repair": {"repair_seams": False},
+    "default": {},
+}
+COLUMNS = (
+    "bias", "spread", "JS", "tau", "ends", "lattice", "unseen", "copied", "variety", "CPU",
+)  # fmt: skip
+RATIOS = ("JS", "tau", "variety", "CPU")
+"""Columns whose means are of ratios to the published way."""
+GEOMETRIC = ("ends",)
+N, N_LATTICE, N_VOLUMES = 40, 300, 6
+VOLUME = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
+
+
+def images() -> Iterator[tuple[str, TrainingImage]]:
+    """Yield what is measured, with its name."""
+    for name in datasets.names():
+        yield name, datasets.load(name)
+    folder = Path(os.environ.get("CCWSIM_DATA", "")) / "paper"
+    for path in sorted(folder.glob("ti_*.npy")) if "CCWSIM_DATA" in os.environ else []:
+        yield path.stem, TrainingImage(np.load(path), name=path.stem)
+    for name in (*datasets.volume_names(), *(path.stem for path in published_volumes())):
+        if "alluvial" not in name:
+            yield name, image_of(name)
+
+
+def skeleton(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the thinned shapes of a map (Zhang and Suen 1984)."""
+    own = np.pad(mask, 1)
+    while True:
+        before = own.copy()
+        for second in (False, True):
+            p = [np.roll(own, s, (0, 1)) for s in RING]  # from the north, clockwise
+            n = sum(p, np.zeros(own.shape, int))
+            turns = sum((~a & b for a, b in zip(p, p[1:] + p[:1], strict=True)), 0 * n)
+            north, east, south, west = p[0], p[2], p[4], p[6]
+            one = ~(north & east & west) if second else ~(north & east & south)
+            other = ~(north & south & west) if second else ~(east & south & west)
+            own &= ~(own & (n >= 2) & (n <= 6) & (turns == 1) & one & other)
+        own[[0, -1]] = own[:, [0, -1]] = False
+        if (own == before).all():
+            return own[1:-1, 1:-1]
+
+
+RING = ((1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1))
+
+
+def dead_ends(maps: NDArray[np.uint8], facies: int) -> float:
+    """Return the ends of the skeleton of a facies, by its length, away from the edge."""
+    ends = length = 0
+    for each in maps:
+        thin = skeleton(each == facies)
+        n = sum(np.roll(np.pad(thin, 1), s, (0, 1))[1:-1, 1:-1].astype(int) for s in RING)
+        inside = np.s_[4:-4, 4:-4]
+        ends += int((thin & (n == 1))[inside].sum())
+        length += int(thin[inside].sum())
+    return ends / max(length, 1)
+
+
+def lattice(image: TrainingImage, p: Parameters) -> float:
+    """Return how much the mean of realizations changes with the place in the lattice, over p."""
+    step, overlap = p.step, p.overlap_size
+    n = max(min(image.shape) // step, 2) * step + overlap
+    e = simulate(image, (n, n), p, n_realizations=N_LATTICE, seed=5)
+    rare = int(np.argmin(image.proportions))
+    mean = (e.indices == rare).mean(axis=0)[:-overlap, :-overlap]
+    folded = mean.reshape(n // step, step, n // step, step).mean(axis=(0, 2))
+    profile = (folded.mean(axis=0) + folded.mean(axis=1)) / 2
+    return float(np.ptp(profile) / image.proportions[rare])
+
+
+def spread_of_pieces(image: TrainingImage, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return the standard deviation of the proportions of pieces as large as a grid."""
+    rng, index = np.random.default_rng(0), np.asarray(image.indices)
+    own = [min(n, -(-m // 2)) for n, m in zip(shape, index.shape, strict=True)]
+    found = []
+    for _ in range(400):
+        first = [rng.integers(m - n + 1) for n, m in zip(own, index.shape, strict=True)]
+        piece = index[tuple(slice(k, k + n) for k, n in zip(first, own, strict=True))]
+        found.append(np.bincount(piece.ravel(), minlength=image.n_facies) / piece.size)
+    return np.std(found, axis=0) * np.sqrt(np.prod(own) / np.prod(shape))
+
+
+def tau_error(e: Ensemble, image: TrainingImage) -> float:
+    """Return the mean error of τ over facies, both directions and lags up to a quarter."""
+    found, lags = [], np.arange(1, min(image.shape[-2:]) // 4, 3)
+    for facies in _own(image):
+        for direction in ("E-W", "N-S"):
+            own = metrics.connectivity(e, int(facies), direction, lags).tau
+            wanted = metrics.connectivity(image, int(facies), direction, lags).tau
+            found.append(np.nanmean(np.abs(np.nanmean(own, axis=0) - wanted[0])))
+    return float(np.mean(found))
+
+
+def _own(image: TrainingImage) -> NDArray:
+    """Return the codes of all facies but the most frequent."""
+    return np.delete(image.codes, int(np.argmax(image.proportions)))
+
+
+def judged(image: TrainingImage, p: Parameters, data: HardData | None = None) -> dict[str, float]:
+    """Return the columns of one row, but the time."""
+    volume = len(image.shape) == 3
+    shape = (48, 100, 100) if volume else image.shape
+    n = N_VOLUMES if volume else N
+    e = simulate(image, shape, p, data, n, seed=1, keep_sources=True)
+    sources = np.asarray(e.sources)[:10]
+    rows = {
+        "bias": 100 * np.abs(e.proportions.mean(axis=0) - image.proportions).max(),
+        "spread": float((e.proportions.std(axis=0) / spread_of_pieces(image, shape)).mean()),
+        "JS": pattern_distance(e, image, size=3 if volume else 4, factors=(1,)).mean(),
+        "tau": tau_error(e, image),
+        "unseen": 100 * unseen_patterns(e, image).mean(),
+        "copied": np.mean([copying(s, image.shape).largest_square for s in sources]),
+        "variety": np.mean([(a != b).mean() for a, b in pairwise(e.indices)]),
+    }
+    size = p.template_size
+    rows["copied"] /= size if isinstance(size, int) else max(size)
+    if not volume:
+        own = [int(np.searchsorted(image.codes, code)) for code in _own(image)]
+        wanted = [dead_ends(np.asarray(image.indices)[None], k) for k in own]
+        found = [dead_ends(e.indices[:10], k) for k in own]
+        rows["ends"] = float(np.mean(found) / max(np.mean(wanted), 1e-4))
+        if data is None:
+            rows["lattice"] = 100 * lattice(image, p)
+    return {key: float(value) for key, value in rows.items()}
+
+
+def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
+    """Return the CPU seconds of a realization of each way, run in turns."""
+    shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
+    found: dict[str, list[float]] = {name: [] for name in ways}
+    for seed in range(5):
+        for name, p in ways.items():
+            e = simulate(image, shape, p, n_realizations=4, seed=seed, n_workers=1)
+            found[name].append(float(np.median(e.cpu_seconds)))
+    return {name: float(np.median(each[1:])) for name, each in found.items()}
+
+
+def main() -> None:
+    """Measure and print the tables."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.fidelity", description=__doc__)
+    parser.add_argument("--only", metavar="TEXT", default="", help="images whose name has this")
+    parser.add_argument("--template", type=int, default=32, help="of maps; default: 32")
+    options = parser.parse_args()
+    tables: dict[str, dict[str, list[dict[str, float]]]] = {"chosen": {}, "confirmed": {}}
+    print("| image | way | " + " | ".join(COLUMNS) + " |\n|" + "---|" * (len(COLUMNS) + 2))
+    for name, image in images():
+        if options.only not in name:
+            continue
+        base = VOLUME if len(image.shape) == 3 else Parameters(options.template)
+        ways = {way: replace(base, **changes) for way, changes in WAYS.items()}
+        seconds = times(image, ways)
+        for way, p in ways.items():
+            row = {**judged(image, p), "CPU": 1000 * seconds[way]}
+            kind = "chosen" if name in CHOSEN else "confirmed"
+            tables[kind].setdefault(way, []).append(row)
+            print(f"| {name} | {way} | " + _printed(row) + " |", flush=True)
+    for kind, table in tables.items():
+        for way, rows in table.items():
+            print(f"| {kind} | {way} | " + _printed(_mean(rows, table["published"])) + " |")
+
+
+def _mean(rows: list[dict[str, float]], base: list[dict[str, float]]) -> dict[str, float]:
+    found = {}
+    for column in COLUMNS:
+        pairs = [(a[column], b[column]) for a, b in zip(rows, base, strict=True) if column in a]
+        own = np.array([a / b if column in RATIOS else a for a, b in pairs])
+        if not len(own):
+            continue
+        if column in RATIOS or column in GEOMETRIC:
+            found[column] = float(np.exp(np.log(np.maximum(own, 1e-3)).mean()))
+        else:
+            found[column] = float(own.mean())
+    return found
+
+
+def _printed(row: dict[str, float]) -> str:
+    return " | ".join(f"{row[c]:.4g}" if c in row else "" for c in COLUMNS)
+
+
+if __name__ == "__main__":
+    main()
