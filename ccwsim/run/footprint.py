@@ -13,8 +13,8 @@ from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import sum_type
 from ccwsim.engine.stages.resimulation import SAMPLED
-from ccwsim.engine.stages.seam_repair import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.stages.similarity import score_type
+from ccwsim.engine.stages.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.model.study import Study
 from ccwsim.system.workers import n_cores
 

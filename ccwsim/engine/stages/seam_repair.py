@@ -1,9 +1,9 @@
-"""Seam repair: where the realization has patterns that the training image never has.
+"""Seam repair: windows are simulated anew where patches are joined as the image never has it.
 
 Not in the paper. A cut joins two patches as well as it can; what it cannot join ends dead or in
 shapes that no place of the training image has. Windows around such patterns take a patch that fits
-what is around them, cut in on all sides, if that leaves fewer of them. Every datum in a window is
-honoured as before: the cut takes what is right.
+what is around them, cut in on all sides, if that leaves fewer of them. The patch honours every
+datum in its window, and what stays did so before.
 """
 
 from __future__ import annotations
@@ -32,16 +32,8 @@ from ccwsim.engine.stages.similarity import (
     score_type,
     summed_up,
 )
+from ccwsim.engine.stages.unseen_patterns import Patterns, known_patterns, n_unseen, unseen_places
 
-SIDE, SPACING = 4, 2
-"""Patterns of a map have 4 × 4 cells, every second one: wide enough to see an end from its side."""
-SIDE_VOLUME, SPACING_VOLUME = 3, 1
-"""Those of a volume have 3 × 3 × 3 cells side by side."""
-NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
-"""Bits of the numbers of patterns, of which a table says which the image has: where there are more
-patterns some share a number, and are taken for known ones."""
-HASH, HASH_OF_ROWS = 0x9E3779B1, 0x85EBCA6B
-"""Odd numbers without a pattern of their own."""
 N_BEST = 2
 """So many of the best locations are tried."""
 LEAST, LEAST_VOLUME = 3, 2
@@ -55,23 +47,7 @@ CHANGE = 0.1
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 0.5
 """At most so many windows of a map are repaired without data and with them, the worst ones: those
 after them change little. In volumes, where seams are surfaces, all are."""
-EVERY = 2
-"""Rows of patterns of a map that are looked at to find the windows: ends have several."""
-ROWS_AT_ONCE = 64
-"""Rows of the training image whose patterns are noted together."""
-STRIPS_PER_CALL = 64
 WINDOWS_PER_CALL = 256
-
-
-class Patterns(NamedTuple):
-    """Which patterns the training image has."""
-
-    known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set where it has pattern n
-    cells: Triple  # of a pattern along each axis
-    spacing: int
-    labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which the image has them
-    base: np.uint32  # a row of cells is a number to this base, and so are rows
-    shift: int  # the number of a pattern is shifted right by so much
 
 
 class Repair(NamedTuple):
@@ -133,38 +109,6 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
         found.append((window, ring, block))
     window, ring, block = zip(*found, strict=True)
     return window, ring, block
-
-
-def known_patterns(image: NDArray[np.uint8]) -> Patterns:
-    """Return which patterns an image in layers has."""
-    volume = len(image) > 1
-    side, spacing = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
-    cells = tuple(side if (side - 1) * spacing < n else 1 for n in image.shape)
-    bits = NUMBER_BITS_VOLUME if volume else NUMBER_BITS
-    n_facies = int(image.max()) + 1
-    exact = n_facies ** prod(cells) <= 2**bits
-    known = np.zeros(2 ** (bits - 3), np.uint8)
-    base = np.uint32(n_facies if exact else HASH)
-    # Which patterns share a number must not depend on how facies are numbered.
-    facies, first = np.unique(image, return_index=True)
-    labels = np.zeros(256, np.uint32)
-    labels[facies[np.argsort(first)]] = np.arange(len(facies))
-    shift = 0 if exact else 32 - bits
-    patterns = Patterns(known, cells, spacing, labels, base, shift)  # type: ignore[arg-type]
-    strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
-    mark_known(image, patterns, *_pattern_buffers(patterns, strip))
-    return patterns
-
-
-def _pattern_buffers(
-    patterns: Patterns, shape: tuple[int, ...]
-) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Return the arrays for patterns that begin in one row of cells, of arrays of a shape."""
-    reach = [(n - 1) * patterns.spacing for n in patterns.cells]
-    return (
-        np.zeros((shape[0] + reach[0], shape[1] + reach[1], shape[2] + reach[2]), np.uint32),
-        np.zeros(shape[2] + reach[2], np.uint32),
-    )
 
 
 def prepare_repair(
@@ -233,8 +177,10 @@ def repair_seams(
     Windows with `forced` cells, shape (n, 3), stay as they are. `report` is called now and then
     with the share that is done, and may raise to stop.
     """
-    places, n_changed = unseen_places(target.grid, repair, report)[:most], 0
-    if any(n > m for n, m in zip(repair.window, target.grid.shape, strict=True)):
+    patterns, window = repair.patterns, repair.window
+    places = unseen_places(target.grid, patterns, window, repair.least, report)[:most]
+    n_changed = 0
+    if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # a smaller grid than what it was prepared for
     work = make_workspace(repair, target.bits, n_facies)
     for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # compiled also without any
@@ -244,154 +190,6 @@ def repair_seams(
     return n_changed
 
 
-def unseen_places(
-    grid: NDArray[np.uint8], repair: Repair, report: Callable[[float], None]
-) -> NDArray[np.int64]:
-    """Return the middle of the unseen patterns of each part of a grid, shape (n, 3).
-
-    Parts are half as long as a window; those with most unseen patterns come first.
-    """
-    patterns, part = repair.patterns, tuple(max(n // 2, 1) for n in repair.window)
-    reach = tuple((n - 1) * patterns.spacing for n in patterns.cells)
-    ends = tuple(n - r for n, r in zip(grid.shape, reach, strict=True))
-    if min(ends) <= 0:
-        return np.zeros((0, 3), np.int64)
-    n_parts = tuple(-(-n // p) for n, p in zip(ends, part, strict=True))
-    found = np.zeros((prod(n_parts), 4), np.int64)
-    rows, numbers = _pattern_buffers(patterns, (part[0], part[1], grid.shape[2]))
-    n_strips = n_parts[0] * n_parts[1]
-    every = EVERY if grid.shape[0] == 1 else 1
-    for first in range(0, n_strips, STRIPS_PER_CALL):
-        report(0.0)
-        last = min(first + STRIPS_PER_CALL, n_strips)
-        find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found)
-    bad = found[every * found[:, 0] >= repair.least]
-    bad = bad[np.argsort(-bad[:, 0], kind="stable")]
-    middle = np.array([r // 2 for r in reach])
-    return bad[:, 1:] // bad[:, :1] + middle
-
-
-@part_of_kernel
-def number_rows(cells, z0, y0, x0, nz, ny, nx, patterns, rows, line):
-    """Fill `rows` with the numbers of the rows of cells of all patterns that begin in a box.
-
-    `line` is workspace for a row of cells.
-    """
-    spacing, n = patterns.spacing, patterns.cells[2]
-    flat, own, n_cells = cells.ravel(), rows.ravel(), nx + (n - 1) * spacing
-    for z in range(nz + (patterns.cells[0] - 1) * spacing):
-        for y in range(ny + (patterns.cells[1] - 1) * spacing):
-            first = np.uint64(((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0)
-            to = np.uint64((z * rows.shape[1] + y) * rows.shape[2])
-            for x in range(np.uint64(n_cells)):
-                line[x] = patterns.labels[flat[first + x]]
-            for x in range(np.uint64(nx)):
-                own[to + x] = line[x]
-            for k in range(1, n):
-                ahead = np.uint64(k * spacing)
-                for x in range(np.uint64(nx)):
-                    own[to + x] = own[to + x] * patterns.base + line[x + ahead]
-
-
-@part_of_kernel
-def number_patterns(rows, z, y, nx, patterns, numbers):
-    """Fill `numbers` with those of the patterns whose first row is row y of layer z."""
-    own, spacing = rows.ravel(), patterns.spacing
-    base = patterns.base
-    factor = np.uint32(1)
-    for _ in range(patterns.cells[2]):
-        factor *= base
-    if patterns.shift > 0:
-        factor = np.uint32(HASH_OF_ROWS)
-    for x in range(np.uint64(nx)):
-        numbers[x] = 0
-    for i in range(patterns.cells[0]):
-        for j in range(patterns.cells[1]):
-            layer, row = z + i * spacing, y + j * spacing
-            first = np.uint64((layer * rows.shape[1] + row) * rows.shape[2])
-            if patterns.shift == 0:
-                for x in range(np.uint64(nx)):
-                    numbers[x] = numbers[x] * factor + own[first + x]
-            else:
-                for x in range(np.uint64(nx)):
-                    number = (numbers[x] ^ own[first + x]) * factor
-                    numbers[x] = number ^ number >> np.uint32(15)
-    shift = np.uint32(patterns.shift)
-    for x in range(np.uint64(nx)):
-        numbers[x] >>= shift
-
-
-@part_of_kernel
-def is_known(known, number):
-    """Return whether the image has a pattern."""
-    return known[number >> np.uint32(3)] >> (number & np.uint32(7)) & 1
-
-
-@kernel
-def mark_known(image, patterns, rows, numbers):
-    """Note all patterns of an image; `rows` and `numbers` are workspace."""
-    reach_z, reach_y, reach_x = (
-        (patterns.cells[0] - 1) * patterns.spacing,
-        (patterns.cells[1] - 1) * patterns.spacing,
-        (patterns.cells[2] - 1) * patterns.spacing,
-    )
-    nz, ny, nx = image.shape[0] - reach_z, image.shape[1] - reach_y, image.shape[2] - reach_x
-    known, at_once = patterns.known, rows.shape[1] - reach_y
-    for z in range(nz):
-        for first in range(0, ny, at_once):
-            n = min(at_once, ny - first)
-            number_rows(image, z, first, 0, 1, n, nx, patterns, rows, numbers)
-            for y in range(n):
-                number_patterns(rows, 0, y, nx, patterns, numbers)
-                for x in range(nx):
-                    number = numbers[x]
-                    known[number >> np.uint32(3)] |= np.uint8(1) << (number & np.uint32(7))
-
-
-@kernel
-def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found):
-    """Count the unseen patterns of the parts of strips `first` to `last` − 1 of a grid.
-
-    A strip has all parts along x; each `every`-th row of patterns is looked at. `found`, shape
-    (n_parts, 4), gets their number and the sums of their layers, rows and columns.
-    """
-    end_z = grid.shape[0] - (patterns.cells[0] - 1) * patterns.spacing
-    end_y = grid.shape[1] - (patterns.cells[1] - 1) * patterns.spacing
-    nx = grid.shape[2] - (patterns.cells[2] - 1) * patterns.spacing
-    for strip in range(first, last):
-        z0, y0 = strip // n_parts[1] * part[0], strip % n_parts[1] * part[1]
-        nz, ny = min(part[0], end_z - z0), min(part[1], end_y - y0)
-        number_rows(grid, z0, y0, 0, nz, ny, nx, patterns, rows, numbers)
-        for z in range(nz):
-            for y in range(0, ny, every):
-                number_patterns(rows, z, y, nx, patterns, numbers)
-                for x in range(nx):
-                    if not is_known(patterns.known, numbers[x]):
-                        at = strip * n_parts[2] + x // part[2]
-                        found[at, 0] += 1
-                        found[at, 1] += z0 + z
-                        found[at, 2] += y0 + y
-                        found[at, 3] += x
-
-
-@part_of_kernel
-def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
-    """Count the unseen patterns of a box of cells from its corner; counting may end at `limit`."""
-    nz -= (patterns.cells[0] - 1) * patterns.spacing
-    ny -= (patterns.cells[1] - 1) * patterns.spacing
-    nx -= (patterns.cells[2] - 1) * patterns.spacing
-    number_rows(cells, 0, 0, 0, nz, ny, nx, patterns, rows, numbers)
-    n = 0
-    for z in range(nz):
-        for y in range(ny):
-            number_patterns(rows, z, y, nx, patterns, numbers)
-            for x in range(nx):
-                n += 1 - is_known(patterns.known, numbers[x])
-            if n >= limit:
-                return n
-    return n
-
-
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around places, shape (n, 3), one after another; return how many changed."""
@@ -399,7 +197,6 @@ def repair_windows(target, repair, places, forced, rng, work):
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed = repair.patterns, 0
-    cells, cells_new = grid.ravel(), image.ravel()
     for i in range(len(places)):
         z0 = min(max(places[i, 0] - nz // 2, 0), grid.shape[0] - nz)
         y0 = min(max(places[i, 1] - ny // 2, 0), grid.shape[1] - ny)
@@ -409,9 +206,8 @@ def repair_windows(target, repair, places, forced, rng, work):
         box = Box(z0, y0, x0, nz, ny, nx, sides, oz, oy, ox)
         if has_any(forced, box):
             continue
-        around = surroundings(grid, box, patterns, work.trial)
-        inside = z0 - around[0], y0 - around[1], x0 - around[2]
-        tz, ty, tx = around[3], around[4], around[5]
+        first_z, first_y, first_x, tz, ty, tx = surroundings(grid, box, patterns, work.trial)
+        inside = z0 - first_z, y0 - first_y, x0 - first_x
         before = n_unseen(work.trial, tz, ty, tx, patterns, work.rows, work.numbers, 1 << 30)
         if before < repair.least:
             continue
@@ -423,33 +219,14 @@ def repair_windows(target, repair, places, forced, rng, work):
         else:
             n = well_fitting_windows(target, box, repair, rng, work)
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
-        for k in range(n):
-            place = work.best[k, 1], work.best[k, 2], work.best[k, 3]
+        for number in range(n):
+            place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
-            mask, change = work.cut.keep_mask, 0
-            for k in range(len(work.counts)):
-                work.counts[k] = 0
-            keep, trial = mask.ravel(), work.trial.ravel()
-            for z in range(nz):
-                for y in range(ny):
-                    row = (
-                        (inside[0] + z) * work.trial.shape[1] + inside[1] + y
-                    ) * work.trial.shape[2]
-                    own, to = np.uint64((z * ny + y) * nx), np.uint64(row + inside[2])
-                    old = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
-                    row = ((place[0] + z) * image.shape[1] + place[1] + y) * image.shape[2]
-                    new = np.uint64(row + place[2])
-                    for x in range(np.uint64(nx)):
-                        trial[to + x] = cells[old + x] if keep[own + x] else cells_new[new + x]
-                    for k in range(1, len(work.counts)):
-                        work.counts[k] += n_of(trial, to, nx, k) - n_of(cells, old, nx, k)
-            for k in range(1, len(work.counts)):
-                work.counts[0] -= work.counts[k]
-            for k in range(len(work.counts)):
-                change += abs(work.counts[k])
+            mask = work.cut.keep_mask
+            change = try_patch(image, grid, box, place, mask, inside, work.trial, work.counts)
             limit = np.int64(np.ceil(least))
             after = n_unseen(work.trial, tz, ty, tx, patterns, work.rows, work.numbers, limit)
-            cost = after + CHANGE * change / 2
+            cost = after + CHANGE * change
             if cost < least and after < before:
                 least, chosen = cost, place
                 for z in range(nz):
@@ -534,6 +311,35 @@ def surroundings(grid, box, patterns, trial):
             for x in range(np.uint64(nx)):
                 flat[to + x] = cells[first + x]
     return z0, y0, x0, nz, ny, nx
+
+
+@part_of_kernel
+def try_patch(image, grid, box, place, keep_mask, inside, trial, counts):
+    """Paste a patch into a copy of the grid, `trial`, where the box begins at `inside`.
+
+    Return how many cells the proportions change by; `counts` is workspace by facies.
+    """
+    cells, cells_new, keep, flat = grid.ravel(), image.ravel(), keep_mask.ravel(), trial.ravel()
+    for k in range(len(counts)):
+        counts[k] = 0
+    for z in range(box.nz):
+        for y in range(box.ny):
+            own = np.uint64((z * box.ny + y) * box.nx)
+            row = (inside[0] + z) * trial.shape[1] + inside[1] + y
+            to = np.uint64(row * trial.shape[2] + inside[2])
+            row = (box.z0 + z) * grid.shape[1] + box.y0 + y
+            old = np.uint64(row * grid.shape[2] + box.x0)
+            row = (place[0] + z) * image.shape[1] + place[1] + y
+            new = np.uint64(row * image.shape[2] + place[2])
+            for x in range(np.uint64(box.nx)):
+                flat[to + x] = cells[old + x] if keep[own + x] else cells_new[new + x]
+            for k in range(1, len(counts)):
+                counts[k] += n_of(flat, to, box.nx, k) - n_of(cells, old, box.nx, k)
+    change = 0
+    for k in range(1, len(counts)):
+        counts[0] -= counts[k]
+        change += abs(counts[k])
+    return (change + abs(counts[0])) / 2
 
 
 @part_of_kernel

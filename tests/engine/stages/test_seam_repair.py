@@ -19,17 +19,15 @@ from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.resimulation import Target
 from ccwsim.engine.stages.seam_repair import (
-    EVERY,
     LEAST,
     Repair,
     make_workspace,
-    n_unseen,
     prepare_repair,
     repair_seams,
-    unseen_places,
     well_fitting_windows,
     window_lengths,
 )
+from ccwsim.engine.stages.unseen_patterns import EVERY, n_unseen, unseen_places
 from ccwsim.model.study import Study
 from ccwsim.system.workers import Watch
 from tests.small_images import blobs, noise
@@ -94,7 +92,7 @@ def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_image_has_all_its_own_patterns(shape, n_facies):
     image, repair = prepared(shape, n_facies)
-    assert len(unseen_places(image, repair, lambda share: None)) == 0
+    assert len(unseen_places(image, repair.patterns, repair.window, repair.least)) == 0
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -111,7 +109,7 @@ def test_the_worst_places_come_first_and_lie_among_their_patterns(shape):
         if at[1] % part[1] % every == 0:
             wanted.setdefault(tuple(at // part), []).append(at)
     wanted = {key: own for key, own in wanted.items() if every * len(own) >= repair.least}
-    found = unseen_places(grid, repair, lambda share: None)
+    found = unseen_places(grid, repair.patterns, repair.window, repair.least)
     middles = {
         tuple((np.sum(own, axis=0) // len(own) + np.array(reach) // 2).tolist()): len(own)
         for own in wanted.values()

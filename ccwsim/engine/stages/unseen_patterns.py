@@ -1,0 +1,228 @@
+"""Which patterns of a realization the training image never has.
+
+Not in the paper. A pattern is a number, and a table of bits says of each whether the image has it:
+a realization is looked at in a pass, a window of it in a microsecond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.stages.path import Triple
+
+SIDE, SPACING = 4, 2
+"""Patterns of a map have 4 × 4 cells, every second one: wide enough to see an end from its side."""
+SIDE_VOLUME, SPACING_VOLUME = 3, 1
+"""Those of a volume have 3 × 3 × 3 cells side by side."""
+NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
+"""Bits of the numbers of patterns, of which a table says which the image has: where there are more
+patterns some share a number, and are taken for known ones."""
+HASH, HASH_OF_ROWS = 0x9E3779B1, 0x85EBCA6B
+"""Odd numbers without a pattern of their own."""
+EVERY = 2
+"""Rows of patterns of a map that are looked at to find the windows: ends have several."""
+ROWS_AT_ONCE = 64
+"""Rows of the training image whose patterns are noted together."""
+STRIPS_PER_CALL = 64
+
+
+class Patterns(NamedTuple):
+    """Which patterns the training image has."""
+
+    known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set where it has pattern n
+    cells: Triple  # of a pattern along each axis
+    spacing: int
+    labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which the image has them
+    base: np.uint32  # a row of cells is a number to this base, and so are rows
+    shift: int  # the number of a pattern is shifted right by so much
+
+
+def known_patterns(image: NDArray[np.uint8]) -> Patterns:
+    """Return which patterns an image in layers has."""
+    volume = len(image) > 1
+    side, spacing = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
+    cells = tuple(side if (side - 1) * spacing < n else 1 for n in image.shape)
+    bits = NUMBER_BITS_VOLUME if volume else NUMBER_BITS
+    n_facies = int(image.max()) + 1
+    exact = n_facies ** prod(cells) <= 2**bits
+    known = np.zeros(2 ** (bits - 3), np.uint8)
+    base = np.uint32(n_facies if exact else HASH)
+    # Which patterns share a number must not depend on how facies are numbered.
+    facies, first = np.unique(image, return_index=True)
+    labels = np.zeros(256, np.uint32)
+    labels[facies[np.argsort(first)]] = np.arange(len(facies))
+    shift = 0 if exact else 32 - bits
+    patterns = Patterns(known, cells, spacing, labels, base, shift)  # type: ignore[arg-type]
+    strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
+    mark_known(image, patterns, *_pattern_buffers(patterns, strip))
+    return patterns
+
+
+def _pattern_buffers(
+    patterns: Patterns, shape: tuple[int, ...]
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """Return the arrays for patterns that begin in one row of cells, of arrays of a shape."""
+    reach = [(n - 1) * patterns.spacing for n in patterns.cells]
+    return (
+        np.zeros((shape[0] + reach[0], shape[1] + reach[1], shape[2] + reach[2]), np.uint32),
+        np.zeros(shape[2] + reach[2], np.uint32),
+    )
+
+
+def unseen_places(
+    grid: NDArray[np.uint8],
+    patterns: Patterns,
+    window: Triple,
+    least: int,
+    report: Callable[[float], None] = lambda share: None,
+) -> NDArray[np.int64]:
+    """Return the middle of the unseen patterns of each part of a grid, shape (n, 3).
+
+    Parts are half as long as a window and have at least so many; those with most come first.
+    `report` is called now and then, and may raise to stop.
+    """
+    part = tuple(max(n // 2, 1) for n in window)
+    reach = tuple((n - 1) * patterns.spacing for n in patterns.cells)
+    ends = tuple(n - r for n, r in zip(grid.shape, reach, strict=True))
+    if min(ends) <= 0:
+        return np.zeros((0, 3), np.int64)
+    n_parts = tuple(-(-n // p) for n, p in zip(ends, part, strict=True))
+    found = np.zeros((prod(n_parts), 4), np.int64)
+    rows, numbers = _pattern_buffers(patterns, (part[0], part[1], grid.shape[2]))
+    n_strips = n_parts[0] * n_parts[1]
+    every = EVERY if grid.shape[0] == 1 else 1
+    for first in range(0, n_strips, STRIPS_PER_CALL):
+        report(0.0)
+        last = min(first + STRIPS_PER_CALL, n_strips)
+        find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found)
+    bad = found[every * found[:, 0] >= least]
+    bad = bad[np.argsort(-bad[:, 0], kind="stable")]
+    middle = np.array([r // 2 for r in reach])
+    return bad[:, 1:] // bad[:, :1] + middle
+
+
+@part_of_kernel
+def number_rows(cells, z0, y0, x0, nz, ny, nx, patterns, rows, line):
+    """Fill `rows` with the numbers of the rows of cells of all patterns that begin in a box.
+
+    `line` is workspace for a row of cells.
+    """
+    spacing, n = patterns.spacing, patterns.cells[2]
+    flat, own, n_cells = cells.ravel(), rows.ravel(), nx + (n - 1) * spacing
+    for z in range(nz + (patterns.cells[0] - 1) * spacing):
+        for y in range(ny + (patterns.cells[1] - 1) * spacing):
+            first = np.uint64(((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0)
+            to = np.uint64((z * rows.shape[1] + y) * rows.shape[2])
+            for x in range(np.uint64(n_cells)):
+                line[x] = patterns.labels[flat[first + x]]
+            for x in range(np.uint64(nx)):
+                own[to + x] = line[x]
+            for k in range(1, n):
+                ahead = np.uint64(k * spacing)
+                for x in range(np.uint64(nx)):
+                    own[to + x] = own[to + x] * patterns.base + line[x + ahead]
+
+
+@part_of_kernel
+def number_patterns(rows, z, y, nx, patterns, numbers):
+    """Fill `numbers` with those of the patterns whose first row is row y of layer z."""
+    own, spacing = rows.ravel(), patterns.spacing
+    base = patterns.base
+    factor = np.uint32(1)
+    for _ in range(patterns.cells[2]):
+        factor *= base
+    if patterns.shift > 0:
+        factor = np.uint32(HASH_OF_ROWS)
+    for x in range(np.uint64(nx)):
+        numbers[x] = 0
+    for i in range(patterns.cells[0]):
+        for j in range(patterns.cells[1]):
+            layer, row = z + i * spacing, y + j * spacing
+            first = np.uint64((layer * rows.shape[1] + row) * rows.shape[2])
+            if patterns.shift == 0:
+                for x in range(np.uint64(nx)):
+                    numbers[x] = numbers[x] * factor + own[first + x]
+            else:
+                for x in range(np.uint64(nx)):
+                    number = (numbers[x] ^ own[first + x]) * factor
+                    numbers[x] = number ^ number >> np.uint32(15)
+    shift = np.uint32(patterns.shift)
+    for x in range(np.uint64(nx)):
+        numbers[x] >>= shift
+
+
+@part_of_kernel
+def is_known(known, number):
+    """Return whether the image has a pattern."""
+    return known[number >> np.uint32(3)] >> (number & np.uint32(7)) & 1
+
+
+@kernel
+def mark_known(image, patterns, rows, numbers):
+    """Note all patterns of an image; `rows` and `numbers` are workspace."""
+    reach_z, reach_y, reach_x = (
+        (patterns.cells[0] - 1) * patterns.spacing,
+        (patterns.cells[1] - 1) * patterns.spacing,
+        (patterns.cells[2] - 1) * patterns.spacing,
+    )
+    nz, ny, nx = image.shape[0] - reach_z, image.shape[1] - reach_y, image.shape[2] - reach_x
+    known, at_once = patterns.known, rows.shape[1] - reach_y
+    for z in range(nz):
+        for first in range(0, ny, at_once):
+            n = min(at_once, ny - first)
+            number_rows(image, z, first, 0, 1, n, nx, patterns, rows, numbers)
+            for y in range(n):
+                number_patterns(rows, 0, y, nx, patterns, numbers)
+                for x in range(nx):
+                    number = numbers[x]
+                    known[number >> np.uint32(3)] |= np.uint8(1) << (number & np.uint32(7))
+
+
+@kernel
+def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found):
+    """Count the unseen patterns of the parts of strips `first` to `last` − 1 of a grid.
+
+    A strip has all parts along x; each `every`-th row of patterns is looked at. `found`, shape
+    (n_parts, 4), gets their number and the sums of their layers, rows and columns.
+    """
+    end_z = grid.shape[0] - (patterns.cells[0] - 1) * patterns.spacing
+    end_y = grid.shape[1] - (patterns.cells[1] - 1) * patterns.spacing
+    nx = grid.shape[2] - (patterns.cells[2] - 1) * patterns.spacing
+    for strip in range(first, last):
+        z0, y0 = strip // n_parts[1] * part[0], strip % n_parts[1] * part[1]
+        nz, ny = min(part[0], end_z - z0), min(part[1], end_y - y0)
+        number_rows(grid, z0, y0, 0, nz, ny, nx, patterns, rows, numbers)
+        for z in range(nz):
+            for y in range(0, ny, every):
+                number_patterns(rows, z, y, nx, patterns, numbers)
+                for x in range(nx):
+                    if not is_known(patterns.known, numbers[x]):
+                        at = strip * n_parts[2] + x // part[2]
+                        found[at, 0] += 1
+                        found[at, 1] += z0 + z
+                        found[at, 2] += y0 + y
+                        found[at, 3] += x
+
+
+@part_of_kernel
+def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
+    """Count the unseen patterns of a box of cells from its corner; counting may end at `limit`."""
+    nz -= (patterns.cells[0] - 1) * patterns.spacing
+    ny -= (patterns.cells[1] - 1) * patterns.spacing
+    nx -= (patterns.cells[2] - 1) * patterns.spacing
+    number_rows(cells, 0, 0, 0, nz, ny, nx, patterns, rows, numbers)
+    n = 0
+    for z in range(nz):
+        for y in range(ny):
+            number_patterns(rows, z, y, nx, patterns, numbers)
+            for x in range(nx):
+                n += 1 - is_known(patterns.known, numbers[x])
+            if n >= limit:
+                return n
+    return n
