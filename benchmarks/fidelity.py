@@ -35,8 +35,10 @@ from benchmarks.volumes import published as published_volumes
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
 
-CHOSEN = ("channels", "stone_wall", "fractures", "levees", "bend", "ti_channel_256x256",
-          "sinuous_channels", "stacked_lenses")  # fmt: skip
+CHOSEN = (
+    *("channels", "stone_wall", "fractures", "levees", "bend", "ti_channel_256x256"),
+    *("sinuous_channels", "stacked_lenses", "folded_layers", "ti_maules_creek_340x200x80"),
+)
 """Images that had a part in the choice of settings; all others had none."""
 WAYS: dict[str, dict[str, bool]] = {
     "published": {"published_draw": True, "repair_seams": False},
