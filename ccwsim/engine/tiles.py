@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from math import prod
 from typing import Any, NamedTuple
 
@@ -34,7 +33,7 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import ORDERS, RasterPath, Triple, in_order, overlap_cells
+from ccwsim.engine.stages.path import RasterPath, Triple, in_order, overlap_cells
 from ccwsim.engine.stages.proportions import closest_to_target, draw_towards
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import Sums, make_sums, overlap_terms, score_places
@@ -144,20 +143,16 @@ def make_patches(
 
 
 def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
-    """Return which patches lie beside each and are simulated before it, shape (n, 4) or (n, 13).
+    """Return which patches of a map lie beside each and are simulated before it, shape (n, 4).
 
-    Of tiles that are not split; −1 where there is none. In a map these are four: on the left, at
-    the top, and at two corners.
+    On the left, at the top and at two corners, of tiles that are not split; −1 where there is none.
     """
     whole = patches[:, 7] == 0
-    number_of = np.full(np.add(path.tiles, 2), -1)  # with a margin
-    at = np.stack(np.unravel_index(patches[:, 8], path.tiles), axis=1) + 1
+    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin
+    at = np.stack(np.unravel_index(patches[:, 8], path.tiles[1:]), axis=1) + 1
     number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
-    axes = ORDERS[path.order]
-    layers = (-1, 0, 1) if path.tiles[0] > 1 else (0,)
-    moves = [*product(layers, (-1, 0, 1), (-1, 0, 1))]
-    earlier = [move for move in moves if tuple(move[axis] for axis in axes) < (0, 0, 0)]
-    found = [np.where(whole, number_of[tuple((at + move).T)], -1) for move in earlier]
+    moves = (-1, -1), (-1, 0), (-1, 1), (0, -1)
+    found = [np.where(whole, number_of[tuple((at + move).T)], -1) for move in moves]
     return np.stack(found, axis=1)
 
 

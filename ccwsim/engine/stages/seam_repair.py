@@ -19,7 +19,7 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.bits import Strips, make_strips, n_different, take_strips
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.candidates import best_places, draw_index, n_segments, place_of
-from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, n_of, paste
+from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.resimulation import Target, fitting_windows
@@ -82,7 +82,8 @@ class Workspace(NamedTuple):
     trial: NDArray[np.uint8]  # the window with what patterns reach around it
     rows: NDArray[np.uint32]  # shape (layers, rows, columns): the numbers of rows of patterns
     numbers: NDArray[np.uint32]
-    counts: NDArray[np.int64]  # shape (n_facies,)
+    counts: NDArray[np.int64]  # shape (n_facies,): how many cells of each facies a patch adds
+    no_sources: NDArray[np.int32]  # empty
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
@@ -139,8 +140,7 @@ def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> W
     kind, n, window = repair.energy.dtype, prod(shape), repair.window
     both = tuple(2 * n for n in repair.ring)
     n_terms = len(repair.sums) * overlap_cells(window, both) // prod(repair.block)  # type: ignore[arg-type]
-    reach = [(k - 1) * repair.patterns.spacing for k in repair.patterns.cells]
-    wide = tuple(w + 2 * r for w, r in zip(window, reach, strict=True))
+    wide = tuple(w + 2 * r for w, r in zip(window, repair.patterns.reach, strict=True))
     return Workspace(
         scores=np.zeros(shape, kind),
         sums=make_sums(repair.sums, repair.block, repair.energy.shape[2], n_terms, kind.type),
@@ -160,6 +160,7 @@ def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> W
         rows=np.zeros(wide, np.uint32),
         numbers=np.zeros(wide[2], np.uint32),
         counts=np.zeros(n_facies, np.int64),
+        no_sources=np.zeros((0, 0, 0), np.int32),
     )
 
 
@@ -207,7 +208,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         if has_any(forced, box):
             continue
         first_z, first_y, first_x, tz, ty, tx = surroundings(grid, box, patterns, work.trial)
-        inside = z0 - first_z, y0 - first_y, x0 - first_x
+        inside = Box(z0 - first_z, y0 - first_y, x0 - first_x, nz, ny, nx, sides, oz, oy, ox)
         before = n_unseen(work.trial, tz, ty, tx, patterns, work.rows, work.numbers, 1 << 30)
         if before < repair.least:
             continue
@@ -222,11 +223,16 @@ def repair_windows(target, repair, places, forced, rng, work):
         for number in range(n):
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
-            mask = work.cut.keep_mask
-            change = try_patch(image, grid, box, place, mask, inside, work.trial, work.counts)
+            mask, change = work.cut.keep_mask, 0
+            for k in range(len(work.counts)):
+                work.counts[k] = 0
+            surroundings(grid, box, patterns, work.trial)
+            paste(image, place, inside, mask, work.counts, work.trial, work.no_sources)
+            for k in range(len(work.counts)):
+                change += abs(work.counts[k])
             limit = np.int64(np.ceil(least))
             after = n_unseen(work.trial, tz, ty, tx, patterns, work.rows, work.numbers, limit)
-            cost = after + CHANGE * change
+            cost = after + CHANGE * change / 2
             if cost < least and after < before:
                 least, chosen = cost, place
                 for z in range(nz):
@@ -296,9 +302,7 @@ def well_fitting_windows(target, box, repair, rng, work):
 @part_of_kernel
 def surroundings(grid, box, patterns, trial):
     """Copy a box with all cells that patterns in it reach; return its first cell and lengths."""
-    reach_z = (patterns.cells[0] - 1) * patterns.spacing
-    reach_y = (patterns.cells[1] - 1) * patterns.spacing
-    reach_x = (patterns.cells[2] - 1) * patterns.spacing
+    reach_z, reach_y, reach_x = patterns.reach
     z0, y0, x0 = max(box.z0 - reach_z, 0), max(box.y0 - reach_y, 0), max(box.x0 - reach_x, 0)
     nz = min(box.z0 + box.nz + reach_z, grid.shape[0]) - z0
     ny = min(box.y0 + box.ny + reach_y, grid.shape[1]) - y0
@@ -311,35 +315,6 @@ def surroundings(grid, box, patterns, trial):
             for x in range(np.uint64(nx)):
                 flat[to + x] = cells[first + x]
     return z0, y0, x0, nz, ny, nx
-
-
-@part_of_kernel
-def try_patch(image, grid, box, place, keep_mask, inside, trial, counts):
-    """Paste a patch into a copy of the grid, `trial`, where the box begins at `inside`.
-
-    Return how many cells the proportions change by; `counts` is workspace by facies.
-    """
-    cells, cells_new, keep, flat = grid.ravel(), image.ravel(), keep_mask.ravel(), trial.ravel()
-    for k in range(len(counts)):
-        counts[k] = 0
-    for z in range(box.nz):
-        for y in range(box.ny):
-            own = np.uint64((z * box.ny + y) * box.nx)
-            row = (inside[0] + z) * trial.shape[1] + inside[1] + y
-            to = np.uint64(row * trial.shape[2] + inside[2])
-            row = (box.z0 + z) * grid.shape[1] + box.y0 + y
-            old = np.uint64(row * grid.shape[2] + box.x0)
-            row = (place[0] + z) * image.shape[1] + place[1] + y
-            new = np.uint64(row * image.shape[2] + place[2])
-            for x in range(np.uint64(box.nx)):
-                flat[to + x] = cells[old + x] if keep[own + x] else cells_new[new + x]
-            for k in range(1, len(counts)):
-                counts[k] += n_of(flat, to, box.nx, k) - n_of(cells, old, box.nx, k)
-    change = 0
-    for k in range(1, len(counts)):
-        counts[0] -= counts[k]
-        change += abs(counts[k])
-    return (change + abs(counts[0])) / 2
 
 
 @part_of_kernel

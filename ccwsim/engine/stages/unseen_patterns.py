@@ -38,6 +38,7 @@ class Patterns(NamedTuple):
     known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set where it has pattern n
     cells: Triple  # of a pattern along each axis
     spacing: int
+    reach: Triple  # from the first cell to the last one along each axis
     labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which the image has them
     base: np.uint32  # a row of cells is a number to this base, and so are rows
     shift: int  # the number of a pattern is shifted right by so much
@@ -58,7 +59,8 @@ def known_patterns(image: NDArray[np.uint8]) -> Patterns:
     labels = np.zeros(256, np.uint32)
     labels[facies[np.argsort(first)]] = np.arange(len(facies))
     shift = 0 if exact else 32 - bits
-    patterns = Patterns(known, cells, spacing, labels, base, shift)  # type: ignore[arg-type]
+    reach = tuple((n - 1) * spacing for n in cells)
+    patterns = Patterns(known, cells, spacing, reach, labels, base, shift)  # type: ignore[arg-type]
     strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
     mark_known(image, patterns, *_pattern_buffers(patterns, strip))
     return patterns
@@ -68,11 +70,8 @@ def _pattern_buffers(
     patterns: Patterns, shape: tuple[int, ...]
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
     """Return the arrays for patterns that begin in one row of cells, of arrays of a shape."""
-    reach = [(n - 1) * patterns.spacing for n in patterns.cells]
-    return (
-        np.zeros((shape[0] + reach[0], shape[1] + reach[1], shape[2] + reach[2]), np.uint32),
-        np.zeros(shape[2] + reach[2], np.uint32),
-    )
+    wide = [n + r for n, r in zip(shape, patterns.reach, strict=True)]
+    return np.zeros(wide, np.uint32), np.zeros(wide[2], np.uint32)
 
 
 def unseen_places(
@@ -88,8 +87,7 @@ def unseen_places(
     `report` is called now and then, and may raise to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
-    reach = tuple((n - 1) * patterns.spacing for n in patterns.cells)
-    ends = tuple(n - r for n, r in zip(grid.shape, reach, strict=True))
+    ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))
     if min(ends) <= 0:
         return np.zeros((0, 3), np.int64)
     n_parts = tuple(-(-n // p) for n, p in zip(ends, part, strict=True))
@@ -103,7 +101,7 @@ def unseen_places(
         find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found)
     bad = found[every * found[:, 0] >= least]
     bad = bad[np.argsort(-bad[:, 0], kind="stable")]
-    middle = np.array([r // 2 for r in reach])
+    middle = np.array(patterns.reach) // 2
     return bad[:, 1:] // bad[:, :1] + middle
 
 
@@ -114,9 +112,9 @@ def number_rows(cells, z0, y0, x0, nz, ny, nx, patterns, rows, line):
     `line` is workspace for a row of cells.
     """
     spacing, n = patterns.spacing, patterns.cells[2]
-    flat, own, n_cells = cells.ravel(), rows.ravel(), nx + (n - 1) * spacing
-    for z in range(nz + (patterns.cells[0] - 1) * spacing):
-        for y in range(ny + (patterns.cells[1] - 1) * spacing):
+    flat, own, n_cells = cells.ravel(), rows.ravel(), nx + patterns.reach[2]
+    for z in range(nz + patterns.reach[0]):
+        for y in range(ny + patterns.reach[1]):
             first = np.uint64(((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0)
             to = np.uint64((z * rows.shape[1] + y) * rows.shape[2])
             for x in range(np.uint64(n_cells)):
@@ -166,11 +164,7 @@ def is_known(known, number):
 @kernel
 def mark_known(image, patterns, rows, numbers):
     """Note all patterns of an image; `rows` and `numbers` are workspace."""
-    reach_z, reach_y, reach_x = (
-        (patterns.cells[0] - 1) * patterns.spacing,
-        (patterns.cells[1] - 1) * patterns.spacing,
-        (patterns.cells[2] - 1) * patterns.spacing,
-    )
+    reach_z, reach_y, reach_x = patterns.reach
     nz, ny, nx = image.shape[0] - reach_z, image.shape[1] - reach_y, image.shape[2] - reach_x
     known, at_once = patterns.known, rows.shape[1] - reach_y
     for z in range(nz):
@@ -191,9 +185,9 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
     A strip has all parts along x; each `every`-th row of patterns is looked at. `found`, shape
     (n_parts, 4), gets their number and the sums of their layers, rows and columns.
     """
-    end_z = grid.shape[0] - (patterns.cells[0] - 1) * patterns.spacing
-    end_y = grid.shape[1] - (patterns.cells[1] - 1) * patterns.spacing
-    nx = grid.shape[2] - (patterns.cells[2] - 1) * patterns.spacing
+    end_z = grid.shape[0] - patterns.reach[0]
+    end_y = grid.shape[1] - patterns.reach[1]
+    nx = grid.shape[2] - patterns.reach[2]
     for strip in range(first, last):
         z0, y0 = strip // n_parts[1] * part[0], strip % n_parts[1] * part[1]
         nz, ny = min(part[0], end_z - z0), min(part[1], end_y - y0)
@@ -213,9 +207,9 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
 @part_of_kernel
 def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
     """Count the unseen patterns of a box of cells from its corner; counting may end at `limit`."""
-    nz -= (patterns.cells[0] - 1) * patterns.spacing
-    ny -= (patterns.cells[1] - 1) * patterns.spacing
-    nx -= (patterns.cells[2] - 1) * patterns.spacing
+    nz -= patterns.reach[0]
+    ny -= patterns.reach[1]
+    nx -= patterns.reach[2]
     number_rows(cells, 0, 0, 0, nz, ny, nx, patterns, rows, numbers)
     n = 0
     for z in range(nz):
