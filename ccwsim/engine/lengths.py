@@ -68,8 +68,11 @@ class ScaledLengths(NamedTuple):
 
     @property
     def max_data(self) -> float:
-        """How many data a patch may have before its tile is split."""
-        return MAX_DATA * self.weight_of_data
+        """How many data a patch may have before its tile is split.
+
+        In a volume a larger overlap does not make more of them fit at once.
+        """
+        return MAX_DATA * (1.0 if self.volume else self.weight_of_data)
 
 
 def lengths_of(

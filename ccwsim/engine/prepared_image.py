@@ -62,7 +62,7 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
     kind = score_type(level, template, overlap, correlation)
     may_split = p.exact_data and study.hard_data.n > lengths.max_data
-    splits = legal_splits(template, overlap) if may_split else [(1, 1, 1)]
+    splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
     first = _energies(pyramid, lengths, (1, 1, 1), kind)
     energies = np.empty((len(splits), *first.shape), kind)
     energies[0] = first

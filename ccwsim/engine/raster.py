@@ -209,7 +209,8 @@ def _patches(
         key = "patches", path.tiles, path.order, lengths.template, lengths.overlap
         return image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
     legal = [(z, y, x) for z, y, x in splits.tolist()]
-    return make(split_tiles(legal, data, path, lengths.template, lengths.overlap, lengths.max_data))
+    lattice = path, lengths.template, lengths.overlap
+    return make(split_tiles(legal, data, *lattice, lengths.max_data, lengths.volume))
 
 
 def _offset(p: Parameters, lengths: ScaledLengths, rng: np.random.Generator) -> Triple:

@@ -224,7 +224,7 @@ def simulate_patches(
                 corner, before[number], patches, locations, block, search.reach, scores
             )
         if has_data or search.location_cost > 0:
-            weights = SPARSE if box.nx == search.template[2] else DENSE
+            weights = SPARSE if patch[7] == 0 else DENSE
             everywhere = weights.everywhere or not has_data
             start_totals(scores.ravel(), 1.0 if everywhere else search.share, totals.ravel())
             if search.location_cost > 0:

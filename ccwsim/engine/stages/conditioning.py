@@ -38,7 +38,8 @@ SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
 """Tiles that are split: the data themselves say where the shapes run; few locations fit them."""
 MAX_DATA = 10
-"""A tile with more data than this a patch is split into smaller patches."""
+"""A tile with more data than this a patch is split into smaller patches. In a map whose overlap is
+larger than usual they are more (`ScaledLengths.max_data`)."""
 MAX_TERMS = 1024
 """Data that are counted together: more are counted a part after the other."""
 MAX_COUNTED = 255
@@ -84,17 +85,19 @@ def place_data(
     return PlacedData(grid, np.ascontiguousarray(columns[order]), first, required)
 
 
-def legal_splits(template: Triple, overlap: Triple) -> list[Triple]:
+def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> list[Triple]:
     """Return into how many parts, along each axis, a tile can be split.
 
     The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
     T itself, the overlap is at most half of a part. Rows and columns are split alike, layers as far
-    as they can be.
+    as they can be; those of a volume first are halved along one axis alone, as a well runs.
 
     Examples
     --------
     >>> legal_splits((1, 32, 32), (0, 8, 8))
     [(1, 1, 1), (1, 2, 2), (1, 3, 3)]
+    >>> legal_splits((16, 32, 32), (4, 8, 8), volume=True)
+    [(1, 1, 1), (2, 1, 1), (1, 2, 1), (1, 1, 2), (2, 2, 2), (3, 3, 3)]
     """
     steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
 
@@ -103,7 +106,10 @@ def legal_splits(template: Triple, overlap: Triple) -> list[Triple]:
         return n == 1 or (width > 0 and step % n == 0 and step // n >= width)
 
     sizes = [n for n in range(1, steps[1][0] + 1) if legal(n, 1) and legal(n, 2)]
-    return [(max(m for m in range(1, n + 1) if legal(m, 0)), n, n) for n in sizes]
+    alike = [(max(m for m in range(1, n + 1) if legal(m, 0)), n, n) for n in sizes]
+    halves = [(2, 1, 1), (1, 2, 1), (1, 1, 2)] if volume else []
+    halves = [parts for parts in halves if legal(2, parts.index(2))]
+    return alike[:1] + halves + alike[1:]
 
 
 def split_tiles(
@@ -113,28 +119,45 @@ def split_tiles(
     template: Triple,
     overlap: Triple,
     max_data: float = MAX_DATA,
+    volume: bool = False,
 ) -> NDArray[np.int64]:
-    """Return which of `splits` each tile takes: the first with at most `max_data` a part."""
-    n_tiles = prod(path.tiles)
+    """Return which of `splits` each tile takes: the first with at most `max_data` a part.
+
+    On average in a map; in a volume, where a well may lie in one part alone, in the fullest.
+    """
+    split_of = np.full(prod(path.tiles), len(splits) - 1)
     if len(splits) == 1:
-        return np.zeros(n_tiles, np.int64)
+        return split_of
+    n_data = _data_of_parts(data, path, template, overlap, (1, 1, 1))
     steps = [t - o for t, o in zip(template, overlap, strict=True)]
-    own_rows = np.repeat(np.arange(len(data.first) - 1), np.diff(data.first))
-    places = [*np.divmod(own_rows, data.facies.shape[1]), data.columns]
-    n_data = np.zeros(n_tiles, np.int64)
-    for back in np.ndindex(2, 2, 2):  # a cell is in at most two tiles along each axis
-        at = [place // step - k for place, step, k in zip(places, steps, back, strict=True)]
-        inside = np.ones(len(own_rows), bool)
-        for tile, n, place, step, t in zip(at, path.tiles, places, steps, template, strict=True):
-            inside &= (tile >= 0) & (tile < n) & (place - tile * step < t)
-        layer, row, column = at
-        tiles = ((layer * path.tiles[1] + row) * path.tiles[2] + column)[inside]
-        n_data += np.bincount(tiles, minlength=n_tiles)
-    split_of = np.full(n_tiles, len(splits) - 1)
     for k in range(len(splits) - 2, -1, -1):
-        part = prod(s // n + o for s, n, o in zip(steps, splits[k], overlap, strict=True))
-        split_of[n_data * part <= max_data * prod(template)] = k
+        if volume:
+            n = _data_of_parts(data, path, template, overlap, splits[k])
+        else:
+            part = prod(s // n + o for s, n, o in zip(steps, splits[k], overlap, strict=True))
+            n = n_data * part / prod(template)
+        split_of[n <= max_data] = k
     return split_of
+
+
+def _data_of_parts(
+    data: PlacedData, path: RasterPath, template: Triple, overlap: Triple, parts: Triple
+) -> NDArray[np.int64]:
+    """Count the data of the fullest part of each tile, if all are split into so many parts."""
+    z, y = np.divmod(
+        np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), len(data.facies[0])
+    )
+    places = np.column_stack([z, y, data.columns])
+    width = np.array(overlap)
+    step = (np.array(template) - width) // parts
+    there = np.multiply(path.tiles, parts)
+    counts = np.zeros(there, np.int64)
+    for back in np.ndindex(2, 2, 2):  # a cell is in at most two parts along each axis
+        at = places // step - back
+        inside = (at >= 0) & (at < there) & (places - at * step < step + width)
+        np.add.at(counts, tuple(at[inside.all(axis=1)].T), 1)
+    of_tile = counts.reshape([n for pair in zip(path.tiles, parts, strict=True) for n in pair])
+    return of_tile.max(axis=(1, 3, 5)).ravel()
 
 
 class Misses(NamedTuple):

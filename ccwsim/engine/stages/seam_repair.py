@@ -158,7 +158,7 @@ def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> W
         kept=np.zeros(window, np.bool_),
         trial=np.zeros(wide, np.uint8),
         rows=np.zeros(wide, np.uint32),
-        numbers=np.zeros(wide[2], np.uint32),
+        numbers=np.zeros(wide[1] * wide[2], np.uint32),
         counts=np.zeros(n_facies, np.int64),
         no_sources=np.zeros((0, 0, 0), np.int32),
     )

@@ -111,20 +111,26 @@ def number_rows(cells, z0, y0, x0, nz, ny, nx, patterns, rows, line):
 
     `line` is workspace for a row of cells.
     """
-    spacing, n = patterns.spacing, patterns.cells[2]
-    flat, own, n_cells = cells.ravel(), rows.ravel(), nx + patterns.reach[2]
+    flat, own = cells.ravel(), rows.ravel()
     for z in range(nz + patterns.reach[0]):
         for y in range(ny + patterns.reach[1]):
-            first = np.uint64(((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0)
-            to = np.uint64((z * rows.shape[1] + y) * rows.shape[2])
-            for x in range(np.uint64(n_cells)):
-                line[x] = patterns.labels[flat[first + x]]
-            for x in range(np.uint64(nx)):
-                own[to + x] = line[x]
-            for k in range(1, n):
-                ahead = np.uint64(k * spacing)
-                for x in range(np.uint64(nx)):
-                    own[to + x] = own[to + x] * patterns.base + line[x + ahead]
+            first = ((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0
+            to = (z * rows.shape[1] + y) * rows.shape[2]
+            number_run(flat, first, own, to, nx, patterns, line)
+
+
+@part_of_kernel
+def number_run(cells, first, rows, to, n, patterns, line):
+    """Number the rows of `n` patterns side by side; cells and rows are raveled."""
+    first, to = np.uint64(first), np.uint64(to)
+    for x in range(np.uint64(n + patterns.reach[2])):
+        line[x] = patterns.labels[cells[first + x]]
+    for x in range(np.uint64(n)):
+        rows[to + x] = line[x]
+    for k in range(1, patterns.cells[2]):
+        ahead = np.uint64(k * patterns.spacing)
+        for x in range(np.uint64(n)):
+            rows[to + x] = rows[to + x] * patterns.base + line[x + ahead]
 
 
 @part_of_kernel
@@ -206,17 +212,24 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
 
 @part_of_kernel
 def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
-    """Count the unseen patterns of a box of cells from its corner; counting may end at `limit`."""
-    nz -= patterns.reach[0]
-    ny -= patterns.reach[1]
-    nx -= patterns.reach[2]
-    number_rows(cells, 0, 0, 0, nz, ny, nx, patterns, rows, numbers)
-    n = 0
+    """Count the unseen patterns of a box of cells from its corner; counting may end at `limit`.
+
+    The rows of a layer are one run, as those of a window alone are short; `rows` has the shape of
+    `cells`, `numbers` room for a layer.
+    """
+    n, width = 0, cells.shape[2]
+    run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]
+    flat, own = cells.ravel(), rows.ravel()
+    layer = cells.shape[1] * width
     for z in range(nz):
-        for y in range(ny):
-            number_patterns(rows, z, y, nx, patterns, numbers)
-            for x in range(nx):
+        number_run(
+            flat, z * layer, own, z * layer, run + patterns.reach[1] * width, patterns, numbers
+        )
+    for z in range(nz - patterns.reach[0]):
+        number_patterns(rows, z, 0, run, patterns, numbers)
+        for y in range(ny - patterns.reach[1]):
+            for x in range(y * width, y * width + nx - patterns.reach[2]):
                 n += 1 - is_known(patterns.known, numbers[x])
-            if n >= limit:
-                return n
+        if n >= limit:
+            return n
     return n

@@ -223,14 +223,18 @@ def templates(draw):
     return tuple(zip(*each, strict=True))
 
 
-@given(templates())
-def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(lengths):
+@given(templates(), st.booleans())
+def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(lengths, volume):
     template, overlap = lengths
-    splits = legal_splits(template, overlap)
+    splits = legal_splits(template, overlap, volume)
     assert splits[0] == (1, 1, 1)
-    assert splits == sorted(set(splits))
+    assert len(set(splits)) == len(splits)
+    halves = [parts for parts in splits if sorted(parts) == [1, 1, 2]]
+    alike = [parts for parts in splits if parts not in halves]
+    assert splits == alike[:1] + halves + sorted(alike[1:])
+    assert volume or not halves
+    assert all(parts[1] == parts[2] >= parts[0] for parts in alike)
     for parts in splits:
-        assert parts[1] == parts[2] >= parts[0]
         for t, o, n in zip(template, overlap, parts, strict=True):
             size, remainder = divmod(t - o, n)
             assert remainder == 0
@@ -241,15 +245,12 @@ def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(lengths):
 
 
 @pytest.mark.parametrize("n", [0, 5, MAX_DATA, MAX_DATA + 1, 40, 200, 700])
-@pytest.mark.parametrize("layers", [1, 16])
-def test_a_tile_is_split_until_its_parts_hold_few_data(n, layers):
-    template, overlap = (layers, 32, 32), (4 if layers > 1 else 0, 4, 4)
+def test_a_tile_of_a_map_is_split_until_its_parts_hold_few_data(n):
+    template, overlap = (1, 32, 32), (0, 4, 4)
     splits = legal_splits(template, overlap)
     step = np.subtract(template, overlap)
     cells, facies = random_data(template, n, np.random.default_rng(n))
-    # two rows of two tiles, and two layers of them in a volume; the data lie in the last
-    grid_shape = 2 * layers - 8 if layers > 1 else 1, 60, 60
-    path = make_path(grid_shape, 0, template, overlap)
+    path = make_path((1, 60, 60), 0, template, overlap)  # two rows of two; the data lie in the last
     first = step * (np.array(path.tiles) - 1)
     data = place_data(cells + first, facies, path.full)
     shares = [prod(step // parts + overlap) / prod(template) for parts in np.array(splits)]
@@ -258,22 +259,48 @@ def test_a_tile_is_split_until_its_parts_hold_few_data(n, layers):
     assert split_tiles(splits, data, path, template, overlap)[-1] == expected
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_tile_with_a_well_is_halved_along_the_well(axis):
+    template, overlap = (16, 16, 16), (4, 4, 4)
+    path = make_path((28, 28, 28), 0, template, overlap)
+    well = np.full((28, 3), 20)
+    well[:, axis] = np.arange(28)
+    data = place_data(well, np.zeros(28, np.uint8), path.full)
+    splits = legal_splits(template, overlap, volume=True)
+    split_of = split_tiles(splits, data, path, template, overlap, volume=True).reshape(path.tiles)
+    crossed = np.moveaxis(np.zeros(path.tiles, bool), axis, 0)
+    crossed[:, 1, 1] = True  # 16 data a tile, 10 a half
+    halves = tuple(2 if a == axis else 1 for a in range(3))
+    assert splits[1:4] == [(2, 1, 1), (1, 2, 1), (1, 1, 2)]
+    for tile in np.ndindex(path.tiles):
+        wanted = halves if np.moveaxis(crossed, 0, axis)[tile] else (1, 1, 1)
+        assert splits[split_of[tile]] == wanted
+
+
 @settings(max_examples=40, deadline=None)
 @given(dimensions, st.integers(0, 200), st.integers(1, 40), st.integers(0, 2**16))
 def test_each_tile_counts_the_data_in_it(dimension, n, max_data, seed):
-    rng = np.random.default_rng(seed)
-    template, overlap = ((1, 16, 16), (0, 4, 4)) if dimension == MAP else ((8, 12, 12), (2, 3, 3))
+    rng, volume = np.random.default_rng(seed), dimension != MAP
+    template, overlap = ((8, 12, 12), (2, 3, 3)) if volume else ((1, 16, 16), (0, 4, 4))
     grid_shape = tuple(int(k) for k in rng.integers(1, 33, 3))
-    grid_shape = (1, *grid_shape[1:]) if dimension == MAP else grid_shape
+    grid_shape = grid_shape if volume else (1, *grid_shape[1:])
     path = make_path(grid_shape, 0, template, overlap)  # type: ignore[arg-type]
     cells, facies = random_data(grid_shape, min(n, prod(grid_shape)), rng)
     data = place_data(cells, facies, path.full)
-    splits = legal_splits(template, overlap)
-    split_of = split_tiles(splits, data, path, template, overlap, max_data)
+    splits = legal_splits(template, overlap, volume)
+    split_of = split_tiles(splits, data, path, template, overlap, max_data, volume)
     step = np.subtract(template, overlap)
+
+    def n_inside(first, size):
+        return ((cells >= first) & (cells < first + size)).all(axis=1).sum()
+
     for tile, at in enumerate(np.ndindex(path.tiles)):
-        first = step * at
-        inside = ((cells >= first) & (cells < first + template)).all(axis=1).sum()
-        parts = [prod(step // k + overlap) * inside <= max_data * prod(template) for k in splits]
-        expected = parts.index(True) if True in parts else len(splits) - 1
-        assert split_of[tile] == expected
+        first, few = step * at, []
+        for k in splits:
+            size = step // k + overlap
+            if volume:
+                of_parts = [n_inside(first + step // k * part, size) for part in np.ndindex(k)]
+                few.append(max(of_parts) <= max_data)
+            else:
+                few.append(prod(size) * n_inside(first, template) <= max_data * prod(template))
+        assert split_of[tile] == (few.index(True) if True in few else len(splits) - 1)

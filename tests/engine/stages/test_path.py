@@ -155,7 +155,7 @@ def test_patches_lie_on_what_is_simulated_already_just_where_their_sides_say(
         grid_shape, orientation = (1, *grid_shape[1:]), orientation % 8
         order = 0
     path = make_path(grid_shape, orientation, *lengths[:2], order)  # type: ignore[arg-type]
-    splits = legal_splits(*lengths[:2])
+    splits = legal_splits(*lengths[:2], volume)
     split_of = rng.integers(0, len(splits), np.prod(path.tiles))
     patches = make_patches(path, lengths, np.array(splits), split_of)
     done = np.zeros(path.full, bool)
