@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ccwsim.engine.lengths import ScaledLengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits
 from ccwsim.engine.stages.conditioning import legal_splits
-from ccwsim.engine.stages.path import Triple, in_layers, to_path
-from ccwsim.engine.stages.proportions import margin_weights
+from ccwsim.engine.stages.path import Triple, in_layers, in_three, to_path
+from ccwsim.engine.stages.proportions import DataProportions, margin_weights, proportions_of_data
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.seam_repair import Repair, prepare_repair
@@ -83,12 +83,10 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
 def steers(study: Study) -> bool:
     """Say whether proportions are steered to a target that is drawn for each realization.
 
-    Hard data may tell of other ones than the training image has, and so does a place in an image
-    that changes from one end to the other.
+    Not where an image that changes from one end to the other has other ones at each place.
     """
-    p, n_facies = study.parameters, study.training_image.n_facies
-    free = study.hard_data.n == 0 and not p.draws_as_published
-    return free and n_facies > 1 and not p.match_proportions
+    p, several = study.parameters, study.training_image.n_facies > 1
+    return several and not p.draws_as_published and not p.match_proportions
 
 
 def _energies(
@@ -156,6 +154,18 @@ class PreparedImage:
         return self.part(
             ("repair", template), lambda: prepare_repair(self.scaled(), template, shape, n_facies)
         )
+
+    def proportions_of_data(self) -> DataProportions:
+        """Return what the hard data of the study say of the proportions."""
+        study = self.study
+
+        def make() -> DataProportions:
+            cells, facies = in_three(study.hard_data.cells), study.facies_of_data
+            proportions = np.array(study.training_image.proportions)
+            shape = in_layers(study.grid.shape)
+            return proportions_of_data(cells, facies, self.scaled(), proportions, shape)
+
+        return self.part(("proportions of data",), make)
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return what is kept under a name, or make it."""

@@ -30,11 +30,12 @@ from ccwsim.engine.stages.path import (
     cells_to_path,
     from_path,
     in_layers,
+    in_three,
     make_path,
     overlap_cells,
     to_path,
 )
-from ccwsim.engine.stages.proportions import GAIN, Steering, draw_target
+from ccwsim.engine.stages.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.tiles import (
     Search,
@@ -226,10 +227,15 @@ def _steering(
     study: Study, image: PreparedImage, oriented: OrientedImage, rng: np.random.Generator
 ) -> Steering:
     """Draw the proportions of a realization."""
+    unsteered = Steering(oriented.proportions, oriented.margin, 0.0)
     if not steers(study):
-        return Steering(oriented.proportions, oriented.margin, 0.0)
+        return unsteered
     shape = in_layers(study.grid.shape)
     target = draw_target(image.scaled(), oriented.proportions, shape, rng)
+    if study.hard_data.n:
+        target = draw_between(target, oriented.proportions, image.proportions_of_data(), rng)
+        if target is None:
+            return unsteered
     units = lengths_of(study.parameters, study.grid.shape).at_scale(study.parameters.scale).unit
     gain = GAIN * prod(units) / prod(shape)
     return Steering(target, oriented.margin, gain)
@@ -263,11 +269,6 @@ def _data_at(scale: int, study: Study, path: RasterPath, lengths: ScaledLengths)
     z, y, x = (b * u for b, u in zip(block, own.unit, strict=True))
     blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x))
     return place_data(blocks * np.array(block), facies, shape, keep=p.exact_data)
-
-
-def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return cells with their layer, 0 in a map."""
-    return np.pad(cells, ((0, 0), (3 - cells.shape[1], 0)))
 
 
 def to_grid(

@@ -16,12 +16,11 @@ from ccwsim.engine.raster import (
     RASTER_SHARE,
     REPAIR_SHARE,
     draw_template,
-    in_three,
     simulate_raster,
     totals_of,
 )
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.path import Triple, in_layers
+from ccwsim.engine.stages.path import Triple, in_layers, in_three
 from ccwsim.engine.stages.resimulation import Target, resimulate
 from ccwsim.engine.stages.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
 from ccwsim.model.ensemble import FORCED, WRONG

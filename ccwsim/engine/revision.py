@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import in_three
 from ccwsim.engine.realization import target_of
+from ccwsim.engine.stages.path import in_three
 from ccwsim.engine.stages.resimulation import resimulate
 from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble

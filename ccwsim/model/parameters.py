@@ -47,7 +47,8 @@ MEANINGS = {
     "or larger than T.",
     "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
     "towards those of the training image: all realizations then have nearly the same. Off: each "
-    "realization has its own, which vary as those of pieces of the image as large as the grid.",
+    "realization has its own, which vary as those of pieces of the image as large as the grid and "
+    "lie nearer to those of hard data the more of these there are.",
     "published_draw": "Draw patches as published: the first one begins at the corner of the grid, "
     "any of the K best may be drawn, and nothing steers the proportions. Off: patches begin at "
     "random, those that fit much worse than the best or only copy the image on are left out.",

@@ -12,7 +12,6 @@ from ccwsim.engine.realization import repairs
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import sum_type
-from ccwsim.engine.stages.resimulation import SAMPLED
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.engine.stages.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.model.study import Study
@@ -25,8 +24,8 @@ GRIDS_OF_DATA = 2
 BYTES_A_DATUM = 200
 MAKING = 40
 """Bytes a block of the image while its energies are summed up in whole numbers of 64 bits."""
-LOOKING_AROUND = 52
-"""Bytes a cell, of up to SAMPLED, while it is found when a datum counts as isolated."""
+LOOKING_AROUND = 6
+"""Bytes a cell of the image while it is found when a datum counts as isolated."""
 TOTALS_AND_PLACES = 24
 """Bytes a location of scores with costs and of the numbers of the good ones."""
 MARGIN = 1.25
@@ -64,7 +63,7 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
     drawn = min(n, ways * len(own))
     making = MAKING * _n_blocks(study, usual.at_scale(p.scale))
     if study.hard_data.n and p.exact_data:
-        making = max(making, LOOKING_AROUND * min(image.indices.size, SAMPLED))
+        making = max(making, LOOKING_AROUND * image.indices.size)
     repair = _of_repair(study) if repairs(study) else 0
     return min(drawn * max(own), KEPT_BYTES + n_threads * max(own)) + int(making) + repair
 
@@ -84,7 +83,7 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     cells, blocks = image.indices.size / prod(own.unit), _n_blocks(study, own)
     n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
     split = p.exact_data and study.hard_data.n > own.max_data
-    n_splits = len(legal_splits(own.template, own.overlap)) if split else 1
+    n_splits = len(legal_splits(own.template, own.overlap, own.volume)) if split else 1
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     shapes = 8 if own.overlap[0] else 4
     scores = n_splits * shapes * blocks * _score_bytes(study, own)

@@ -38,6 +38,11 @@ def in_layers(shape: tuple[int, ...]) -> Triple:
     return nz, ny, nx
 
 
+def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return cells with their layer, 0 in a map."""
+    return np.pad(cells, ((0, 0), (3 - cells.shape[1], 0)))
+
+
 def overlap_cells(template: Triple, overlap: Triple) -> int:
     """Return how many cells a patch has in the overlap where it overlaps on each axis.
 

@@ -2,7 +2,7 @@
 
 Not in the paper. A patch is drawn more often the more it brings the realization towards its own
 target. That is not simply what the training image has: the proportions of its pieces as large as
-the grid differ from its own, and so do the targets of realizations.
+the grid differ from its own, and so do the targets of realizations. Hard data say more of them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, place_of
@@ -26,6 +27,14 @@ grid, in a patch of that facies alone."""
 PART = 4
 """Pieces of the training image, from which the spread of proportions is taken, are so many times
 shorter than it."""
+MAX_PLACES = 4000
+"""About so many places of the grid say to which of the data they are the nearest."""
+N_DRAWN = 50
+"""Targets that say how much those of an image vary."""
+FEW = 5
+"""So many columns of data say as much of how columns vary as the image does."""
+CONTRADICTED = 4
+"""Squared standard errors by which data differ that contradict the image."""
 MAX_LOCATIONS = 50_000
 """Locations that say how often margins are covered."""
 MAX_STEPS = 50
@@ -96,6 +105,67 @@ def draw_target(
     piece = image[tuple(slice(k, k + n) for k, n in zip(first, sides, strict=True))]
     own = np.bincount(piece.ravel(), minlength=len(proportions)) / piece.size
     return proportions + (own - proportions) * np.sqrt(piece.size / prod(grid_shape))
+
+
+class DataProportions(NamedTuple):
+    """What hard data say of the proportions: those of each column of cells that has data."""
+
+    shares: NDArray[np.float64]  # shape (n, n_facies)
+    weights: NDArray[np.float64]  # shape (n,): share of the grid to which each is the nearest
+    natural: float  # variance of what `draw_target` draws, summed over the facies
+
+
+def proportions_of_data(
+    cells: NDArray[np.int64],
+    facies: NDArray[np.uint8],
+    image: NDArray[np.uint8],
+    proportions: NDArray[np.float64],
+    grid_shape: Triple,
+) -> DataProportions:
+    """Return what data say; `cells`, shape (n, 3), and `facies` (indices) have n rows.
+
+    A vertical well is one column, as a datum of a map is. Where many are close each counts less.
+    """
+    _, ny, nx = grid_shape
+    columns, of_datum = np.unique(cells[:, 1] * nx + cells[:, 2], return_inverse=True)
+    counts = np.zeros((len(columns), len(proportions)))
+    np.add.at(counts, (of_datum, facies), 1)
+    step = max(int(np.sqrt(ny * nx / MAX_PLACES)), 1)
+    places = np.stack(np.mgrid[step // 2 : ny : step, step // 2 : nx : step], axis=-1).reshape(
+        -1, 2
+    )
+    _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
+    weights = np.bincount(nearest, minlength=len(columns)) / len(places)
+    rng = np.random.default_rng(0)
+    drawn = [draw_target(image, proportions, grid_shape, rng) for _ in range(N_DRAWN)]
+    shares = counts / counts.sum(axis=1, keepdims=True)
+    return DataProportions(shares, weights, float(np.var(drawn, axis=0).sum()))
+
+
+def draw_between(
+    target: NDArray[np.float64],
+    proportions: NDArray[np.float64],
+    data: DataProportions,
+    rng: np.random.Generator,
+) -> NDArray[np.float64] | None:
+    """Return a target between one that was drawn for the image and what hard data say.
+
+    Each counts as much as it is certain: the image by how much its pieces vary, data by how much
+    their columns do. Those are drawn anew, with repeats, so that the target varies as far as data
+    leave it open. None where data contradict the image: they may come from other geology, or from
+    wells that were drilled where a facies was hoped for.
+    """
+    n = len(data.weights)
+    own = data.weights @ data.shares
+    single = 1 - proportions @ proportions  # the variance of one cell, as if it were seen in FEW
+    spread = FEW * single + np.square(data.shares - own).sum()
+    error = np.square(data.weights).sum() * spread / (FEW + n - 1)
+    if np.square(own - proportions).sum() > CONTRADICTED * (data.natural + error):
+        return None
+    again = rng.integers(n, size=n)
+    seen = data.weights[again] @ data.shares[again] / data.weights[again].sum()
+    certain = data.natural / (data.natural + error)
+    return (1 - certain) * target + certain * seen
 
 
 @part_of_kernel

@@ -13,14 +13,13 @@ from ccwsim.engine.raster import (
     Plan,
     draw_template,
     empty_grid,
-    in_three,
     make_plan,
     to_grid,
 )
 from ccwsim.engine.realization import Realization, random_numbers, repair, repairs, target_of
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
-from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple
+from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple, in_three
 from ccwsim.engine.stages.pyramid import decompose, reconstruct
 from ccwsim.engine.stages.resimulation import first_cell, resimulate
 from ccwsim.engine.tiles import simulate_patches
@@ -331,7 +330,7 @@ class Trace:
             slack = int(search.slack)
         scores, copies = self._all_scores(p.number, blocks, box)
         if seen_data(self.data, before, box, search.co_template):
-            weights = SPARSE if nx == search.template[2] else DENSE
+            weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
             times = search.co_template
             phases = pyramid.phases

@@ -4,17 +4,20 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ccwsim import Parameters, TrainingImage, simulate
+from ccwsim import HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import place_of
 from ccwsim.engine.stages.proportions import (
     N_COMPARED,
     PART,
+    DataProportions,
     Steering,
     closest_to_target,
+    draw_between,
     draw_target,
     draw_towards,
     margin_weights,
+    proportions_of_data,
 )
 from ccwsim.engine.stages.pyramid import build_pyramid
 from tests.small_images import blobs
@@ -117,3 +120,87 @@ def test_the_mean_of_realizations_is_that_of_the_image_and_each_has_its_own():
     matched = simulate(image, (200, 200), matched, n_realizations=40, seed=1).proportions[:, 1]
     assert abs(steered.mean() - image.proportions[1]) < 0.01
     assert steered.std() > 3 * matched.std()
+
+
+def test_a_column_of_data_weighs_as_the_part_of_the_grid_that_is_nearest_to_it():
+    rng = np.random.default_rng(4)
+    image, shape = blobs((12, 40, 50), 3), (9, 30, 44)
+    places = np.array([(2, 3), (2, 4), (25, 40), (14, 20), (3, 3)])
+    cells = np.array([(z, y, x) for y, x in places for z in rng.permutation(9)[:5]])
+    facies = rng.integers(0, 3, len(cells)).astype(np.uint8)
+    order = rng.permutation(len(cells))
+    proportions = np.bincount(image.ravel()) / image.size
+    found = proportions_of_data(cells[order], facies[order], image, proportions, shape)
+    rows, columns = np.indices(shape[1:])
+    distance = np.hypot(*(np.stack([rows, columns])[:, None] - places.T[:, :, None, None]))
+    nearest = distance == distance.min(axis=0)
+    by_place = places[:, 0] * shape[2] + places[:, 1]
+    expected = (nearest / nearest.sum(axis=0)).mean(axis=(1, 2))[np.argsort(by_place)]
+    np.testing.assert_allclose(found.weights, expected, atol=0.03)  # equally near ones: either
+    of_places = (
+        np.stack([np.bincount(facies[5 * k : 5 * k + 5], minlength=3) for k in range(5)]) / 5
+    )
+    np.testing.assert_allclose(found.shares, of_places[np.argsort(by_place)])
+    targets = [draw_target(image, proportions, shape, rng) for _ in range(2000)]
+    assert found.natural == pytest.approx(np.var(targets, axis=0).sum(), rel=0.5)
+
+
+def as_data(shares) -> DataProportions:
+    shares = np.column_stack([1 - np.array(shares), shares])
+    return DataProportions(shares, np.full(len(shares), 1 / len(shares)), natural=0.002)
+
+
+def targets(data: DataProportions, n: int = 500) -> np.ndarray:
+    """Targets of an image of 30 % sand, whose pieces vary by 0.03."""
+    rng = np.random.default_rng(1)
+    image = np.array([0.7, 0.3])
+    drawn = image + np.outer(rng.normal(0, 0.002**0.5 / 2**0.5, n), [-1, 1])
+    found = [draw_between(target, image, data, rng) for target in drawn]
+    return np.array([target for target in found if target is not None])
+
+
+def test_many_data_decide_the_target_and_few_leave_it_to_the_image():
+    few, many = targets(as_data([0, 1, 1, 0])), targets(as_data(np.arange(2000) % 20 < 7))
+    assert abs(few[:, 1].mean() - 0.3) < 0.01
+    assert abs(many[:, 1].mean() - 0.35) < 0.01
+    assert abs(many[:, 1].mean() - 0.35) < abs(many[:, 1].mean() - 0.3)
+    np.testing.assert_allclose(many.sum(axis=1), 1)
+
+
+def test_targets_vary_as_far_as_data_leave_them_open():
+    spread = [targets(as_data(np.arange(n) % 10 < 3))[:, 1].std() for n in (10, 200, 4000)]
+    assert spread[0] > spread[1] > spread[2]
+    data = 2 * 0.3 * 0.7 / 4000  # their variance, over both facies
+    assert spread[2] == pytest.approx((0.5 / (1 / 0.002 + 1 / data)) ** 0.5, rel=0.15)
+
+
+def test_nothing_is_steered_by_data_that_contradict_the_image():
+    assert len(targets(as_data(np.arange(400) % 10 < 8))) == 0
+    assert len(targets(as_data([1, 1, 0]))) == 500  # two of three may be sand by chance
+
+
+@pytest.mark.slow
+def test_volumes_with_wells_have_the_proportions_of_the_image():
+    """As published sand is rare between wells: four points less and more than in the image."""
+    image, wells = datasets.load("sinuous_channels"), datasets.load_wells("sinuous_channels")
+    lengths = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
+    off = {}
+    for published in (False, True):
+        p = Parameters(**lengths, published_draw=published)
+        e = simulate(image, datasets.catalogue.WELLS_SHAPE, p, wells, n_realizations=12, seed=3)
+        assert not e.n_mismatched.any()
+        off[published] = abs(e.proportions[:, 1].mean() - image.proportions[1])
+    assert off[False] < 0.04 < off[True]
+
+
+def test_data_that_agree_with_the_image_take_bias_away():
+    image = TrainingImage(blobs((90, 90), 2))
+    field = blobs((200, 200), 2)
+    cells = np.argwhere(np.ones(field.shape))[
+        np.random.default_rng(0).permutation(field.size)[:200]
+    ]
+    data = HardData(cells, field[tuple(cells.T)])
+    p = Parameters(16, 4, 1, repair_seams=False)
+    e = simulate(image, field.shape, p, data, n_realizations=30, seed=1)
+    assert not e.n_mismatched.any()
+    assert abs(e.proportions[:, 1].mean() - field.mean()) < 0.015

@@ -178,7 +178,7 @@ def test_repair_leaves_fewer_unseen_patterns_and_all_data(shape, n_data):
     cells = np.stack(np.unravel_index(flat, shape), axis=1)
     data = HardData(cells, image.codes[rng.integers(0, 3, n_data)])
     p = Parameters((4, 16, 16), (2, 4, 4), (0, 1, 1)) if volume else Parameters(16, 4, 1)
-    study = Study(image, Grid.of(shape), p, data, 5)
+    study = Study(image, Grid.of(shape), p, data, 6)
     plain, own = realized(study)
     repair = PreparedImage(study).repair(p.along(shape).template)
     in_layers = (-1, *shape[-2:])

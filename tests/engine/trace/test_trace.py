@@ -222,7 +222,7 @@ def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trac
 
 
 def test_the_windows_replayed_give_the_realization():
-    trace = traced(Parameters(16, 4, 2), sampled(40))
+    trace = traced(Parameters(16, 4, 2), sampled(60))
     grid = trace.grid_frame.map_to_grid(trace.at(len(trace.patches) - 1).after)
     flat = trace.study.training_image.indices.ravel()
     assert any(w.fits for w in trace.windows)
