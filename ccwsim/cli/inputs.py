@@ -52,6 +52,9 @@ DATA_HELP = {
     "--hard-data": "cells whose facies is known: a file (columns x, y, facies or row, col, "
     "facies; Geo-EAS points; a grid with gaps), or the name of bundled ones ('ccwsim datasets' "
     "lists them)",
+    "--collars": "a table of the collars of wells (name, x, y, z): --hard-data then has their "
+    "intervals (name, from, to, facies)",
+    "--surveys": "a table of stations of deviated wells (name, depth, azimuth, inclination or dip)",
     "--hard-x": "which column is x",
     "--hard-y": "which column is y",
     "--hard-z": "which column is z, in a volume",
@@ -81,6 +84,8 @@ VALUES: dict[str, dict[str, Any]] = {
     "--first-row": {"type": click.Choice([NORTH, SOUTH]), "hidden": True},
     "--transpose": {"is_flag": True},
     "--hard-data": {"metavar": "F"},
+    "--collars": {"metavar": "F"},
+    "--surveys": {"metavar": "F"},
     "--hard-x": {"metavar": "NAME"},
     "--hard-y": {"metavar": "NAME"},
     "--hard-z": {"metavar": "NAME"},
@@ -112,7 +117,9 @@ READING_DATA = {
     "on_unknown": "on_unknown",
 }
 """Options for reading hard data, and what `import_hard_data` calls them."""
-OF_FILES = (*READING_IMAGE, "hard_data", *READING_DATA)
+OF_POINTS = ("x", "y", "z", "variable", "coordinates")
+"""What `import_hard_data` is told of a table and `import_wells` is not."""
+OF_FILES = (*READING_IMAGE, "hard_data", "collars", "surveys", *READING_DATA)
 OF_PROJECT = ("training_image", "grid", "cell_size", "origin", "cell_height", "bottom", *OF_FILES)
 """What a project says itself, so that it cannot be given beside it."""
 OF_VOLUMES = (
@@ -275,12 +282,13 @@ def hard_data_of(
 ) -> tuple[HardData, tuple[str, ...]]:
     """Return the hard data of a command line, and what happened while reading, in sentences."""
     from ccwsim import datasets
-    from ccwsim.io import import_hard_data
+    from ccwsim.io import import_hard_data, import_wells
 
     name, bundled = options.hard_data, datasets.hard_data_names()
     reading = {own: getattr(options, option) for option, own in READING_DATA.items()}
     reading = {key: value for key, value in reading.items() if value is not None}
-    if reading and (name is None or name in bundled):
+    collars, surveys = options.collars, options.surveys
+    if (reading or collars or surveys) and (name is None or name in bundled):
         raise CCWSIMError(
             "options for reading hard data need a file of them; give it with --hard-data"
         )
@@ -291,5 +299,12 @@ def hard_data_of(
     if not Path(name).exists():
         there = ", ".join(bundled)
         raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
-    report = import_hard_data(name, grid, image, **reading)
+    if collars is None and surveys is not None:
+        raise CCWSIMError("--surveys are of wells whose collars are a table; give --collars")
+    if collars is None:
+        report = import_hard_data(name, grid, image, **reading)
+    elif found := [own for own in OF_POINTS if own in reading]:
+        raise CCWSIMError(f"--hard-{found[0]} is not for wells with --collars; leave it out")
+    else:
+        report = import_wells(collars, name, grid, image, surveys=surveys, **reading)
     return report.hard_data, report.notes

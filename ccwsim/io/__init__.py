@@ -18,6 +18,7 @@ from ccwsim.io.hard_data.placing import (
     resolve_points,
 )
 from ccwsim.io.hard_data.points import ImportedPoints, PointsPreview, preview_points, read_points
+from ccwsim.io.hard_data.wells import import_wells
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
@@ -61,6 +62,7 @@ __all__ = [
     "guess_answers",
     "hard_data_as_bytes",
     "import_hard_data",
+    "import_wells",
     "inspect",
     "limited",
     "maps_as_bytes",

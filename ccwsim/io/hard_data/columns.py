@@ -47,6 +47,14 @@ _COLLAR = _words(
     "collar zcollar collarz collarelevation kb"
 )
 _DEPTH = _words("depth dept md tvd measureddepth tiefe teufe")
+_WELL = _words(
+    "bhid holeid hole boreholeid borehole bore well wellname wellid uwi bohrung bohrungsname sonde "
+    "dhid name id"
+)
+_LENGTH = _words("length totaldepth td eoh maxdepth enddepth endofhole laenge endteufe depth")
+_AZIMUTH = _words("azimuth azi azim bearing brg az richtung azimut")
+_INCLINATION = _words("inclination incl inc deviation dev zenith neigung")
+_DIP = _words("dip plunge fallen")
 _FROM = _words("from depthfrom fromdepth mdfrom frommd top depthtop topdepth von tiefevon")
 _TO = _words("to depthto todepth mdto tomd bottom base depthbase basedepth bis tiefebis")
 
@@ -182,6 +190,71 @@ def height_roles(file: DataFile, z: str | None, taken: Sequence[str], world: boo
     if start and end:
         return HeightRoles(collar, (start, end))
     return HeightRoles(collar, (depth,) if depth else ())
+
+
+def well_columns(file: DataFile) -> tuple[str, str, str]:
+    """Return the columns of a table of collars: well, z, and length or an empty text.
+
+    Examples
+    --------
+    >>> columns = ("HoleID", "East", "North", "Elev", "EOH")
+    >>> well_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    ('HoleID', 'Elev', 'EOH')
+    """
+    well = needed_column(file, _WELL, "the names of the wells", "well")
+    z = needed_column(file, _COLLAR, "the elevations of the collars", "z")
+    return well, z, _first(list(file.names), _LENGTH) or ""
+
+
+def interval_columns(file: DataFile) -> tuple[str, tuple[str, ...]]:
+    """Return the columns of a table of intervals: well, and from and to, or the depth of points.
+
+    Examples
+    --------
+    >>> columns = ("BHID", "From", "To", "Rock")
+    >>> interval_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    ('BHID', ('From', 'To'))
+    """
+    names = list(file.names)
+    well = needed_column(file, _WELL, "the names of the wells", "well")
+    start, end, depth = (_first(names, words) for words in (_FROM, _TO, _DEPTH))
+    if start and end:
+        return well, (start, end)
+    if start or end:
+        raise CCWSIMError(
+            f"{file.name} has the depth {start or end} of intervals, but not that of their other "
+            f"end; add a column {'to' if start else 'from'}"
+        )
+    return well, (depth or needed_column(file, _DEPTH, "depths", "from and to, or depth"),)
+
+
+def survey_columns(file: DataFile) -> tuple[str, str, str, str, bool]:
+    """Return the columns of a table of surveys: well, depth, azimuth, tilt; whether it is a dip.
+
+    Examples
+    --------
+    >>> columns = ("BHID", "MD", "Azi", "Dip")
+    >>> survey_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    ('BHID', 'MD', 'Azi', 'Dip', True)
+    """
+    well = needed_column(file, _WELL, "the names of the wells", "well")
+    depth = needed_column(file, (*_DEPTH, "at"), "depths", "depth")
+    azimuth = needed_column(file, _AZIMUTH, "directions", "azimuth")
+    tilt = _first(list(file.names), _INCLINATION)
+    if tilt:
+        return well, depth, azimuth, tilt, False
+    dip = needed_column(file, _DIP, "how wells are tilted", "inclination or dip")
+    return well, depth, azimuth, dip, True
+
+
+def needed_column(file: DataFile, words: tuple[str, ...], what: str, name: str) -> str:
+    """Return the column that is called by one of some words; an error says what is missing."""
+    found = _first(list(file.names), words)
+    if found is None:
+        raise CCWSIMError(
+            f"{file.name} has no column of {what}; it has {', '.join(file.names)}: call it {name}"
+        )
+    return found
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:

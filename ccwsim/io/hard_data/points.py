@@ -343,24 +343,24 @@ def _of_table(file: DataFile, roles: Roles, heights: HeightRoles) -> ImportedPoi
     lines = file.lines
     if lines is None:
         raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
-    first, second = (_numbers(file, name, lines) for name in (roles.x, roles.y))
+    first, second = (place_numbers(file, name, lines) for name in (roles.x, roles.y))
     notes = list(roles.notes)
     height = None if heights.z else height_column(list(file.variables), roles.facies)
     if height and len(np.unique(file.variables[height])) > 1:
         notes.append(f"The column {height} has several values; data are seen from above.")
     along, spans = [first, second], None
     if heights.z:
-        columns = [_numbers(file, name, lines) for name in (heights.z, *heights.depths)]
+        columns = [place_numbers(file, name, lines) for name in (heights.z, *heights.depths)]
         z, spans = heights_below(file.name, lines, columns[0], columns[1:])
         along.append(z)
     places = np.stack(along if roles.world else along[::-1], axis=1)
-    values, words = _facies_column(file, roles.facies)
+    values, words = facies_column(file, roles.facies)
     own = replace(file, missing=()) if words else file  # a place in the names is no value
     how = roles.world, file.counted, notes, spans
-    return replace(_known(own, roles.facies, places, values, lines, *how), words=words)
+    return replace(known_points(own, roles.facies, places, values, lines, *how), words=words)
 
 
-def _numbers(file: DataFile, column: str, lines: NDArray[np.int64]) -> NDArray[np.float64]:
+def place_numbers(file: DataFile, column: str, lines: NDArray[np.int64]) -> NDArray[np.float64]:
     """A column of places; the first word in it is said."""
     if column in file.words:
         fields = file.words[column]
@@ -369,7 +369,7 @@ def _numbers(file: DataFile, column: str, lines: NDArray[np.int64]) -> NDArray[n
     return file.variables[column]
 
 
-def _facies_column(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def facies_column(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     """Codes, or places in the different names, which are returned too; NaN where none is known."""
     if column in file.variables:
         return file.variables[column], ()
@@ -396,7 +396,7 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, is_volume: bool)
     lines = file.lines if file.lines is not None else np.arange(1, len(rows) + 1)
     counted = "line" if file.lines is not None else "row"
     notes = [f"Columns without names were taken as {said}."]
-    return _known(file, key, rows[:, :-1], rows[:, -1], lines, world, counted, notes)
+    return known_points(file, key, rows[:, :-1], rows[:, -1], lines, world, counted, notes)
 
 
 def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
@@ -414,11 +414,11 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
     _check_few(file.name, int(np.count_nonzero(known)), "known cells")
     places = np.argwhere(known)
     lines = np.flatnonzero(known) + 1
-    found = _known(file, key, places, cells[known], lines, False, "cell", [])
+    found = known_points(file, key, places, cells[known], lines, False, "cell", [])
     return replace(found, grid=file.placed(cells.shape))
 
 
-def _known(
+def known_points(
     file: DataFile,
     key: str,
     places: NDArray,

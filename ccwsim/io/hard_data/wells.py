@@ -1,0 +1,412 @@
+"""Wells in two or three tables: collars, intervals and, where they deviate, surveys."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile
+from ccwsim.io.formats.classes import Classes
+from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.hard_data.columns import (
+    interval_columns,
+    place_columns,
+    survey_columns,
+    value_column,
+    well_columns,
+)
+from ccwsim.io.hard_data.depths import along_wells
+from ccwsim.io.hard_data.placing import (
+    FaciesNames,
+    HardDataImport,
+    place_points,
+    resolve_points,
+)
+from ccwsim.io.hard_data.points import ImportedPoints, facies_column, known_points, place_numbers
+from ccwsim.io.limits import limits
+from ccwsim.io.opening import PathOrFile, open_file
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.training_image import TrainingImage
+
+STEPS_A_CELL = 16
+"""Points of a deviated well along the shortest side of a cell."""
+STRAIGHT = 1e-6
+"""A smaller bend between two stations, in radians, is none."""
+
+
+def import_wells(
+    collars: PathOrFile,
+    intervals: PathOrFile,
+    grid: Grid | Sequence[int],
+    training_image: TrainingImage | None = None,
+    *,
+    surveys: PathOrFile | None = None,
+    facies: str | None = None,
+    facies_names: FaciesNames | None = None,
+    threshold: float | None = None,
+    classes: Classes = None,
+    on_collision: str = "error",
+    on_outside: str = "error",
+    on_unknown: str = "error",
+) -> HardDataImport:
+    """Return the hard data of wells and a report of what happened on the way.
+
+    Parameters
+    ----------
+    collars : path or binary file
+        A table with one row a well: its name, x, y, z (the elevation of the collar) and, if known,
+        its length (`length`, `total depth`, `EOH`).
+    intervals : path or binary file
+        A table with the name of the well, `from` and `to` or one `depth`, and the facies. Depths
+        are along the well, from the collar on.
+    grid : Grid or triple of int
+        The grid of the volume.
+    training_image, facies_names, threshold, classes
+        As in `place_points`.
+    surveys : path or binary file, optional
+        A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
+        north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
+        horizontal, negative below it). Between stations a well is an arc, by the method of minimum
+        curvature [1]_; before the first and after the last it keeps its direction. Wells without
+        stations are vertical.
+    facies : str, optional
+        The column of facies, where its name does not tell.
+    on_collision, on_outside, on_unknown
+        As in `resolve_points`.
+
+    Returns
+    -------
+    HardDataImport
+        A vertical well has a datum in every cell whose centre is in an interval; a deviated one in
+        every cell that it goes through, with the facies at the middle of its way there.
+
+    Raises
+    ------
+    CCWSIMError
+        For tables that cannot be read or contradict each other; the message names their rows.
+
+    References
+    ----------
+    .. [1] Sawaryn, S. J. and Thorogood, J. L. (2005). A compendium of directional calculations
+       based on the minimum curvature method. SPE Drilling & Completion 20 (1), 24–36.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> collars = BytesIO(b"well,x,y,z\\nA,10.5,2.5,8\\n")
+    >>> log = b"well,from,to,facies\\nA,1,3,1\\nA,3,4,0\\n"
+    >>> import_wells(collars, BytesIO(log), (8, 8, 16)).hard_data.triples
+    ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
+    >>> surveys = BytesIO(b"well,depth,azimuth,dip\\nA,0,0,-45\\n")
+    >>> collars.seek(0)
+    0
+    >>> import_wells(collars, BytesIO(log), (8, 8, 16), surveys=surveys).hard_data.n
+    5
+    """
+    own = Grid.of(grid)
+    if own.nz is None:
+        raise CCWSIMError(f"wells need a grid with layers, but {own} is a map; give nz")
+    paths = _collars(_table(collars))
+    if surveys is not None:
+        _add_stations(_table(surveys), paths)
+    points = _points(_table(intervals), paths, own, facies)
+    placed = place_points(
+        points, own, training_image, facies_names=facies_names, threshold=threshold, classes=classes
+    )
+    return resolve_points(
+        placed, on_collision=on_collision, on_outside=on_outside, on_unknown=on_unknown
+    )
+
+
+class Stations(NamedTuple):
+    """Where the direction of a well is known."""
+
+    depths: NDArray[np.float64]  # shape (n,): along the well, the first 0
+    directions: NDArray[np.float64]  # shape (n, 3): unit vectors along x, y and z
+
+
+class Well(NamedTuple):
+    """A well: its collar, its length where it is known, and how it deviates."""
+
+    line: int  # of the table of collars
+    collar: NDArray[np.float64]  # x, y, z
+    length: float
+    stations: list[Stations]  # none where it is vertical
+
+
+def positions(
+    collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where a well is at some depths along it, shape (n, 3), by minimum curvature.
+
+    Between stations with tangents t₁ and t₂ that are L apart and bend by β, it is on an arc: at a
+    share f of L it has gone L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
+
+    Examples
+    --------
+    >>> down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
+    >>> quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
+    >>> positions(np.zeros(3), quarter, np.array([50 * np.pi])).round(6).tolist()
+    [[100.0, 0.0, -100.0]]
+    """
+    starts = [collar]
+    for k in range(1, len(stations.depths)):
+        start, end = stations.depths[k - 1 : k + 1]
+        starts.append(starts[-1] + _gone(stations, k - 1, np.array([end - start]))[0])
+    which = np.maximum(np.searchsorted(stations.depths, depths, side="right") - 1, 0)
+    found = np.empty((len(depths), 3))
+    for k in np.unique(which):
+        own = which == k
+        found[own] = starts[k] + _gone(stations, k, depths[own] - stations.depths[k])
+    return found
+
+
+def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far a well has gone some lengths after station k."""
+    first = stations.directions[k]
+    if k + 1 == len(stations.depths):
+        return along[:, None] * first
+    second, length = stations.directions[k + 1], stations.depths[k + 1] - stations.depths[k]
+    bend = 2 * np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0))
+    if bend < STRAIGHT:
+        return along[:, None] * first
+    share = along / length
+    by_first = np.cos((1 - share) * bend) - np.cos(bend)
+    by_second = 1 - np.cos(share * bend)
+    sums = by_first[:, None] * first + by_second[:, None] * second
+    return length / (bend * np.sin(bend)) * sums
+
+
+def _table(path_or_file: PathOrFile) -> DataFile:
+    file = open_file(path_or_file)
+    if isinstance(file, Picture) or not file.is_table or file.lines is None:
+        raise CCWSIMError(f"{file.name} is no table; wells come as tables with named columns")
+    return file
+
+
+def _names(file: DataFile, column: str) -> list[str]:
+    """The names of wells in a column of words or of numbers."""
+    if column in file.words:
+        return [name.strip() for name in file.words[column]]
+    return ["" if v != v else f"{v:.12g}" for v in file.variables[column].tolist()]
+
+
+def _number(file: DataFile, column: str) -> NDArray[np.float64]:
+    """A column of numbers, none missing."""
+    assert file.lines is not None
+    values = place_numbers(file, column, file.lines).astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise CCWSIMError(f"{file.name}, line {file.lines[bad[0]]}: {column} is missing; add it")
+    return values
+
+
+def _collars(file: DataFile) -> dict[str, Well]:
+    """Return the wells of a table of collars by their names."""
+    well, z, length = well_columns(file)
+    x, y, world, notes = place_columns(file)
+    if notes or not world:  # two other columns would be taken for them
+        raise CCWSIMError(
+            f"{file.name} has no columns of x and y of the collars; it has "
+            f"{', '.join(file.names)}: call them x and y"
+        )
+    places = np.column_stack([_number(file, name) for name in (x, y, z)])
+    lengths = _number(file, length) if length else np.full(len(places), np.inf)
+    found: dict[str, Well] = {}
+    rows = zip(_lines(file), _names(file, well), places, lengths, strict=True)
+    for line, name, place, own in rows:
+        if not name:
+            raise CCWSIMError(f"{file.name}, line {line}: the name of the well is missing; add it")
+        if name in found:
+            raise CCWSIMError(
+                f"{file.name}, lines {found[name].line} and {line}: the well {shown(name)} has two "
+                "collars; leave one out"
+            )
+        found[name] = Well(line, place, float(own), [])
+    return found
+
+
+def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
+    """Give wells the directions of a table of surveys."""
+    well, depth, azimuth, tilt, is_dip = survey_columns(file)
+    depths, bearings, tilts = (_number(file, name) for name in (depth, azimuth, tilt))
+    lines = _lines(file)
+    if is_dip:
+        if (tilts > 0).all() and len(tilts):
+            raise CCWSIMError(
+                f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
+                "give dips of wells that go down below 0, or call the column inclination if 0 is "
+                "straight down"
+            )
+        tilts = 90 + tilts
+    least, most = (-90, 90) if is_dip else (0, 180)
+    for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, 0, 180)):
+        bad = np.flatnonzero((values < low) | (values > high))
+        if len(bad):
+            value = values[bad[0]] - (90 if is_dip and what == tilt else 0)
+            low, high = (least, most) if what == tilt else (low, high)
+            raise CCWSIMError(
+                f"{file.name}, line {lines[bad[0]]}: {what} {value:g} is not from {low} to {high} "
+                "degrees; correct it"
+            )
+    radians, bearing = np.radians(tilts), np.radians(bearings)
+    flat = np.sin(radians)
+    ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
+    names = np.array(_names(file, well))
+    for name in dict.fromkeys(names.tolist()):
+        own = np.flatnonzero(names == name)
+        if name not in wells:
+            raise CCWSIMError(
+                f"{file.name}, line {lines[own[0]]}: there is no collar of the well {shown(name)}; "
+                "add it to the collars"
+            )
+        own = own[np.argsort(depths[own], kind="stable")]
+        twice = np.flatnonzero(np.diff(depths[own]) == 0)
+        if depths[own[0]] < 0 or len(twice):
+            k, said = (own[twice[0] + 1], "twice") if len(twice) else (own[0], "above the collar")
+            raise CCWSIMError(
+                f"{file.name}, line {lines[k]}: a station of {shown(name)} at depth {depths[k]:g} "
+                f"is {said}; correct it"
+            )
+        start = depths[own][:1] > 0
+        stations = Stations(
+            np.concatenate([np.zeros(int(start.sum())), depths[own]]),
+            np.concatenate([ways[own][:1][start], ways[own]]),
+        )
+        wells[name].stations.append(stations)
+
+
+def _lines(file: DataFile) -> list[int]:
+    assert file.lines is not None
+    return file.lines.tolist()
+
+
+def _points(
+    file: DataFile, wells: dict[str, Well], grid: Grid, facies: str | None
+) -> ImportedPoints:
+    """Return the points of all wells: one for each cell of an interval, or each depth."""
+    well, depths = interval_columns(file)
+    rest = [name for name in file.names if name not in (well, *depths)]
+    variable = value_column(file, rest, facies)
+    start, end = (_number(file, name) for name in (depths[0], depths[-1]))
+    names = _names(file, well)
+    _check(file, names, start, end, wells)
+    values, words = facies_column(file, variable)
+    if words:
+        file = replace(file, missing=())  # a place in the names is no value
+    collars = np.array([wells[name].collar for name in names]).reshape(-1, 3)
+    places, z = collars.copy(), collars[:, 2]
+    places[:, 2] = z - (start + end) / 2
+    spans = np.column_stack([z - end, z - start]) if len(depths) == 2 else None
+    lines = np.array(_lines(file))
+    points = known_points(file, variable, places, values, lines, True, "line", [], spans)
+    points = replace(points, words=words)
+    known = np.isin(lines, points.lines)
+    names, start, end = np.array(names)[known], start[known], end[known]
+    bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
+    parts = [along_wells(_part(points, ~bent), grid)]
+    if bent.any():
+        rows = zip(np.flatnonzero(bent), names[bent].tolist(), start[bent], end[bent], strict=True)
+        for k, name, first, last in rows:
+            parts.append(_along_path(_part(points, [k]), wells[name], first, last, grid))
+    empty = [name for name in wells if name not in set(names.tolist())]
+    notes = parts[0].notes
+    if empty:
+        listed = ", ".join(empty[:6]) + (" …" if len(empty) > 6 else "")
+        notes += (f"Wells without intervals: {len(empty)} ({listed}).",)
+    return replace(
+        parts[0],
+        places=np.concatenate([part.places for part in parts]),
+        values=np.concatenate([part.values for part in parts]),
+        lines=np.concatenate([part.lines for part in parts]),
+        notes=notes,
+    )
+
+
+def _check(
+    file: DataFile,
+    names: list[str],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    wells: dict[str, Well],
+) -> None:
+    """Say which intervals cannot be: one sentence with their rows."""
+    lines = _lines(file)
+    for k, name in enumerate(names):
+        where = f"{file.name}, line {lines[k]}"
+        if name not in wells:
+            raise CCWSIMError(
+                f"{where}: there is no collar of the well {shown(name)}; add it to the collars"
+            )
+        if start[k] > end[k]:
+            raise CCWSIMError(
+                f"{where}: the depth from {start[k]:g} is below the depth to {end[k]:g}; exchange "
+                "them"
+            )
+        if start[k] < 0:
+            raise CCWSIMError(f"{where}: the depth {start[k]:g} is above the collar; correct it")
+        if end[k] > wells[name].length:
+            raise CCWSIMError(
+                f"{where}: the depth {end[k]:g} is below the end of {shown(name)} at "
+                f"{wells[name].length:g}; correct one of them"
+            )
+    order = np.lexsort((start, np.array(names)))
+    for a, b in pairwise(order):
+        if names[a] == names[b] and start[b] < end[a]:
+            first, second = sorted((lines[a], lines[b]))
+            raise CCWSIMError(
+                f"{file.name}, lines {first} and {second}: two intervals of {shown(names[a])} "
+                f"overlap from {start[b]:g} on; correct one of them"
+            )
+
+
+def _part(points: ImportedPoints, which: NDArray[np.bool_] | list[int]) -> ImportedPoints:
+    spans = None if points.spans is None else points.spans[which]
+    own = points.places[which], points.values[which], points.lines[which]
+    places, values, lines = own
+    return replace(points, places=places, values=values, lines=lines, spans=spans)
+
+
+def _along_path(
+    point: ImportedPoints, well: Well, start: float, end: float, grid: Grid
+) -> ImportedPoints:
+    """Return an interval of a deviated well as a point in each cell that it has there.
+
+    The middle of the way through the cell decides: it is in one interval alone.
+    """
+    (stations,) = well.stations
+    if start == end:
+        places = positions(well.collar, stations, np.array([start]))
+        return replace(point, places=places, spans=None)
+    step = min(grid.cell_size) / STEPS_A_CELL
+    reach = sum(grid.cell_size)  # a cell that the interval begins or ends in is followed to its end
+    first, last = max(start - reach, 0.0), min(end + reach, well.length)
+    first, n = int(first / step), int(last / step) - int(first / step) + 1
+    if n > STEPS_A_CELL * limits().points:
+        raise CCWSIMError(
+            f"{point.name}, {point.named(np.array([0]))}: the interval is {(end - start):g} long, "
+            f"and cells {min(grid.cell_size):g}; correct its depths"
+        )
+    depths = step * np.arange(first, first + n)  # the same of all intervals of a well
+    path = positions(well.collar, stations, depths)
+    cells = grid.cells_of(*path.T)
+    changes = np.flatnonzero((np.diff(cells, axis=0) != 0).any(axis=1)) + 1
+    begins, ends = np.r_[0, changes], np.r_[changes, n] - 1
+    edges = np.r_[depths[0], (depths[changes - 1] + depths[changes]) / 2, depths[-1]]
+    middle = (edges[:-1] + edges[1:]) / 2
+    own = (middle > start) & (middle <= end) & (ends > begins)  # a single point may be of an edge
+    places = positions(well.collar, stations, middle[own])
+    count = int(own.sum())
+    return replace(
+        point,
+        places=grid.centers_of(cells[begins[own]]) if count else places,
+        values=np.repeat(point.values, count),
+        lines=np.repeat(point.lines, count),
+        spans=None,
+    )

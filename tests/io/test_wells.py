@@ -1,0 +1,211 @@
+"""Wells in tables of collars, intervals and surveys: paths, cells, and what is wrong with them."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
+from ccwsim.cli.program import main
+from ccwsim.io import import_wells
+from ccwsim.io.hard_data.wells import Stations, positions
+from tests.small_images import blobs
+
+GRID = Grid(20, 30, (2.0, 4.0, 0.5), (100.0, 200.0, -7.0), nz=40)
+COLLARS = b"Hole ID;East;North;Elev;EOH\nA-1;110,5;222,0;12,5;30\nB;131;250;9,75;30\n"
+INTERVALS = b"BHID,From,To,Rock\nA-1,0,2.6,1\nA-1,2.6,7.1,0\nB,1.1,4.1,1\n"
+
+
+def imported(collars=COLLARS, intervals=INTERVALS, surveys=None, grid=GRID, **options):
+    files = [None if table is None else BytesIO(table) for table in (collars, intervals, surveys)]
+    return import_wells(files[0], files[1], grid, surveys=files[2], **options)
+
+
+def test_vertical_wells_are_those_of_one_table():
+    one = b"x,y,z,from,to,facies\n110.5,222,12.5,0,2.6,1\n110.5,222,12.5,2.6,7.1,0\n"
+    one += b"131,250,9.75,1.1,4.1,1\n"
+    found = imported().hard_data
+    assert found.digest == read_hard_data(BytesIO(one), GRID).digest
+    straight = b"hole,depth,azimuth,inclination\nA-1,0,77,0\nB,5,0,0\n"
+    assert imported(surveys=straight).hard_data.digest == found.digest
+
+
+def test_one_depth_a_row_is_a_point():
+    points = b"well,depth,facies\nA-1,0.2,1\nA-1,3.1,0\n"
+    found = imported(intervals=points)
+    assert found.hard_data.triples == ((32, 5, 5, 0), (38, 5, 5, 1))
+    assert "Wells without intervals: 1 (B)." in found.notes
+
+
+@pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])  # degrees for each 30 m
+@pytest.mark.parametrize("azimuth", [0.0, 65.0, 200.0])
+def test_a_well_that_builds_at_a_constant_rate_is_a_circle(rate, azimuth):
+    radius = 30 / np.radians(rate)
+    depths = np.linspace(0, 80 / rate * 30, 5)
+    tilts, way = np.radians(depths * rate / 30), np.radians(azimuth)
+    directions = np.column_stack(
+        [np.sin(tilts) * np.sin(way), np.sin(tilts) * np.cos(way), -np.cos(tilts)]
+    )
+    between = np.linspace(0, depths[-1], 41)
+    found = positions(np.array([5.0, 6.0, 7.0]), Stations(depths, directions), between)
+    tilt = between * np.radians(rate) / 30
+    across = radius * (1 - np.cos(tilt))
+    expected = np.column_stack(
+        [5 + across * np.sin(way), 6 + across * np.cos(way), 7 - radius * np.sin(tilt)]
+    )
+    np.testing.assert_allclose(found, expected, atol=1e-9 * radius)
+
+
+def test_two_stations_give_the_increments_of_the_published_formula():
+    """ΔN, ΔE, ΔV = ΔMD / 2 (t₁ + t₂) · 2 / β tan β / 2, as in Sawaryn and Thorogood."""
+    (i1, a1), (i2, a2), length = np.radians([15, 10]), np.radians([25, 40]), 100.0
+    ways = [
+        [np.sin(i) * np.sin(a), np.sin(i) * np.cos(a), -np.cos(i)] for i, a in ((i1, a1), (i2, a2))
+    ]
+    bend = np.arccos(np.dot(*ways))
+    expected = length / 2 * np.sum(ways, axis=0) * 2 / bend * np.tan(bend / 2)
+    stations = Stations(np.array([0.0, length]), np.array(ways))
+    found = positions(np.zeros(3), stations, np.array([length]))
+    np.testing.assert_allclose(found[0], expected)
+
+
+SURVEYS = st.lists(
+    st.tuples(st.floats(0.5, 8), st.floats(0, 360), st.floats(0, 85)), min_size=1, max_size=4
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(SURVEYS, st.integers(0, 2**16))
+def test_a_deviated_well_has_a_datum_in_each_cell_it_goes_through(stations, seed):
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(102, 158), rng.uniform(202, 278)  # hardly ever along an edge of cells
+    depths = np.cumsum([depth for depth, *_ in stations])
+    rows = [f"W,{d},{a},{i}" for d, (_, a, i) in zip(depths, stations, strict=True)]
+    edges = np.sort(rng.uniform(0, 25, 4))
+    logs = [f"W,{a},{b},{k % 2}" for k, (a, b) in enumerate(pairwise(edges))]
+    found = imported(
+        f"well,x,y,z\nW,{x},{y},12.9\n".encode(),
+        "\n".join(["well,from,to,facies", *logs]).encode(),
+        "\n".join(["well,depth,azimuth,inclination", *rows]).encode(),
+        on_outside="drop",
+        on_collision="nearest",
+    ).hard_data
+    ways = np.radians([[i, a] for _, a, i in stations])
+    directions = np.column_stack(
+        [
+            np.sin(ways[:, 0]) * np.sin(ways[:, 1]),
+            np.sin(ways[:, 0]) * np.cos(ways[:, 1]),
+            -np.cos(ways[:, 0]),
+        ]
+    )
+    path = Stations(np.r_[0, depths], np.concatenate([directions[:1], directions]))
+    fine = np.linspace(edges[0], edges[-1], 40_000)
+    cells = GRID.cells_of(*positions(np.array([x, y, 12.9]), path, fine).T)
+    inside = GRID.holds(cells)
+    facies = (np.searchsorted(edges, fine, side="right") - 1).clip(0, 2) % 2
+    through: dict[tuple[int, ...], list[int]] = {}
+    for cell, own in zip(map(tuple, cells[inside].tolist()), facies[inside].tolist(), strict=True):
+        through.setdefault(cell, []).append(own)
+    long = 40_000 * 0.1 / (edges[-1] - edges[0])  # ways of 0.1 and more are found by any step
+    data = {tuple(cell): code for *cell, code in found.triples}
+    assert set(data) <= set(through)
+    ends = {tuple(cells[0].tolist()), tuple(cells[-1].tolist())}
+    for cell, codes in through.items():
+        if len(codes) > long and cell not in ends:
+            assert cell in data
+            if len(set(codes)) == 1:
+                assert data[cell] == codes[0]
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(0, 2**16))
+def test_data_of_deviated_wells_are_honoured(seed):
+    rng = np.random.default_rng(seed)
+    grid = Grid(20, 24, nz=10)
+    collars, logs, stations = ["well,x,y,z"], ["well,from,to,facies"], ["well,depth,azimuth,dip"]
+    for k in range(3):
+        collars.append(f"{k},{rng.uniform(4, 20)},{rng.uniform(4, 16)},10")
+        stations.append(f"{k},{rng.uniform(0, 3)},{rng.uniform(0, 360)},{-rng.uniform(30, 90)}")
+        stations.append(f"{k},6,{rng.uniform(0, 360)},{-rng.uniform(30, 90)}")
+        logs += [f"{k},{d},{d + 2},{rng.integers(2)}" for d in range(0, 8, 2)]
+    tables = ("\n".join(table).encode() for table in (collars, logs, stations))
+    settled = {"on_outside": "drop", "on_collision": "nearest"}
+    data = imported(*tables, grid=grid, **settled).hard_data
+    image = TrainingImage(blobs((14, 30, 33), 2))
+    p = Parameters((8, 12, 12), (2, 4, 4), 1)
+    e = simulate(image, grid, p, data, n_realizations=1, seed=seed)
+    assert not e.n_mismatched.any()
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"collars": b"x,y,z\n1,2,3\n"}, "no column of the names of the wells; it has x, y, z"),
+        ({"collars": b"well,x,y\nA-1,1,2\n"}, "no column of the elevations of the collars"),
+        ({"collars": b"well;a;b;z\nB;1;2;3\n"}, "no columns of x and y of the collars"),
+        ({"collars": COLLARS + b"B;1;2;3;4\n"}, "lines 3 and 4: the well 'B' has two collars"),
+        ({"collars": b"well;x;y;z\nB;;2;3\nA-1;1;2;3\n"}, "line 2: x is missing; add it"),
+        (
+            {"intervals": b"well,from,to,facies\nC,1,2,1\n"},
+            "line 2: there is no collar of the well 'C'",
+        ),
+        (
+            {"intervals": b"well,from,facies\nB,1,1\n"},
+            "but not that of their other end; add a column to",
+        ),
+        ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has well, facies"),
+        ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "from 5 is below the depth to 2"),
+        ({"intervals": b"well,from,to,facies\nB,-1,2,1\n"}, "the depth -1 is above the collar"),
+        (
+            {"intervals": b"well,from,to,facies\nB,1,31,1\n"},
+            "the depth 31 is below the end of 'B' at 30",
+        ),
+        (
+            {"intervals": b"well,from,to,facies\nB,4,6,1\nA-1,0,9,0\nB,1,5,0\n"},
+            "lines 2 and 4: two intervals of 'B' overlap from 4 on",
+        ),
+        ({"surveys": b"well,depth,azimuth\nB,1,2\n"}, "no column of how wells are tilted"),
+        ({"surveys": b"well,depth,azimuth,dip\nC,1,2,-3\n"}, "no collar of the well 'C'"),
+        ({"surveys": b"well,depth,azimuth,dip\nB,1,2,60\n"}, "dip is 60 to 60, above the horizon"),
+        (
+            {"surveys": b"well,depth,azimuth,dip\nB,1,2,-95\n"},
+            "line 2: dip -95 is not from -90 to 90",
+        ),
+        (
+            {"surveys": b"well,depth,azimuth,inclination\nB,1,400,5\n"},
+            "azimuth 400 is not from -180",
+        ),
+        (
+            {"surveys": b"well,depth,azimuth,inclination\nB,1,4,5\nB,1,5,5\n"},
+            "line 3: a station of 'B' at depth 1 is twice",
+        ),
+        ({"grid": Grid(20, 30)}, "wells need a grid with layers"),
+    ],
+)
+def test_tables_that_cannot_be_are_said_with_their_rows(tables, said):
+    with pytest.raises(CCWSIMError) as error:
+        imported(**tables)
+    assert said in str(error.value)
+
+
+def test_the_command_line_takes_wells(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    surveys = b"well,depth,azimuth,dip\nB,0,90,-80\n"
+    tables = {"collars.csv": COLLARS, "logs.csv": INTERVALS, "surveys.csv": surveys}
+    for name, content in tables.items():
+        (tmp_path / name).write_bytes(content)
+    np.save(tmp_path / "ti.npy", blobs((20, 40, 40), 2))
+    line = (
+        "simulate ti.npy --grid 30x20x40 --cell-size 2 4 --cell-height 0.5 --origin 100 200 "
+        "--bottom -7 --template 16x16x8 --overlap 4x4x4 --level 1 --hard-data logs.csv "
+        "--collars collars.csv --surveys surveys.csv --output out.npz"
+    )
+    assert main(line.split()) == 0
+    data = imported(surveys=surveys).hard_data
+    with np.load(tmp_path / "out.npz") as saved:
+        assert saved["realizations"][0][tuple(data.cells.T)].tolist() == data.facies.tolist()
