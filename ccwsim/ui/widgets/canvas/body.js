@@ -131,6 +131,12 @@ class Painter {
     textures.delete(oldest);
   }
 
+  // Wait until it is drawn: by then its time is known.
+  wait() {
+    const { gl } = this;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
   paint(wide, high, looks, values) {
     const { gl, places } = this;
     if (this.canvas.width !== wide || this.canvas.height !== high) Object.assign(this.canvas, { width: wide, height: high });
@@ -145,7 +151,6 @@ class Painter {
     for (const name of ['n', 'cut', 'side']) gl.uniform3iv(places[name], values[name]);
     for (const name of ['eye', 'right', 'up', 'along']) gl.uniform3fv(places[name], values[name]);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits until it is drawn
     return this.canvas;
   }
 }
@@ -259,6 +264,7 @@ class Body {
       ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]));
     const scene = painter.paint(Math.ceil(wide * this.dots * coarse), Math.ceil(high * this.dots * coarse),
       this.looks(), values);
+    if (moving) painter.wait();
     const pen = canvas.getContext('2d');
     pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
     pen.clearRect(0, 0, wide, high);

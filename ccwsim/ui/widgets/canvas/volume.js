@@ -106,7 +106,7 @@ class VolumeView {
     this.scale = data.cell_size.map((size, axis) => size * pixels * (axis === 2 ? this.exaggeration : 1));
     for (const slice of this.slices) slice.layout(left, bottom, dots);
     const map = this.slices[0].high + 1 + bottom;
-    const high = columns === 2 ? Math.max(map, Math.min(0.62 * wide, data.max_height)) : 0.85 * wide;
+    const high = columns === 2 ? Math.max(map, Math.min(0.62 * wide, data.max_height)) : 0.75 * wide;
     this.body.layout(wide, Math.min(high, Math.max(data.max_height, map)), dots);
     this.ask('all');
   }
