@@ -55,6 +55,7 @@ class VolumeView {
     this.body.panel.hidden = !data.body;
     this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
     fillLegend(this.legend, data);
+    this.say();
     this.layout();
   }
 
