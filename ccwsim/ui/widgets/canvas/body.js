@@ -1,0 +1,478 @@
+// The volume itself: rays walk cell by cell through a 3-D texture (WebGL2), on a page one painter for
+// all volumes. What is around it (edges, wells above the top) is drawn on the canvas that shows it.
+const TURN = 0.01, TURN_KEY = 0.12; // radians a pixel, and an arrow key
+const STEEPEST = 1.5; // radians of the look from above or below
+const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
+const QUICK = 35; // milliseconds of a frame that moves; a slower machine draws it coarser
+const AT_REST = 180; // milliseconds after which the coarse frame is drawn finely
+const KEPT = 4; // volumes in the memory of the graphics card
+const BITS = 3, BRICK = 1 << BITS; // cells along an axis of a brick; rays pass one with nothing shown in a step
+
+const CORNERS = `#version 300 es
+in vec2 corner; out vec2 at; void main() { at = corner; gl_Position = vec4(corner, 0, 1); }`;
+const RAYS = `#version 300 es
+precision highp float; precision highp int; precision highp usampler3D;
+#define BITS ${BITS}
+uniform usampler3D cells; // index of the cell, and 1 + index of the colour of its datum
+uniform usampler3D bricks; // 1 where a cell is shown for its index or its datum
+uniform sampler2D looks; // colours of the indices, and below them those of data
+uniform uvec2 range; // the indices that are shown, from and to
+uniform ivec3 n, cut, side; // the corner on this side of the cell \`cut\` is taken out
+uniform vec3 eye, right, up, along;
+uniform bool solid_block, fine;
+in vec2 at; out vec4 colour;
+
+bool within(ivec3 k) { return all(greaterThanEqual(k, ivec3(0))) && all(lessThan(k, n)); }
+
+bool taken_out(ivec3 k) { return solid_block && all(greaterThan((k - cut) * side, ivec3(0))); }
+
+bool empty(ivec3 brick) {
+  ivec3 low = brick << BITS, high = min(low + (1 << BITS) - 1, n - 1);
+  if (texelFetch(bricks, brick, 0).r > 0u) return false;
+  return !solid_block || taken_out(ivec3(side.x > 0 ? low.x : high.x, side.y > 0 ? low.y : high.y, side.z > 0 ? low.z : high.z));
+}
+
+bool shown(ivec3 k) {
+  if (taken_out(k)) return texelFetch(cells, k, 0).g > 0u;
+  if (solid_block) return true;
+  uvec2 cell = texelFetch(cells, k, 0).rg;
+  return cell.g > 0u || (cell.r >= range.x && cell.r <= range.y);
+}
+
+float filled(ivec3 k) { return within(k) && shown(k) ? 1. : 0.; }
+
+// How much light reaches a place on a face: less where cells beside it stand out.
+float open(ivec3 front, ivec3 u, ivec3 v, vec2 f) {
+  float l = filled(front - u), r = filled(front + u), b = filled(front - v), t = filled(front + v);
+  vec4 corner = vec4(max(l + b, filled(front - u - v)), max(r + b, filled(front + u - v)),
+    max(l + t, filled(front - u + v)), max(r + t, filled(front + u + v)));
+  corner = 1. - 0.17 * min(corner, 2.);
+  return mix(mix(corner.x, corner.y, f.x), mix(corner.z, corner.w, f.x), f.y);
+}
+
+void main() {
+  vec3 from = eye + right * at.x + up * at.y, size = vec3(n);
+  vec3 near = min(-from / along, (size - from) / along), far = max(-from / along, (size - from) / along);
+  float enter = max(near.x, max(near.y, near.z)), leave = min(far.x, min(far.y, far.z));
+  colour = vec4(0);
+  if (enter >= leave) return;
+  bvec3 hit = equal(near, vec3(enter)); // the axes whose planes the ray went through last
+  ivec3 way = ivec3(sign(along)), first = (1 - way) / 2; // 1 where it goes down an axis
+  ivec3 k = clamp(ivec3(floor(from + along * enter)), ivec3(0), n - 1);
+  k = ivec3(mix(vec3(k), vec3(first * (n - 1)), hit));
+  vec3 stride = abs(1. / along);
+  vec3 next = (vec3(k + 1 - first) - from) / along; // where the ray leaves the cell
+  float now = enter;
+  ivec3 brick = ivec3(-1);
+  for (int i = n.x + n.y + n.z; i >= 0; i--) {
+    if (any(notEqual(k >> BITS, brick))) {
+      brick = k >> BITS;
+      if (empty(brick)) {
+        ivec3 low = brick << BITS, high = min(low + (1 << BITS) - 1, n - 1);
+        vec3 wall = (vec3((brick + 1 - first) << BITS) - from) / along;
+        now = min(wall.x, min(wall.y, wall.z));
+        hit = equal(wall, vec3(now));
+        k = clamp(ivec3(floor(from + along * now)), low, high);
+        k = ivec3(mix(vec3(k), vec3(((brick + 1 - first) << BITS) - first), hit));
+        if (!within(k)) return;
+        next = (vec3(k + 1 - first) - from) / along;
+        continue;
+      }
+    }
+    if (shown(k)) {
+      uvec2 cell = texelFetch(cells, k, 0).rg;
+      colour = cell.g > 0u ? texelFetch(looks, ivec2(cell.g - 1u, 1), 0) : texelFetch(looks, ivec2(cell.r, 0), 0);
+      float light = hit.z ? (way.z < 0 ? 1. : 0.62) : hit.y ? 0.86 : 0.74;
+      if (fine) {
+        ivec3 side_on = hit.z ? ivec3(0, 0, 1) : hit.y ? ivec3(0, 1, 0) : ivec3(1, 0, 0);
+        vec3 on = clamp(from + along * now - vec3(k), 0., 1.);
+        light *= open(k - side_on * way, side_on.zxy, side_on.yzx, hit.z ? on.xy : hit.y ? on.zx : on.yz);
+      }
+      colour = vec4(colour.rgb * light, 1);
+      return;
+    }
+    now = min(next.x, min(next.y, next.z));
+    hit = equal(next, vec3(now));
+    k += ivec3(hit) * way;
+    next += vec3(hit) * stride;
+    if (!within(k)) return;
+  }
+}`;
+
+class Painter {
+  constructor() {
+    this.canvas = new OffscreenCanvas(1, 1);
+    const gl = this.gl = this.canvas.getContext('webgl2', { antialias: false, depth: false });
+    if (!gl) throw new Error('no WebGL2');
+    this.canvas.addEventListener('webglcontextlost', () => { this.lost = true; });
+    this.textures = new Map(); // what was drawn last is last
+    this.program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, RAYS]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(this.program, shader);
+    }
+    gl.linkProgram(this.program);
+    if (!gl.getProgramParameter(this.program, gl.LINK_STATUS)) {
+      throw new Error(gl.getProgramInfoLog(this.program) || 'WebGL2 was lost');
+    }
+    gl.useProgram(this.program);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
+    const corner = gl.getAttribLocation(this.program, 'corner');
+    gl.enableVertexAttribArray(corner);
+    gl.vertexAttribPointer(corner, 2, gl.FLOAT, false, 0, 0);
+    this.looks = this.texture(gl.TEXTURE_2D);
+    this.bricks = this.texture(gl.TEXTURE_3D);
+    this.places = {};
+    for (const name of ['cells', 'looks', 'n', 'cut', 'side', 'eye', 'right', 'up', 'along', 'solid_block', 'fine', 'bricks', 'range']) {
+      this.places[name] = gl.getUniformLocation(this.program, name);
+    }
+    this.widest = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE);
+  }
+
+  texture(kind) {
+    const { gl } = this;
+    const texture = gl.createTexture();
+    gl.bindTexture(kind, texture);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(kind, filter, gl.NEAREST);
+    return texture;
+  }
+
+  // The texture of a volume with its data, which is made where it is not there.
+  hold(stamp, shape, cells, data) {
+    const { gl, textures } = this;
+    gl.activeTexture(gl.TEXTURE0);
+    const kept = textures.get(stamp) || this.texture(gl.TEXTURE_3D);
+    gl.bindTexture(gl.TEXTURE_3D, kept);
+    if (!textures.delete(stamp)) {
+      const both = new Uint8Array(2 * cells.length);
+      for (let k = 0; k < cells.length; k++) both[2 * k] = cells[k];
+      for (const [k, colour] of data) both[2 * k + 1] = colour + 1;
+      gl.texImage3D(gl.TEXTURE_3D, 0, gl.RG8UI, ...shape, 0, gl.RG_INTEGER, gl.UNSIGNED_BYTE, both);
+    }
+    textures.set(stamp, kept);
+    if (textures.size <= KEPT) return;
+    const [[oldest, texture]] = textures;
+    gl.deleteTexture(texture);
+    textures.delete(oldest);
+  }
+
+  // Which bricks have a cell whose index is shown, or a datum.
+  holdBricks(stamp, shape, cells, data, shown) {
+    if (this.bricked === stamp) return;
+    this.bricked = stamp;
+    const { gl } = this;
+    const [nx, ny, nz] = shape, [bx, by, bz] = shape.map((n) => Math.ceil(n / BRICK));
+    const bricks = new Uint8Array(bx * by * bz);
+    for (let z = 0, k = 0; z < nz; z++) {
+      for (let y = 0; y < ny; y++) {
+        const row = (Math.floor(z / BRICK) * by + Math.floor(y / BRICK)) * bx;
+        for (let x = 0; x < nx; x++, k++) bricks[row + Math.floor(x / BRICK)] |= shown[cells[k]];
+      }
+    }
+    for (const [k] of data) {
+      const [x, y, z] = [k % nx, Math.floor(k / nx) % ny, Math.floor(k / nx / ny)].map((c) => Math.floor(c / BRICK));
+      bricks[(z * by + y) * bx + x] = 1;
+    }
+    gl.activeTexture(gl.TEXTURE2);
+    gl.bindTexture(gl.TEXTURE_3D, this.bricks);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8UI, bx, by, bz, 0, gl.RED_INTEGER, gl.UNSIGNED_BYTE, bricks);
+  }
+
+  // Wait until it is drawn: by then its time is known.
+  wait() {
+    const { gl } = this;
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
+  paint(wide, high, looks, values) {
+    const { gl, places } = this;
+    if (this.canvas.width !== wide || this.canvas.height !== high) Object.assign(this.canvas, { width: wide, height: high });
+    gl.viewport(0, 0, wide, high);
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, this.looks);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, looks);
+    ['cells', 'looks', 'bricks'].forEach((name, k) => gl.uniform1i(places[name], k));
+    for (const name of ['solid_block', 'fine']) gl.uniform1i(places[name], values[name]);
+    gl.uniform2uiv(places.range, values.range);
+    for (const name of ['n', 'cut', 'side']) gl.uniform3iv(places[name], values[name]);
+    for (const name of ['eye', 'right', 'up', 'along']) gl.uniform3fv(places[name], values[name]);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    return this.canvas;
+  }
+}
+
+class Body {
+  constructor(view) {
+    this.view = view;
+    this.panel = view.root.querySelector('[data-panel="body"]');
+    this.canvas = this.panel.querySelector('canvas');
+    this.mode = this.panel.querySelector('.mode');
+    this.threshold = this.panel.querySelector('.threshold');
+    this.coarse = 1;
+    this.pointers = new Map();
+    this.listen();
+  }
+
+  get look() { return (this.view.own.look ??= { ...FIRST_LOOK }); }
+
+  // What may be shown: the block, one facies, or all cells from a value on.
+  show() {
+    const { view, mode } = this;
+    const { data, own } = view;
+    const modes = data.strip ? [['from', 'cells from a value on']]
+      : data.labels.map((label, k) => [String(k), `${label} alone`]);
+    modes.unshift(['block', 'block, a corner cut out']);
+    mode.replaceChildren(...modes.map(([value, text]) => new Option(text, value)));
+    mode.value = modes.some(([value]) => value === own.mode) ? own.mode : 'block';
+    const last = data.lut.length - 1;
+    const slider = this.threshold.querySelector('input');
+    slider.max = last;
+    slider.value = Math.min(own.from ?? Math.ceil(last / 2), last);
+    this.choose();
+  }
+
+  choose() {
+    const { labels } = this.view.data;
+    const slider = this.threshold.querySelector('input');
+    this.threshold.hidden = this.mode.value !== 'from';
+    this.threshold.querySelector('output').textContent = labels[slider.value];
+    slider.setAttribute('aria-valuetext', `at least ${labels[slider.value]}`);
+  }
+
+  layout(wide, high, dots) {
+    this.dots = dots;
+    sizeCanvas(this.canvas, wide, high, dots);
+  }
+
+  painter() {
+    const { page } = this.view;
+    if (page.painter?.lost) page.painter = null;
+    if (page.painter === undefined || page.painter === null) {
+      try {
+        page.painter = new Painter();
+      } catch {
+        page.painter = false;
+      }
+    }
+    return page.painter;
+  }
+
+  missing() {
+    const painter = this.painter();
+    if (!painter) return 'The volume itself is not drawn, as this browser has no WebGL2. The slices show all of its cells.';
+    const longest = Math.max(...this.view.data.shape);
+    if (longest > painter.widest) return `The volume itself is not drawn, as this browser takes ${painter.widest} cells along an axis, not ${longest}. The slices show all of its cells.`;
+    return '';
+  }
+
+  // Unit vectors of the screen, and from the eye to the volume, in the world.
+  frame() {
+    const { turn, tilt } = this.look;
+    const [s, c, st, ct] = [Math.sin(turn), Math.cos(turn), Math.sin(tilt), Math.cos(tilt)];
+    return { right: [c, s, 0], up: [-s * st, c * st, ct], along: [-s * ct, c * ct, -st].map((d) => d || 1e-9) };
+  }
+
+  draw(moving) {
+    const { view, canvas, look } = this;
+    const { data, at } = view;
+    const text = this.missing();
+    const line = this.panel.querySelector('.missing');
+    line.textContent = text;
+    line.hidden = !text;
+    canvas.hidden = this.mode.hidden = Boolean(text);
+    if (text) {
+      this.threshold.hidden = true;
+      return;
+    }
+    canvas.setAttribute('aria-label', `${data.alt}, ${this.mode.selectedOptions[0].text}, seen from ${compass(look)}`);
+    const { right, up, along } = this.frame();
+    const sizes = data.cell_size.map((size, axis) => size * (axis === 2 ? view.exaggeration : 1));
+    const world = data.shape.map((n, axis) => n * sizes[axis]);
+    const [wide, high] = [parseFloat(canvas.style.width), parseFloat(canvas.style.height)];
+    const pixels = look.zoom * Math.min(wide, 1.2 * high) / Math.hypot(...world);
+    const toCanvas = (x, y, z) => {
+      const off = [x * sizes[0] - world[0] / 2, y * sizes[1] - world[1] / 2, z * sizes[2] - world[2] / 2];
+      const dot = (axis) => off[0] * axis[0] + off[1] * axis[1] + off[2] * axis[2];
+      return [wide / 2 + dot(right) * pixels, high / 2 - dot(up) * pixels];
+    };
+    const block = this.mode.value === 'block';
+    const inCells = (vector, factor) => vector.map((v, axis) => v * factor / sizes[axis]);
+    const away = Math.hypot(...world);
+    const side = along.map((d) => (d < 0 ? 1 : -1));
+    const values = { n: data.shape, cut: at, side, solid_block: block,
+      eye: data.shape.map((n, axis) => n / 2 - along[axis] * away / sizes[axis]),
+      right: inCells(right, wide / 2 / pixels), up: inCells(up, high / 2 / pixels), along: inCells(along, 1) };
+    const began = performance.now();
+    const painter = this.painter();
+    const coarse = moving ? this.coarse : 1;
+    const points = (view.dataShown ? data.points : []).map(
+      ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]);
+    const stamp = `${data.digest} ${data.shape} ${points.join()}`;
+    const [first, last] = values.range = this.range();
+    const shown = data.lut.map((_, k) => !block && k >= first && k <= last);
+    painter.hold(stamp, data.shape, view.cells, points);
+    painter.holdBricks(`${stamp} ${block} ${first} ${last}`, data.shape, view.cells, points, shown);
+    values.fine = coarse === 1;
+    const scene = painter.paint(Math.ceil(wide * this.dots * coarse), Math.ceil(high * this.dots * coarse),
+      this.looks(), values);
+    if (moving) painter.wait();
+    const pen = canvas.getContext('2d');
+    pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
+    pen.clearRect(0, 0, wide, high);
+    pen.strokeStyle = pen.fillStyle = getComputedStyle(view.root).getPropertyValue('--st-text-color');
+    this.drawEdges(pen, toCanvas, side, true);
+    if (look.tilt < 0) this.drawStems(pen, toCanvas, block, side);
+    pen.imageSmoothingEnabled = coarse < 1;
+    pen.drawImage(scene, 0, 0, wide, high);
+    this.drawEdges(pen, toCanvas, side, false);
+    if (look.tilt >= 0) this.drawStems(pen, toCanvas, block, side);
+    this.took = performance.now() - began;
+    this.coarse = Math.min(1, Math.max(0.25, coarse * Math.sqrt(QUICK / this.took)));
+    clearTimeout(this.rest);
+    if (coarse < 1) this.rest = setTimeout(() => view.ask('body'), AT_REST);
+  }
+
+  // The first and the last index that are shown.
+  range() {
+    const mode = this.mode.value;
+    if (mode === 'block') return [0, 255];
+    return mode === 'from' ? [+this.threshold.querySelector('input').value, 255] : [+mode, +mode];
+  }
+
+  // Two rows of 256 colours.
+  looks() {
+    const { data } = this.view;
+    const looks = new Uint8Array(2 * 256 * 4);
+    data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * k));
+    (data.point_lut || data.lut).forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * (256 + k)));
+    return looks;
+  }
+
+  // The edges of the box behind the volume, or those before it, and the names of the axes.
+  drawEdges(pen, toCanvas, side, behind) {
+    const { shape } = this.view.data;
+    pen.globalAlpha = behind ? 0.35 : 0.5;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    for (let axis = 0; axis < 3; axis++) {
+      const [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+      for (const [i, j] of [[-1, -1], [-1, 1], [1, -1], [1, 1]]) {
+        if ((i !== side[b] && j !== side[c]) !== behind) continue;
+        const end = [0, 0, 0];
+        end[b] = i > 0 ? shape[b] : 0;
+        end[c] = j > 0 ? shape[c] : 0;
+        pen.moveTo(...toCanvas(...end));
+        end[axis] = shape[axis];
+        pen.lineTo(...toCanvas(...end));
+      }
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
+    if (behind) return;
+    pen.font = fontOf(this.view.root);
+    pen.textAlign = 'center';
+    pen.textBaseline = 'middle';
+    const middle = toCanvas(...shape.map((n) => n / 2));
+    const near = side.map((s, axis) => (s > 0 ? shape[axis] : 0));
+    const ends = [[shape[0] / 2, near[1], 0], [near[0], shape[1] / 2, 0], [shape[0] - near[0], near[1], shape[2] / 2]];
+    ends.forEach((end, axis) => {
+      const [x, y] = toCanvas(...end);
+      const far = Math.hypot(x - middle[0], y - middle[1]) || 1;
+      pen.fillText('xyz'[axis], x + 11 * (x - middle[0]) / far, y + 11 * (y - middle[1]) / far);
+    });
+  }
+
+  // Wells stand out above the top, so that they are seen where the block hides them.
+  drawStems(pen, toCanvas, block, side) {
+    const { view } = this;
+    if (!view.dataShown) return;
+    const { shape } = view.data;
+    const [, base] = toCanvas(0, 0, 0), [, top] = toCanvas(0, 0, shape[2]);
+    const stem = Math.max(12, 0.12 * (base - top));
+    for (const { x, y, high } of view.wells.values()) {
+      const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
+      const [px, py] = toCanvas(x + 0.5, y + 0.5, open ? high + 1 : shape[2]);
+      const [, head] = toCanvas(x + 0.5, y + 0.5, shape[2]);
+      pen.lineWidth = 1.25;
+      pen.beginPath();
+      pen.moveTo(px, py);
+      pen.lineTo(px, head - stem);
+      pen.stroke();
+      disc(pen, px, head - stem, 2.2, pen.strokeStyle);
+    }
+  }
+
+  turnBy(turn, tilt) {
+    this.look.turn += turn;
+    this.look.tilt = Math.min(Math.max(this.look.tilt + tilt, -STEEPEST), STEEPEST);
+    this.view.ask('body', true);
+  }
+
+  zoomBy(factor) {
+    this.look.zoom = Math.min(Math.max(this.look.zoom * factor, 0.5), 12);
+    this.view.ask('body', true);
+  }
+
+  reset() {
+    this.view.own.look = { ...FIRST_LOOK };
+    this.view.ask('body');
+  }
+
+  listen() {
+    const { canvas, view, pointers } = this;
+    this.mode.addEventListener('change', () => {
+      view.own.mode = this.mode.value;
+      this.choose();
+      view.ask('body');
+    });
+    this.threshold.querySelector('input').addEventListener('input', (event) => {
+      view.own.from = +event.target.value;
+      this.choose();
+      view.ask('body', true);
+    });
+    canvas.addEventListener('pointerdown', (event) => {
+      canvas.focus();
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, [event.clientX, event.clientY]);
+    });
+    canvas.addEventListener('pointermove', (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before) return;
+      const now = [event.clientX, event.clientY];
+      const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+      const spread = (place) => Math.max(Math.hypot(place[0] - other[0], place[1] - other[1]), 1);
+      if (other) this.zoomBy(spread(now) / spread(before));
+      else this.turnBy(-(now[0] - before[0]) * TURN, (now[1] - before[1]) * TURN);
+      pointers.set(event.pointerId, now);
+    });
+    for (const end of ['pointerup', 'pointercancel']) {
+      canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener('wheel', (event) => {
+      if (!event.ctrlKey && !isFocused(canvas)) return;
+      event.preventDefault();
+      this.zoomBy(Math.exp(-event.deltaY / 300));
+    }, { passive: false });
+    canvas.addEventListener('dblclick', () => this.reset());
+    canvas.addEventListener('keydown', (event) => {
+      const turns = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      const zoom = { '+': 1.25, '=': 1.25, '-': 0.8 }[event.key];
+      if (event.altKey || event.ctrlKey || event.metaKey || !(turns || zoom || event.key === '0')) return;
+      event.preventDefault();
+      event.stopPropagation(); // arrow keys also step through the realizations of a page
+      if (turns) this.turnBy(...turns.map((way) => way * TURN_KEY));
+      else if (zoom) this.zoomBy(zoom);
+      else this.reset();
+    });
+  }
+}
+
+function compass({ turn, tilt }) {
+  const names = ['south', 'southeast', 'east', 'northeast', 'north', 'northwest', 'west', 'southwest'];
+  const eighth = Math.round(turn / (Math.PI / 4));
+  return `the ${names[((eighth % 8) + 8) % 8]} and ${tilt < 0 ? 'below' : 'above'}`;
+}

@@ -1,0 +1,441 @@
+"""The view of a volume in a browser: what its slices show, and what hands do with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccwsim import Grid
+from ccwsim.ui.widgets.maps import CellMap, component_parts, share_map
+from ccwsim.ui.widgets.volumes import volume_content
+from tests.browser.hands import SOON, soon
+from tests.browser.served import CHROMIUM
+from tests.browser.test_components import BEGIN, CALLS, FRAMES, begin
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
+]
+
+NZ, NY, NX = 8, 10, 12
+COLOURS = ["#102040", "#f0a010", "#20a060", "#c03020"]
+NAMES = ["mud", "silt", "sand", "gravel"]
+CELLS = np.random.default_rng(3).integers(0, 4, (NZ, NY, NX)).astype(np.uint8)
+VOLUME = CellMap(CELLS, COLOURS, NAMES, "Realization 1", point_colours=COLOURS)
+SIZE = {"width": 1000, "height": 1200}
+
+AT = """(n = 0) => {
+  const view = document.querySelectorAll('.volume')[n];
+  return ['x', 'y', 'z'].map((axis) => +view.querySelector(`[data-panel=${axis}] input`).value);
+}"""
+# Colours in the middle of each cell of a slice without axes, the lowest row first.
+MIDDLES = """([axis, wide, high]) => {
+  const canvas = document.querySelector(`[data-panel=${axis}] canvas`);
+  const pen = canvas.getContext('2d');
+  const [w, h] = [(canvas.width - 2) / wide, (canvas.height - 2) / high];
+  return Array.from({ length: high }, (_, j) => Array.from({ length: wide }, (_, i) => {
+    const spot = [1 + (i + 0.5) * w, canvas.height - 1 - (j + 0.5) * h].map(Math.floor);
+    const pixel = pen.getImageData(...spot, 1, 1).data;
+    return '#' + [...pixel.slice(0, 3)].map((c) => c.toString(16).padStart(2, '0')).join('');
+  }));
+}"""
+# How many pixels of the body are near a colour in any light, whatever is drawn around it.
+DRAWN = """(colour) => {
+  const canvas = document.querySelector('[data-panel=body] canvas');
+  const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  const own = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
+  let count = 0;
+  for (let k = 0; k < pixels.length; k += 4) {
+    const light = Math.max(...own.map((c, i) => pixels[k + i] / Math.max(c, 1)));
+    const fits = own.every((c, i) => Math.abs(pixels[k + i] - light * c) < 6);
+    count += pixels[k + 3] > 250 && light > 0.2 && light <= 1.01 && fits;
+  }
+  return count;
+}"""
+
+
+def show(tab, cells: CellMap = VOLUME, key: str = "volume", how: str = "no end", **options) -> None:
+    """Put up a view on an empty page; the component is called as Streamlit may."""
+    tab.set_viewport_size(SIZE)
+    begin(tab, "volume", volume_content(cells, key, **options))
+    tab.evaluate(CALLS[how])
+    drawn(tab)
+
+
+def add(tab, cells: CellMap = VOLUME, key: str = "other", **options) -> None:
+    """Put up another view on the same page."""
+    html, _, js = component_parts("volume")
+    tab.evaluate(BEGIN, [html, js, volume_content(cells, key, **options)])
+    tab.evaluate("() => { call(); }")
+    drawn(tab)
+
+
+def drawn(tab) -> None:
+    """Wait until all views are drawn."""
+    every = "() => [...document.querySelectorAll('.volume')].every((view) => view.dataset.took)"
+    tab.wait_for_function(every, timeout=SOON)
+    tab.evaluate(FRAMES)
+
+
+def at(tab, *expected: int, view: int = 0) -> None:
+    """See that the sliders of a view say that the cursor is there (x, y, z)."""
+
+    def there() -> None:
+        assert tab.evaluate(AT, view) == list(expected)
+
+    soon(there)
+
+
+def canvas(tab, axis: str, view: int = 0) -> Any:
+    return tab.locator(".volume").nth(view).locator(f"[data-panel={axis}] canvas")
+
+
+def spot(tab, axis: str, right: int, up: int) -> tuple[float, float]:
+    """Where the middle of a cell is on the screen."""
+    wide, high = {"z": (NX, NY), "y": (NX, NZ), "x": (NY, NZ)}[axis]
+    box = canvas(tab, axis).bounding_box()
+    w, h = (box["width"] - 2) / wide, (box["height"] - 2) / high
+    return box["x"] + 1 + (right + 0.5) * w, box["y"] + box["height"] - 1 - (up + 0.5) * h
+
+
+def shows(tab, axis: str, cells: np.ndarray, hairs: tuple[int, int]) -> None:
+    """See that a slice has the colours of these cells, the lowest first, beside the cross hairs."""
+    high, wide = cells.shape
+    expected = np.array(COLOURS)[cells]
+    seen_here = np.ones(cells.shape, bool)
+    seen_here[hairs[1]] = seen_here[:, hairs[0]] = False
+
+    def alike() -> None:
+        found = np.array(tab.evaluate(MIDDLES, [axis, wide, high]))
+        np.testing.assert_array_equal(found[seen_here], expected[seen_here])
+
+    soon(alike)
+
+
+def holds(condition: Callable[[], object]) -> None:
+    """See that something is so, or is so in a moment."""
+
+    def is_so() -> None:
+        assert condition()
+
+    soon(is_so)
+
+
+def all_slices_show(tab, cells: np.ndarray, x: int, y: int, z: int) -> None:
+    shows(tab, "z", cells[z], (x, y))
+    shows(tab, "y", cells[:, y], (x, z))
+    shows(tab, "x", cells[:, :, x], (y, z))
+
+
+@pytest.mark.parametrize("how", list(CALLS))
+def test_slices_show_each_cell_at_its_place_with_layer_0_at_the_bottom(tab, how):
+    show(tab, how=how)
+    at(tab, 6, 5, 4)
+    all_slices_show(tab, CELLS, 6, 5, 4)
+    tab.mouse.click(*spot(tab, "z", 2, 9))
+    at(tab, 2, 9, 4)
+    all_slices_show(tab, CELLS, 2, 9, 4)
+
+
+def test_clicks_drags_wheel_keys_and_sliders_move_the_cursor(tab):
+    show(tab)
+    tab.mouse.click(*spot(tab, "y", 3, 0))  # the lowest row of a section
+    at(tab, 3, 5, 0)
+    tab.mouse.click(*spot(tab, "x", 8, 7))
+    at(tab, 3, 8, 7)
+    tab.mouse.move(*spot(tab, "z", 1, 1))
+    tab.mouse.down()
+    tab.mouse.move(*spot(tab, "z", 10, 6), steps=4)
+    tab.mouse.up()
+    at(tab, 10, 6, 7)
+    tab.mouse.wheel(0, 120)  # the map has the focus
+    at(tab, 10, 6, 6)
+    canvas(tab, "y").focus()
+    tab.keyboard.press("ArrowUp")
+    at(tab, 10, 7, 6)
+    tab.keyboard.press("ArrowLeft")
+    tab.keyboard.press("ArrowDown")
+    at(tab, 10, 5, 6)
+    tab.keyboard.press("Home")
+    at(tab, 10, 0, 6)
+    tab.keyboard.press("PageUp")  # no farther than there are rows
+    at(tab, 10, NY - 1, 6)
+    tab.get_by_role("slider", name="Column of the section along y (x)").fill("4")
+    at(tab, 4, NY - 1, 6)
+    all_slices_show(tab, CELLS, 4, NY - 1, 6)
+
+
+def test_the_wheel_scrolls_the_page_where_no_slice_has_the_focus(tab):
+    show(tab)
+    tab.evaluate("() => { document.body.style.height = '4000px'; }")
+    tab.mouse.move(*spot(tab, "z", 1, 1))
+    tab.mouse.wheel(0, 120)
+    tab.wait_for_function("() => document.scrollingElement.scrollTop > 50", timeout=SOON)
+    at(tab, 6, 5, 4)
+
+
+def test_a_finger_moves_the_cursor(tab):
+    show(tab)
+    finger = tab.context.new_cdp_session(tab)
+    x, y = spot(tab, "z", 2, 3)
+    finger.send(
+        "Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]}
+    )
+    finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    at(tab, 2, 3, 4)
+
+
+def test_the_cell_under_the_pointer_is_named(tab):
+    show(tab)
+    tab.mouse.move(*spot(tab, "x", 7, 2))
+    name = NAMES[CELLS[2, 7, 6]]
+    readout = tab.locator(".readout")
+    readout.get_by_text(f"(6, 7, 2) {name}", exact=True).wait_for(timeout=SOON)
+    other = volume_content(replace(VOLUME, indices=(CELLS + 1) % 4), "volume")
+    tab.evaluate("(data) => { callWith(data); }", other)  # of the next realization, all the same
+    name = NAMES[(CELLS[2, 7, 6] + 1) % 4]
+    readout.get_by_text(f"(6, 7, 2) {name}", exact=True).wait_for(timeout=SOON)
+    tab.mouse.move(1, 1)
+
+    def empty() -> None:
+        assert not readout.inner_text()
+
+    soon(empty)
+
+
+def test_a_click_tells_the_page_only_where_it_asks_for_cells(tab):
+    requests: list[str] = []
+    show(tab)
+    tab.on("request", lambda request: requests.append(request.url))
+    tab.mouse.click(*spot(tab, "z", 2, 9))
+    tab.get_by_role("slider", name="Layer of the map (z)").fill("1")
+    canvas(tab, "x").focus()
+    tab.keyboard.press("ArrowUp")
+    at(tab, 3, 9, 1)
+    assert tab.evaluate("told") == []
+    assert requests == []
+    begin(tab, "volume", volume_content(VOLUME, "volume") | {"picks": True})
+    tab.evaluate("() => { call(); }")
+    drawn(tab)
+    tab.mouse.click(*spot(tab, "y", 3, 7))
+
+    def told() -> None:
+        assert tab.evaluate("told") == [["cell", [7, 5, 3]]]
+
+    soon(told)
+
+
+def test_views_of_one_link_move_together_and_others_do_not(tab):
+    show(tab, link="grid")
+    smaller = replace(VOLUME, indices=CELLS[:4])
+    add(tab, smaller, "smaller", link="grid", body=False)
+    add(tab, key="alone")
+    tab.mouse.click(*spot(tab, "y", 1, 6))
+    at(tab, 1, 5, 6)
+    at(tab, 1, 5, 3, view=1)  # its highest layer
+    at(tab, 6, 5, 4, view=2)
+    tab.locator(".exaggeration").nth(1).select_option("2")
+
+    def all_that_are_linked() -> None:
+        values = [tab.locator(".exaggeration").nth(k).input_value() for k in range(3)]
+        assert values == ["2", "2", "1"]
+
+    soon(all_that_are_linked)
+
+
+def test_exaggeration_makes_sections_higher_and_leaves_the_map(tab):
+    show(tab)
+    before = {axis: canvas(tab, axis).bounding_box() for axis in "zyx"}
+    tab.locator(".exaggeration").select_option("2")
+
+    def higher() -> None:
+        now = {axis: canvas(tab, axis).bounding_box() for axis in "zyx"}
+        assert now["z"] == before["z"]
+        for axis in "yx":
+            assert now[axis]["width"] == before[axis]["width"]
+            assert now[axis]["height"] == pytest.approx(2 * before[axis]["height"] - 2, abs=1)
+
+    soon(higher)
+
+
+def test_cells_that_are_low_for_their_width_begin_exaggerated(tab):
+    show(tab, grid=Grid(NY, NX, (25.0, 25.0, 0.5), nz=NZ))
+    assert int(tab.locator(".exaggeration").input_value()) >= 10
+    assert canvas(tab, "y").bounding_box()["height"] > 60
+
+
+def test_cursor_and_mode_stay_for_the_next_realization_and_a_view_drawn_anew(tab):
+    show(tab)
+    tab.mouse.click(*spot(tab, "z", 2, 9))
+    tab.locator(".mode").select_option("2")
+    other = np.roll(CELLS, 1, axis=0)
+    tab.evaluate("() => { document.querySelector('.volume').parentElement.remove(); }")
+    add(tab, replace(VOLUME, indices=other), key="volume")
+    at(tab, 2, 9, 4)
+    all_slices_show(tab, other, 2, 9, 4)
+    assert tab.locator(".mode").input_value() == "2"
+
+
+def test_data_are_drawn_in_the_slices_that_they_lie_in(tab):
+    nothing = CellMap(
+        np.zeros((NZ, NY, NX), np.uint8), ["#ffffff"], ["mud"], "", point_colours=COLOURS
+    )
+    well = [[z, 2, 3, z % 4, 0] for z in range(2, NZ)]
+    show(tab, replace(nothing, points=[*well, [4, 8, 9, 3, 1]]))
+
+    def has(axis: str, column: int, row: int, colour: str) -> None:
+        wide, high = {"z": (NX, NY), "y": (NX, NZ), "x": (NY, NZ)}[axis]
+        assert tab.evaluate(MIDDLES, [axis, wide, high])[row][column] == colour
+
+    soon(lambda: has("z", 3, 2, COLOURS[0]))  # of layer 4
+    soon(lambda: has("z", 9, 8, COLOURS[3]))
+    tab.mouse.click(*spot(tab, "z", 1, 2))
+    for z in range(2, NZ):
+        soon(lambda z=z: has("y", 3, z, COLOURS[z % 4]) if z != 4 else None)
+    soon(lambda: has("y", 3, 0, "#ffffff"))
+    tab.get_by_role("slider", name="Row of the section along x (y)").fill("6")
+    tab.get_by_role("slider", name="Layer of the map (z)").fill("6")
+    soon(lambda: has("z", 9, 8, "#ffffff"))
+    tab.get_by_role("slider", name="Layer of the map (z)").fill("1")
+    soon(lambda: has("z", 3, 2, "#14181d"))  # the well passes near this layer
+    tab.locator("[data-do=data]").click()
+    soon(lambda: has("z", 3, 2, "#ffffff"))
+
+
+def test_a_block_is_cut_out_at_the_cursor_and_a_facies_stands_alone(tab):
+    indices = np.zeros((NZ, NY, NX), np.uint8)
+    indices[3:6, 4:7, 5:8] = 2  # inside, where only a cut shows it
+    show(tab, replace(VOLUME, indices=indices, point_colours=()))
+
+    def count(facies: int) -> int:
+        return tab.evaluate(DRAWN, COLOURS[facies])
+
+    holds(lambda: count(2))
+    assert count(0) > 20 * count(2)
+    tab.get_by_role("slider", name="Layer of the map (z)").fill(str(NZ - 1))  # nothing is cut out
+
+    def closed() -> None:
+        assert count(0) > 1000
+        assert not count(2)
+
+    soon(closed)
+    tab.locator(".mode").select_option("2")
+
+    def alone() -> None:
+        assert count(2) > 100
+        assert count(0) < 20
+
+    soon(alone)
+    tab.locator(".mode").select_option("1")  # of which there is no cell
+
+    def none() -> None:
+        assert not count(1) + count(2)
+
+    soon(none)
+
+
+def test_a_threshold_leaves_the_cells_from_a_value_on(tab):
+    shares = np.broadcast_to(np.linspace(0, 1, NX), (NZ, NY, NX))
+    show(tab, share_map(shares, "P(sand) =", "Probability"))
+    tab.locator(".mode").select_option("from")
+    slider = tab.get_by_role("slider", name="Lowest value that the body shows")
+    drawn_cells = """() => { const c = document.querySelector('[data-panel=body] canvas');
+      const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+      return p.filter((a, k) => k % 4 === 3 && a > 250).length; }"""
+    counts = []
+    for value in (0, 100, 190):
+        slider.fill(str(value))
+        tab.wait_for_timeout(600)
+        counts.append(tab.evaluate(drawn_cells))
+    assert counts[0] > 1.3 * counts[1] > 1.3 * 1.3 * counts[2] > 0
+    assert tab.locator(".threshold output").inner_text() == "P(sand) = 0.95"
+
+
+def test_the_body_turns_zooms_and_is_reset(tab):
+    show(tab)
+    body = canvas(tab, "body")
+    picture = "() => document.querySelector('[data-panel=body] canvas').toDataURL()"
+    label = "() => document.querySelector('[data-panel=body] canvas').getAttribute('aria-label')"
+    first = tab.evaluate(picture)
+    x, y = (lambda box: (box["x"] + box["width"] / 2, box["y"] + 80))(body.bounding_box())
+    tab.mouse.move(x, y)
+    tab.mouse.down()
+    tab.mouse.move(x - 160, y, steps=4)
+    tab.mouse.up()
+    tab.wait_for_function(f"() => ({label})().includes('the northeast')", timeout=SOON)
+    turned = tab.evaluate(picture)
+    assert turned != first
+    tab.mouse.wheel(0, -200)
+    holds(lambda: tab.evaluate(picture) != turned)
+    tab.keyboard.press("0")
+    holds(lambda: tab.evaluate(picture) == first)
+    tab.keyboard.press("ArrowLeft")
+    holds(lambda: tab.evaluate(picture) != first)
+    body.dblclick()
+    holds(lambda: tab.evaluate(picture) == first)
+
+
+def test_nothing_is_drawn_at_rest(tab):
+    show(tab)
+    tab.wait_for_timeout(500)
+    tab.evaluate(
+        """() => { window.frames_asked = 0; const ask = window.requestAnimationFrame;
+        window.requestAnimationFrame = (f) => { window.frames_asked++; return ask(f); }; }"""
+    )
+    tab.wait_for_timeout(500)
+    assert tab.evaluate("frames_asked") == 0
+    canvas(tab, "z").focus()
+    tab.keyboard.press("ArrowUp")
+    holds(lambda: tab.evaluate("frames_asked") > 0)
+
+
+def test_without_webgl2_the_slices_remain(tab):
+    tab.set_viewport_size(SIZE)
+    begin(tab, "volume", volume_content(VOLUME, "volume"))
+    tab.evaluate(
+        """() => { for (const kind of [OffscreenCanvas, HTMLCanvasElement]) {
+          const own = kind.prototype.getContext;
+          kind.prototype.getContext = function (name, ...more) {
+            return name.startsWith('webgl') ? null : own.call(this, name, ...more); };
+        } call(); }"""
+    )
+    drawn(tab)
+    tab.get_by_text("this browser has no WebGL2").wait_for(timeout=SOON)
+    assert canvas(tab, "body").is_hidden()
+    tab.mouse.click(*spot(tab, "z", 2, 9))
+    at(tab, 2, 9, 4)
+    all_slices_show(tab, CELLS, 2, 9, 4)
+
+
+@pytest.mark.parametrize(("width", "columns"), [(1000, 2), (390, 1)])
+def test_a_phone_has_one_column(tab, width, columns):
+    show(tab, grid=Grid(NY, NX, (25.0, 25.0, 5.0), (500_000.0, 4_100_000.0, -1500.0), nz=NZ))
+    tab.set_viewport_size({"width": width, "height": 844})
+
+    def fits() -> None:
+        boxes = [canvas(tab, axis).bounding_box() for axis in ("z", "body", "y", "x")]
+        assert len({round(box["x"]) for box in boxes}) == columns
+        assert all(box["x"] + box["width"] <= width for box in boxes)
+        assert tab.evaluate("document.scrollingElement.scrollWidth") <= width
+
+    soon(fits)
+
+
+def test_a_picture_of_the_view_is_saved(tab):
+    show(tab, name="realization_1")
+    with tab.expect_download(timeout=SOON) as saved:
+        tab.locator("[data-do=save]").click()
+    assert saved.value.suggested_filename == "realization_1.png"
+
+
+def test_a_reader_with_a_screen_reader_is_not_kept_out(tab):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe")
+    show(tab)
+    found = axe.Axe().run(tab, context=".volume", options={"resultTypes": ["violations"]})
+    assert [violation["id"] for violation in found.response["violations"]] == []
+    assert canvas(tab, "z").get_attribute("aria-label") == "Realization 1, layer 4"
