@@ -80,7 +80,7 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     Returns
     -------
     Fit, or None
-        `at` is the layer, 1 at the bottom; `reference` the share in the whole training image. None
+        `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. None
         where that has another number of layers, or is too small for crops.
 
     Raises
@@ -110,7 +110,7 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     def make() -> ReferenceBand:
         p = float(image.proportions[index])
         least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
-        layers = np.arange(1.0, grid[0] + 1)
+        layers = np.arange(float(grid[0]))
         return band_of_crops(image, shape, layers, values, CURVE_ERRORS, least)
 
     found = vertical_proportions(ensemble)[:, index].mean(axis=0)
