@@ -66,7 +66,7 @@ def slices_of(
         here = np.flatnonzero(data.cells[:, axis] == k)
         flat = np.delete(data.cells[here], axis, axis=1)
         own = Dots(flat, [data.colours[d] for d in here.tolist()], data.wrong[here])
-        found.append(Slice(indices.take(k, axis), f"{name} {k} (0 to {n - 1})", own))
+        found.append(Slice(np.take(indices, k, axis), f"{name} {k} (0 to {n - 1})", own))
     return found
 
 

@@ -305,7 +305,7 @@ def fit_curve(
     if statistic not in STATISTICS:
         raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
-    if shape is None:
+    if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None
     p = float(image.proportions[index])
     unit = p * (1 - p) if statistic == "variogram" else 1.0

@@ -114,7 +114,7 @@ def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
     image = ensemble.training_image
     each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
     reference = vertical_proportions(image)[0, facies]
-    return bundle_of_curves(ensemble.grid.axes[-1], reference, each)
+    return bundle_of_curves(np.asarray(ensemble.grid.axes[-1], float), reference, each)
 
 
 def layers_of_image(grid: Grid, n_layers: int) -> Floats:
@@ -142,7 +142,7 @@ def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
     """
     layers, count = np.unique(data.cells[:, 0], return_counts=True)
     own = np.bincount(data.cells[data.facies == code, 0], minlength=grid.nz or 1)[layers]
-    return LayerData(grid.axes[-1][layers], own / count, count)
+    return LayerData(np.asarray(grid.axes[-1], float)[layers], own / count, count)
 
 
 def layers_chart(
