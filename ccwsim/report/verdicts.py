@@ -224,7 +224,7 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
         return [(f"patterns {NOT_JUDGED}", True)]
     said = []
     for k, side in enumerate(fit.at.astype(int).tolist()):
-        size = describe_shape((side,) * len(fit.crop_shape))
+        size = describe_shape((*(min(side, n) for n in fit.crop_shape[:-2]), side, side))
         found, own = float(fit.found[k]), float(fit.reference[k])
         numbers = f"{found:.4f} bits, crops {own:.4f}"
         far = bool(fit.outside[k]) and found > own
