@@ -27,7 +27,7 @@ BAND_OPACITY = 0.13
 """Of the bands of settings: four of them still show each other."""
 ROW_HEIGHT = 172
 """Pixels of a row of transiograms."""
-MAX_DISC = 9
+MAX_DISC = 6
 """Pixels of the disc of the layer with the most hard data."""
 SIDE, MARGIN = 100, 4
 """Of a sparkline, in its own units."""

@@ -129,7 +129,7 @@ def _draw_unseen(state: State, ensemble: Ensemble) -> None:
         panel_title("Unseen patterns", describe_unseen_of(found))
         for key, title, shares in strips:
             strip = Strip(title, 100 * shares, np.nan)
-            chart = strip_chart(strip, chart_theme(), colour=chart_theme().ink, height=90)
+            chart = strip_chart(strip, chart_theme(), colour=chart_theme().ink)
             draw_chart(chart, key, f"Patterns that the training image never has, {title}")
 
     panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
@@ -259,26 +259,26 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         step_note(describe_percolation(found, names[k]))
         for text in describe_geobodies(found.fit, names[k]):
             step_note(f"{text[:1].upper()}{text[1:]}.")
-        if is_volume:
-            _draw_sizes(found, names[k])
 
     is_volume, page_state = ensemble.grid.nz is not None, state.page(Validation)
+    task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
     left, right = st.columns([1.0, 2.0], gap="large")
     with left:
         panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
+        if is_volume:
+            panel(state, "sizes", task, lambda found: _draw_sizes(found, names[k]))
     with right:
         if is_volume:
             options = {**bound_to(page_state, "neighbours"), **options_of(TOUCHING)}
             field(st.segmented_control, "Cells are connected by", key="neighbours", **options)
-        task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
         panel(state, "geobodies", task, draw_strips)
 
 
 def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
     """Draw which share of a facies is in geobodies of each size or larger."""
-    chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title=f"share of {name}")
+    chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
     alt = f"Share of {name} in geobodies of at least so many cells"
-    note = "share of the facies in geobodies of so many cells or more"
+    note = f"share of {name} in those of so many cells or more"
     titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
         step_note(
@@ -322,7 +322,7 @@ def describe_percolation(found: GeobodiesCompared, name: str) -> str:
     touching = "sides or corners"
     if each.percolates_vertical is not None and image.percolates_vertical is not None:
         ways["vertically"] = each.percolates_vertical, image.percolates_vertical
-        touching = TOUCHING[each.neighbours].replace(", ", " or ")
+        touching = " or ".join(TOUCHING[each.neighbours].rsplit(", ", 1))
     counts = listing(f"{way} in {int(found.sum())}" for way, (found, _) in ways.items())
     own = [way for way, (_, of_image) in ways.items() if of_image[0]]
     of_image = f"in the training image {listing(own)}" if own else "not in the training image"
@@ -389,7 +389,8 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         with left:
             share = three_digits(100 * found.seams.mean())
             panel_title("Seams", f"{share} % of the cells are at one{here.words}")
-            cut, own = replace(found, seams=here.of(found.seams)), here.ensemble(ensemble)
+            seams = found.seams if here.axis is None else found.seams_within(here.axis)
+            cut, own = replace(found, seams=here.of(seams)), here.ensemble(ensemble)
             shown = seam_map(cut, own, r, colours, chart_theme().reference)
             draw_map(shown, "map_seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
@@ -405,6 +406,8 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
                 "training image. All kept would be a copy; few kept would be noise. A piece is "
                 "what holds together without a seam."
             )
+            if here.axis is not None:
+                step_note("The share of seams is of the volume, the map has those of the slice.")
 
     panel(state, "reuse", statistics.copied(ensemble, r), draw)
 

@@ -185,7 +185,7 @@ def test_the_slice_can_be_chosen(ensemble):
 
 def test_neighbours_can_be_chosen(ensemble):
     app = launched(ensemble=ensemble, seen=frozenset({"bodies"}))
-    assert "touch at sides or edges or corners" in html(app)
+    assert "touch at sides, edges or corners" in html(app)
     named(app.get("button_group"), "neighbours").set_value(6).run()
     settled(app)
     assert "touch at sides are connected" in html(app)
