@@ -62,10 +62,8 @@ def draw_e_type_maps(
     image, data = ensemble.training_image, ensemble.hard_data
     name = image.facies_names[state.facies]
     title = f"Probability of {name}"
-    certain = (
-        f"{three_digits(100 * float((found.entropy < CERTAIN).mean()))} % of the cells"
-        f"{f' of {note}' if note else ''} are certain"
-    )
+    share = f"{three_digits(100 * float((found.entropy < CERTAIN).mean()))} %"
+    certain = f"{share} certain, {note}" if note else f"{share} of the cells are certain"
     probability = share_map(
         found.probability[state.facies], f"P({name}) =", title, point_colours=colours
     )

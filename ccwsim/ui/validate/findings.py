@@ -140,7 +140,8 @@ def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
     by_layer = known(state, layers(ensemble, state.facies))
     if by_layer is not None:
         good = by_layer.fit is None or by_layer.fit.fits
-        found.append(Finding(f"{name}: {describe_layers(by_layer.fit, name)}", good))
+        text = describe_layers(by_layer.fit, name)
+        found.append(Finding(f"{name}: {text}" if good else text, good))
     small = known(state, volume_patterns(ensemble))
     if small is not None:
         found += [Finding(text, good) for text, good in describe_patterns(small.fit)]

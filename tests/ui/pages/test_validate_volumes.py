@@ -176,10 +176,10 @@ def test_the_slice_can_be_chosen(ensemble):
     assert "layer 5" in html(app)
     named(app.slider, "slice_layer").set_value(8).run()
     settled(app)
-    assert "of layer 8 are certain" in html(app)
+    assert "certain, layer 8" in html(app)
     named(app.get("button_group"), "slice").set_value(1).run()
     settled(app)
-    assert "of row 10 are certain" in html(app)
+    assert "certain, row 10" in html(app)
     assert app.session_state[KEY].page(Validation).slice_at == {0: 8}
 
 
