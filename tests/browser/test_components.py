@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid
-from ccwsim.ui.hard_data.page import SHARED
-from ccwsim.ui.widgets.maps import CANVAS, CellMap, map_content
+from ccwsim.ui.widgets.maps import CellMap, component_parts, map_content
 from tests.browser.hands import SOON, soon
 from tests.browser.served import CHROMIUM
 
@@ -53,14 +52,12 @@ def put_up(tab, request):
 
 def begin(tab, name: str, data: dict) -> None:
     """Make a page of one part, which has not been called yet."""
-    html, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in ("html", "js"))
-    if name == "editor":
-        js = (CANVAS / "map.js").read_text("utf-8").replace(SHARED, "function ignored()") + js
-        css = ((CANVAS / f"{part}.css").read_text("utf-8") for part in ("map", "editor"))
-        html += f"<style>{''.join(css)}</style>"
+    html, css, js = component_parts(name)
+    if name not in ("editor", "volume"):
+        css = ""  # what others have is of a part alone, and would hold for the whole page here
     tab.goto("about:blank")
     tab.set_content("<div class='stApp' style='width: 100%'></div>")
-    tab.evaluate(BEGIN, [html, js, data])
+    tab.evaluate(BEGIN, [f"{html}<style>{css}</style>", js, data])
 
 
 def width(tab, expected: str) -> None:

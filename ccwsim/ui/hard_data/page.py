@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
-from streamlit.components import v2
 
 from ccwsim.model.choices import DataChoice
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
@@ -34,16 +31,21 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.news import draw_news
 from ccwsim.ui.study.run import keep_up
-from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.maps import CANVAS, CellMap, facies_map, map_content, points_of, reported
+from ccwsim.ui.widgets.maps import (
+    CellMap,
+    canvas_component,
+    facies_map,
+    map_content,
+    points_of,
+    reported,
+)
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 STYLE = Path(__file__).with_name("editor.css")
 KEY = "editor"
-SHARED = "export default function (component)"
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 REST = 0.4
 """Seconds without another edit before the run that answers all of them begins."""
@@ -185,7 +187,7 @@ def draw_canvas(
         if edits:
             take_edits(state, edits)
 
-    editor_component()(key=KEY, data=content, on_edits_change=catch_callback_errors(edited))
+    canvas_component(KEY)(key=KEY, data=content, on_edits_change=edited)
 
 
 def empty_map(grid: Grid) -> CellMap:
@@ -229,14 +231,3 @@ def describe_data_status(data_status: NDArray[np.integer]) -> str:
     if n_wrong:
         parts.append(f"{n_wrong} wrong, as “Honour data exactly” is off")
     return ", ".join(parts)
-
-
-@cache
-def editor_component() -> Any:
-    """Return the component: the map's own drawing and the editor on top, as one module."""
-    html = (CANVAS / "editor.html").read_text("utf-8")
-    css = "\n".join((CANVAS / f"{name}.css").read_text("utf-8") for name in ("map", "editor"))
-    drawing = (CANVAS / "map.js").read_text("utf-8")
-    drawing = drawing.replace(SHARED, "function showMap(component)")
-    js = f"{drawing}\n{(CANVAS / 'editor.js').read_text('utf-8')}"
-    return v2.component("ccwsim_editor", html=html, css=css, js=js)

@@ -1,4 +1,7 @@
-"""Maps of facies and probabilities on a canvas: square cells, linked zoom, hover, data on top."""
+"""Maps of facies and probabilities on a canvas: square cells, linked zoom, hover, data on top.
+
+A volume has the same colours, labels and data; `volumes.draw_volume` draws it.
+"""
 
 from __future__ import annotations
 
@@ -21,23 +24,33 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 CANVAS = Path(__file__).parent / "canvas"
+BELOW = {
+    "map": ("drawing",),
+    "editor": ("drawing", "map"),
+    "volume": ("drawing", "slice", "body"),
+}
+"""The modules before that of a component; a component is one text in the browser."""
+ENTRY = "export default function (component)"
+"""Where Streamlit begins: of the modules of a component only the last one is called."""
 N_STEPS = 200
 """Steps of a probability map; ensembles of up to so many realizations show exact shares."""
 
 
 @dataclass(frozen=True)
 class CellMap:
-    """A map as the canvas takes it: indices, and what each index looks like and is called."""
+    """A map or volume as the canvas takes it: indices, what each looks like and is called."""
 
-    indices: NDArray[np.uint8]  # (ny, nx)
+    indices: NDArray[np.uint8]  # (ny, nx) or (nz, ny, nx)
     colours: Sequence[str]  # "#rrggbb" of each value of `indices`
     labels: Sequence[str]  # what the hover says of each
     alt: str
     keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
     strip: dict[str, Any] | None = None  # a colour strip instead: colours, low, high
-    points: list[list[int]] = field(default_factory=list)  # row, column, index of colour, wrong
+    # (layer,) row, column, index of colour, wrong
+    points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
-    # drawn on top: kind ("box", "ring", "disc", "cross"), row, column, height, width, colour, label
+    # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
+    # colour, label
     marks: list[dict[str, Any]] = field(default_factory=list)
     trail: list[list[float]] = field(default_factory=list)  # a line through cells, with an arrow
 
@@ -45,7 +58,7 @@ class CellMap:
 def facies_map(
     indices: NDArray[np.uint8], training_image: TrainingImage, colours: Sequence[str], alt: str
 ) -> CellMap:
-    """Return the map of facies indices, shape (ny, nx), in the colours of the facies."""
+    """Return the map or volume of facies indices in the colours of the facies."""
     names = training_image.facies_names
     keys = list(zip(names, colours, strict=True))[:8]
     return CellMap(indices, colours, names, alt, keys=keys, point_colours=colours)
@@ -59,7 +72,7 @@ def share_map(
     colours: Sequence[str] = CIVIDIS,
     point_colours: Sequence[str] = (),
 ) -> CellMap:
-    """Return the map of numbers from 0 to 1, such as probabilities, shape (ny, nx)."""
+    """Return the map or volume of numbers from 0 to 1, such as probabilities."""
     steps = ramp(colours, N_STEPS + 1)
     labels = [f"{what} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
     indices = np.rint(shares * N_STEPS).astype(np.uint8)
@@ -70,18 +83,17 @@ def share_map(
 def points_of(
     data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
 ) -> list[list[int]]:
-    """Return hard data as [row, column, facies index, wrong] for a map.
+    """Return hard data as [row, column, facies index, wrong], in volumes after the layer.
 
     A datum is wrong where a `realization`, in facies codes, says another facies.
     """
     if not data.n:
         return []
-    rows, columns = data.cells.T
     places = np.searchsorted(training_image.codes, data.facies)
     wrong = np.zeros(data.n, bool)
     if realization is not None:
-        wrong = realization[rows, columns] != data.facies
-    return np.column_stack([rows, columns, places, wrong]).astype(int).tolist()
+        wrong = realization[tuple(data.cells.T)] != data.facies
+    return np.column_stack([data.cells, places, wrong]).astype(int).tolist()
 
 
 def draw_map(
@@ -127,21 +139,12 @@ def map_content(
     without ending, of the saved picture; `max_height` is in pixels.
     """
     ny, nx = cell_map.indices.shape
-    n_wrong = sum(point[3] for point in cell_map.points)
-    return {
+    return shared_content(cell_map) | {
         "png": b64encode(index_png(cell_map.indices)).decode(),
         "nx": nx,
         "ny": ny,
-        "lut": list(cell_map.colours),
-        "labels": list(cell_map.labels),
-        "keys": [list(pair) for pair in cell_map.keys],
-        "strip": cell_map.strip,
-        "points": cell_map.points,
-        "point_lut": list(cell_map.point_colours) or None,
         "marks": cell_map.marks,
         "trail": cell_map.trail,
-        "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
-        "alt": cell_map.alt,
         "axes": grid is not None,
         "cell_size": list(grid.cell_size) if grid else [1.0, 1.0],
         "origin": list(grid.origin) if grid else [0.0, 0.0],
@@ -153,6 +156,21 @@ def map_content(
     }
 
 
+def shared_content(cell_map: CellMap) -> dict[str, Any]:
+    """Return what the canvas needs to draw a map as well as a volume."""
+    n_wrong = sum(point[cell_map.indices.ndim + 1] for point in cell_map.points)
+    return {
+        "lut": list(cell_map.colours),
+        "labels": list(cell_map.labels),
+        "keys": [list(pair) for pair in cell_map.keys],
+        "strip": cell_map.strip,
+        "points": cell_map.points,
+        "point_lut": list(cell_map.point_colours) or None,
+        "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
+        "alt": cell_map.alt,
+    }
+
+
 def reported(key: str, name: str) -> Any:
     """Return what a component reported, for a callback; None after a run that was interrupted."""
     return getattr(st.session_state.get(key), name, None)
@@ -161,8 +179,7 @@ def reported(key: str, name: str) -> Any:
 @cache
 def canvas_component(name: str) -> Any:
     """Return the component whose parts are `canvas/<name>.html`, `.css` and `.js`."""
-    kinds = ("html", "css", "js")
-    html, css, js = ((CANVAS / f"{name}.{kind}").read_text("utf-8") for kind in kinds)
+    html, css, js = component_parts(name)
     component = v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
 
     def draw(**options: Any) -> Any:
@@ -172,3 +189,17 @@ def canvas_component(name: str) -> Any:
         return component(**options)
 
     return draw
+
+
+def component_parts(name: str) -> tuple[str, str, str]:
+    """Return HTML, CSS and JavaScript of a component, after the modules that it builds on."""
+    modules = *BELOW.get(name, ()), name
+    css, js = ("\n".join(_text(f"{module}.{kind}") for module in modules) for kind in ("css", "js"))
+    inherited = js.count(ENTRY) - 1
+    return _text(f"{name}.html"), css, js.replace(ENTRY, "function entry(component)", inherited)
+
+
+def _text(name: str) -> str:
+    """A file of the folder; a module without a style sheet has none."""
+    path = CANVAS / name
+    return path.read_text("utf-8") if path.exists() or path.suffix != ".css" else ""

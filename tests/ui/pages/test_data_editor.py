@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from streamlit.testing.v1 import AppTest
@@ -32,12 +33,12 @@ from ccwsim.ui.hard_data.edits import (
     with_changes,
 )
 from ccwsim.ui.hard_data.menus import reference_of, sample
-from ccwsim.ui.hard_data.page import SHARED, describe_data_status, status_of
+from ccwsim.ui.hard_data.page import describe_data_status, status_of
 from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, painted, rows_of
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import is_current
-from ccwsim.ui.widgets.maps import CANVAS
+from ccwsim.ui.widgets.maps import ENTRY, component_parts
 
 ROOT = Path(__file__).parents[3]
 GRID = Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0))
@@ -412,9 +413,12 @@ def test_placed_data_are_the_studys_on_simulate_too():
     assert "1 data" in said(app) or "1 datum" in said(app)
 
 
-def test_the_editor_finds_the_drawing_that_it_shares_with_the_map():
-    assert (CANVAS / "map.js").read_text("utf-8").count(SHARED) == 1
-    assert (CANVAS / "editor.js").read_text("utf-8").count(SHARED) == 1
+@pytest.mark.parametrize("name", ["map", "editor", "volume"])
+def test_a_component_has_one_entry_whatever_it_builds_on(name):
+    _, css, js = component_parts(name)
+    assert js.count(ENTRY) == 1
+    assert js.count("function drawData(") == 1
+    assert css.count(".legend {") == 1
 
 
 def test_training_image_bytes_can_be_sampled_as_a_reference():

@@ -1,8 +1,6 @@
 // A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles.
 // Cells are [row from the south, column]; the picture's grey values are indices into lut and labels.
 const LINK = 'ccwsim-map';
-const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // pixels: radius of a datum, and each of its rings
-const LARGEST = 1e12; // numbers on an axis from here on have an exponent
 const ZOOMED = 8; // cells along an edge of a map that is zoomed in a lot
 const maps = new WeakMap();
 // Maps of one scale. Each component has its own copy of this module, so the window keeps them.
@@ -65,7 +63,7 @@ class CellMap {
     const pen = picture.getContext('2d', { willReadFrequently: true });
     pen.drawImage(image, 0, 0);
     const pixels = pen.getImageData(0, 0, nx, ny);
-    const colours = lut.map((c) => [1, 3, 5].map((k) => parseInt(c.slice(k, k + 2), 16)));
+    const colours = lut.map(rgbOf);
     this.indices = new Uint8Array(nx * ny);
     for (let k = 0; k < nx * ny; k++) {
       const index = pixels.data[4 * k];
@@ -95,11 +93,10 @@ class CellMap {
     const pen = this.canvas.getContext('2d');
     pen.font = this.font;
     const ends = [origin[1], origin[1] + ny * size[1]];
-    const marks = [...ticks(...ends, 4), ...ticks(ends[1] - ZOOMED * size[1], ends[1], 4)];
-    return Math.max(...marks.map((mark) => pen.measureText(mark.text).width));
+    return Math.max(widestTick(pen, ...ends), widestTick(pen, ends[1] - ZOOMED * size[1], ends[1]));
   }
 
-  get font() { return '12px ' + getComputedStyle(this.root).getPropertyValue('--st-font'); }
+  get font() { return fontOf(this.root); }
 
   get leads() { return this.room && this.data.leads; }
 
@@ -205,21 +202,15 @@ class CellMap {
   drawPoints(pen, style) {
     const { points, lut, point_lut: own, nx, ny } = this.data;
     if (!points.length) return;
-    const wrongColour = style.getPropertyValue('--st-red-color');
     const marks = [];
     points.forEach(([row, column, index, wrong], k) => {
       if (row >= ny || column >= nx) return;
       const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
       if (x < -9 || y < -9 || x > this.wide + this.left + 9 || y > this.high + 9) return;
       const radius = this.radiusOf(k);
-      marks.push({ x, y, radius, ring: ringOf(radius), colour: (own || lut)[index], wrong });
+      marks.push({ x, y, radius, colour: (own || lut)[index], wrong });
     });
-    // rings below all data, so that those of a row of data do not hide the data beside them
-    for (const { x, y, radius, ring, wrong } of marks) {
-      disc(pen, x, y, radius + 2 * ring, wrong ? wrongColour : '#14181d');
-    }
-    for (const { x, y, radius, ring } of marks) disc(pen, x, y, radius + ring, '#ffffff');
-    for (const { x, y, radius, colour } of marks) disc(pen, x, y, radius, colour);
+    drawData(pen, marks, style.getPropertyValue('--st-red-color'));
   }
 
   drawTrail(pen) {
@@ -281,62 +272,21 @@ class CellMap {
 
   drawCross(pen) {
     if (!this.hover) return;
-    const [x, y] = this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5);
-    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = wide;
-      pen.beginPath();
-      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-        pen.moveTo(x + 4 * dx, y + 4 * dy);
-        pen.lineTo(x + 11 * dx, y + 11 * dy);
-      }
-      pen.stroke();
-    }
+    drawCrossAt(pen, ...this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5));
   }
 
   drawAxes(pen, style) {
     const { cell_size: size, origin } = this.data;
     pen.fillStyle = style.getPropertyValue('--st-text-color');
-    pen.strokeStyle = pen.fillStyle;
     pen.font = this.font;
-    pen.globalAlpha = 0.7;
     const [west, south] = this.toCells(this.left, this.top + this.high);
     const [east, north] = this.toCells(this.left + this.wide, this.top);
-    const base = this.top + this.high;
-    pen.textBaseline = 'top';
-    const [from, to] = [origin[0] + west * size[0], origin[0] + east * size[0]];
-    const room = Math.max(70, ...ticks(from, to, 2).map(({ text }) => pen.measureText(text).width + 24));
-    for (const { at, text } of ticks(from, to, this.wide / room)) {
-      const [x] = this.toCanvas((at - origin[0]) / size[0], 0);
-      const half = pen.measureText(text).width / 2;
-      pen.fillRect(x, base, 1, 4);
-      pen.textAlign = 'center';
-      pen.fillText(text, Math.min(Math.max(x, half), this.left + this.wide - half), base + 6);
-    }
-    pen.textAlign = 'right';
-    const [low, top] = [origin[1] + south * size[1], origin[1] + north * size[1]];
-    for (const { at, text } of ticks(low, top, this.high / 60)) {
-      const [, y] = this.toCanvas(0, (at - origin[1]) / size[1]);
-      pen.fillRect(this.left - 4, y, 4, 1);
-      pen.textBaseline = y < this.top + 8 ? 'top' : y > base - 8 ? 'bottom' : 'middle';
-      pen.fillText(text, this.left - 7, y);
-    }
-    pen.globalAlpha = 1;
+    drawAxes(pen, this, [origin[0] + west * size[0], origin[0] + east * size[0]],
+      [origin[1] + south * size[1], origin[1] + north * size[1]]);
   }
 
   legendOf() {
-    const { keys, strip, points, wrong_label: wrong } = this.data;
-    this.legend.replaceChildren();
-    for (const [label, colour] of keys) this.legend.append(key(label, 'swatch', colour));
-    if (strip) {
-      const box = key('', 'strip', null);
-      box.firstChild.style.background = `linear-gradient(90deg, ${strip.colours.join(',')})`;
-      box.prepend(strip.low);
-      box.append(strip.high);
-      this.legend.append(box);
-    }
-    if (points.length) this.legend.append(key(points.length > 1 ? `${points.length} data` : '1 datum', 'swatch round', null));
-    if (wrong) this.legend.append(key(wrong, 'swatch round wrong', null));
+    fillLegend(this.legend, this.data);
     this.readout.textContent = '';
   }
 
@@ -385,10 +335,7 @@ class CellMap {
   }
 
   save() {
-    const link = document.createElement('a');
-    link.download = (this.data.name || 'map') + '.png';
-    link.href = this.canvas.toDataURL('image/png');
-    link.click();
+    savePicture(this.canvas, this.data.name || 'map');
   }
 
   act(what) {
@@ -478,37 +425,4 @@ class CellMap {
     window.removeEventListener(LINK, this.hear);
     this.watch.disconnect();
   }
-}
-
-function ringOf(radius) { return Math.min(RING, radius * 0.4); }
-
-function disc(pen, x, y, radius, colour) {
-  pen.fillStyle = colour;
-  pen.beginPath();
-  pen.arc(x, y, radius, 0, 2 * Math.PI);
-  pen.fill();
-}
-
-function key(label, kind, colour) {
-  const entry = document.createElement('span');
-  entry.className = 'key';
-  const mark = document.createElement('span');
-  mark.className = kind;
-  if (colour) mark.style.background = colour;
-  entry.append(mark, label);
-  return entry;
-}
-
-// Round values between two, and each as a number that is written out whole.
-function ticks(low, high, wanted) {
-  const rough = (high - low) / Math.max(wanted, 1);
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough);
-  const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 20);
-  const out = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-6; k++) {
-    const text = Math.abs(k * step) < LARGEST ? (k * step).toFixed(decimals) : String(k * step);
-    out.push({ at: k * step, text });
-  }
-  return out;
 }

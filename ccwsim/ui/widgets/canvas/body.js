@@ -1,0 +1,413 @@
+// The volume itself: rays walk cell by cell through a 3-D texture (WebGL2), on a page one painter for
+// all volumes. What is around it (edges, wells above the top) is drawn on the canvas that shows it.
+const TURN = 0.01, TURN_KEY = 0.12; // radians a pixel, and an arrow key
+const STEEPEST = 1.5; // radians of the look from above or below
+const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
+const QUICK = 35; // milliseconds of a frame that moves; a slower machine draws it coarser
+const AT_REST = 180; // milliseconds after which the coarse frame is drawn finely
+const KEPT = 4; // volumes in the memory of the graphics card
+
+const CORNERS = `#version 300 es
+in vec2 corner; out vec2 at; void main() { at = corner; gl_Position = vec4(corner, 0, 1); }`;
+const RAYS = `#version 300 es
+precision highp float; precision highp int; precision highp usampler3D;
+uniform usampler3D cells; // index of the cell, and 1 + index of the colour of its datum
+uniform sampler2D looks;  // colours of the indices, opaque where they are shown; colours of data
+uniform ivec3 n, cut, side; // the corner on this side of the cell \`cut\` is taken out
+uniform vec3 eye, right, up, along;
+uniform bool solid_block;
+in vec2 at; out vec4 colour;
+
+bool within(ivec3 k) { return all(greaterThanEqual(k, ivec3(0))) && all(lessThan(k, n)); }
+
+bool shown(ivec3 k) {
+  if (solid_block && all(greaterThan((k - cut) * side, ivec3(0)))) return texelFetch(cells, k, 0).g > 0u;
+  if (solid_block) return true;
+  uvec2 cell = texelFetch(cells, k, 0).rg;
+  return cell.g > 0u || texelFetch(looks, ivec2(cell.r, 0), 0).a > 0.5;
+}
+
+float filled(ivec3 k) { return within(k) && shown(k) ? 1. : 0.; }
+
+// How much light reaches a place on a face: less where cells beside it stand out.
+float open(ivec3 front, ivec3 u, ivec3 v, vec2 f) {
+  float l = filled(front - u), r = filled(front + u), b = filled(front - v), t = filled(front + v);
+  vec4 corner = vec4(max(l + b, filled(front - u - v)), max(r + b, filled(front + u - v)),
+    max(l + t, filled(front - u + v)), max(r + t, filled(front + u + v)));
+  corner = 1. - 0.17 * min(corner, 2.);
+  return mix(mix(corner.x, corner.y, f.x), mix(corner.z, corner.w, f.x), f.y);
+}
+
+void main() {
+  vec3 from = eye + right * at.x + up * at.y, size = vec3(n);
+  vec3 near = min(-from / along, (size - from) / along), far = max(-from / along, (size - from) / along);
+  float enter = max(near.x, max(near.y, near.z)), leave = min(far.x, min(far.y, far.z));
+  colour = vec4(0);
+  if (enter >= leave) return;
+  int axis = enter == near.x ? 0 : enter == near.y ? 1 : 2;
+  vec3 place = from + along * enter;
+  ivec3 way = ivec3(sign(along));
+  ivec3 k = clamp(ivec3(floor(place)), ivec3(0), n - 1);
+  k[axis] = way[axis] > 0 ? 0 : n[axis] - 1;
+  vec3 stride = abs(1. / along);
+  vec3 next = (vec3(k) + max(vec3(way), 0.) - from) / along; // where the ray leaves the cell
+  float now = enter;
+  for (int i = n.x + n.y + n.z; i >= 0; i--) {
+    if (shown(k)) {
+      uvec2 cell = texelFetch(cells, k, 0).rg;
+      colour = cell.g > 0u ? texelFetch(looks, ivec2(cell.g - 1u, 1), 0) : texelFetch(looks, ivec2(cell.r, 0), 0);
+      ivec3 u = ivec3(0), v = ivec3(0), front = k;
+      u[(axis + 1) % 3] = 1; v[(axis + 2) % 3] = 1; front[axis] -= way[axis];
+      vec3 on = from + along * now - vec3(k);
+      vec2 f = clamp(vec2(on[(axis + 1) % 3], on[(axis + 2) % 3]), 0., 1.);
+      float light = axis == 2 ? (way.z < 0 ? 1. : 0.62) : axis == 1 ? 0.86 : 0.74;
+      colour = vec4(colour.rgb * light * open(front, u, v, f), 1);
+      return;
+    }
+    axis = next.x < next.y ? (next.x < next.z ? 0 : 2) : (next.y < next.z ? 1 : 2);
+    now = next[axis];
+    k[axis] += way[axis];
+    next[axis] += stride[axis];
+    if (k[axis] < 0 || k[axis] >= n[axis]) return;
+  }
+}`;
+
+class Painter {
+  constructor() {
+    this.canvas = new OffscreenCanvas(1, 1);
+    const gl = this.gl = this.canvas.getContext('webgl2', { antialias: false, depth: false });
+    if (!gl) throw new Error('no WebGL2');
+    this.canvas.addEventListener('webglcontextlost', () => { this.lost = true; });
+    this.textures = new Map(); // what was drawn last is last
+    this.program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, RAYS]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(this.program, shader);
+    }
+    gl.linkProgram(this.program);
+    if (!gl.getProgramParameter(this.program, gl.LINK_STATUS)) {
+      throw new Error(gl.getProgramInfoLog(this.program) || 'WebGL2 was lost');
+    }
+    gl.useProgram(this.program);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
+    const corner = gl.getAttribLocation(this.program, 'corner');
+    gl.enableVertexAttribArray(corner);
+    gl.vertexAttribPointer(corner, 2, gl.FLOAT, false, 0, 0);
+    this.looks = this.texture(gl.TEXTURE_2D);
+    this.places = {};
+    for (const name of ['cells', 'looks', 'n', 'cut', 'side', 'eye', 'right', 'up', 'along', 'solid_block']) {
+      this.places[name] = gl.getUniformLocation(this.program, name);
+    }
+    this.widest = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE);
+  }
+
+  texture(kind) {
+    const { gl } = this;
+    const texture = gl.createTexture();
+    gl.bindTexture(kind, texture);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(kind, filter, gl.NEAREST);
+    return texture;
+  }
+
+  // The texture of a volume with its data, which is made where it is not there.
+  hold(stamp, shape, cells, data) {
+    const { gl, textures } = this;
+    const kept = textures.get(stamp) || this.texture(gl.TEXTURE_3D);
+    gl.bindTexture(gl.TEXTURE_3D, kept);
+    if (!textures.delete(stamp)) {
+      const both = new Uint8Array(2 * cells.length);
+      for (let k = 0; k < cells.length; k++) both[2 * k] = cells[k];
+      for (const [k, colour] of data) both[2 * k + 1] = colour + 1;
+      gl.texImage3D(gl.TEXTURE_3D, 0, gl.RG8UI, ...shape, 0, gl.RG_INTEGER, gl.UNSIGNED_BYTE, both);
+    }
+    textures.set(stamp, kept);
+    if (textures.size <= KEPT) return;
+    const [[oldest, texture]] = textures;
+    gl.deleteTexture(texture);
+    textures.delete(oldest);
+  }
+
+  paint(wide, high, looks, values) {
+    const { gl, places } = this;
+    if (this.canvas.width !== wide || this.canvas.height !== high) Object.assign(this.canvas, { width: wide, height: high });
+    gl.viewport(0, 0, wide, high);
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, this.looks);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, looks);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(places.cells, 0);
+    gl.uniform1i(places.looks, 1);
+    gl.uniform1i(places.solid_block, values.solid_block);
+    for (const name of ['n', 'cut', 'side']) gl.uniform3iv(places[name], values[name]);
+    for (const name of ['eye', 'right', 'up', 'along']) gl.uniform3fv(places[name], values[name]);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // waits until it is drawn
+    return this.canvas;
+  }
+}
+
+class Body {
+  constructor(view) {
+    this.view = view;
+    this.panel = view.root.querySelector('[data-panel="body"]');
+    this.canvas = this.panel.querySelector('canvas');
+    this.mode = this.panel.querySelector('.mode');
+    this.threshold = this.panel.querySelector('.threshold');
+    this.coarse = 1;
+    this.pointers = new Map();
+    this.listen();
+  }
+
+  get look() { return (this.view.own.look ??= { ...FIRST_LOOK }); }
+
+  // What may be shown: the block, one facies, or all cells from a value on.
+  show() {
+    const { view, mode } = this;
+    const { data, own } = view;
+    const modes = data.strip ? [['from', 'cells from a value on']]
+      : data.labels.map((label, k) => [String(k), `${label} alone`]);
+    modes.unshift(['block', 'block, a corner cut out']);
+    mode.replaceChildren(...modes.map(([value, text]) => new Option(text, value)));
+    mode.value = modes.some(([value]) => value === own.mode) ? own.mode : 'block';
+    const last = data.lut.length - 1;
+    const slider = this.threshold.querySelector('input');
+    slider.max = last;
+    slider.value = Math.min(own.from ?? Math.ceil(last / 2), last);
+    this.choose();
+  }
+
+  choose() {
+    const { labels } = this.view.data;
+    const slider = this.threshold.querySelector('input');
+    this.threshold.hidden = this.mode.value !== 'from';
+    this.threshold.querySelector('output').textContent = labels[slider.value];
+    slider.setAttribute('aria-valuetext', `at least ${labels[slider.value]}`);
+  }
+
+  layout(wide, high, dots) {
+    this.dots = dots;
+    sizeCanvas(this.canvas, wide, high, dots);
+  }
+
+  painter() {
+    const { page } = this.view;
+    if (page.painter?.lost) page.painter = null;
+    if (page.painter === undefined || page.painter === null) {
+      try {
+        page.painter = new Painter();
+      } catch {
+        page.painter = false;
+      }
+    }
+    return page.painter;
+  }
+
+  missing() {
+    const painter = this.painter();
+    if (!painter) return 'The volume itself is not drawn, as this browser has no WebGL2. The slices show all of its cells.';
+    const longest = Math.max(...this.view.data.shape);
+    if (longest > painter.widest) return `The volume itself is not drawn, as this browser takes ${painter.widest} cells along an axis, not ${longest}. The slices show all of its cells.`;
+    return '';
+  }
+
+  // Unit vectors of the screen, and from the eye to the volume, in the world.
+  frame() {
+    const { turn, tilt } = this.look;
+    const [s, c, st, ct] = [Math.sin(turn), Math.cos(turn), Math.sin(tilt), Math.cos(tilt)];
+    return { right: [c, s, 0], up: [-s * st, c * st, ct], along: [-s * ct, c * ct, -st].map((d) => d || 1e-9) };
+  }
+
+  draw(moving) {
+    const { view, canvas, look } = this;
+    const { data, at } = view;
+    const text = this.missing();
+    const line = this.panel.querySelector('.missing');
+    line.textContent = text;
+    line.hidden = !text;
+    canvas.hidden = this.mode.hidden = Boolean(text);
+    if (text) {
+      this.threshold.hidden = true;
+      return;
+    }
+    canvas.setAttribute('aria-label', `${data.alt}, ${this.mode.selectedOptions[0].text}, seen from ${compass(look)}`);
+    const { right, up, along } = this.frame();
+    const sizes = data.cell_size.map((size, axis) => size * (axis === 2 ? view.exaggeration : 1));
+    const world = data.shape.map((n, axis) => n * sizes[axis]);
+    const [wide, high] = [parseFloat(canvas.style.width), parseFloat(canvas.style.height)];
+    const pixels = look.zoom * Math.min(wide, 1.2 * high) / Math.hypot(...world);
+    const toCanvas = (x, y, z) => {
+      const off = [x * sizes[0] - world[0] / 2, y * sizes[1] - world[1] / 2, z * sizes[2] - world[2] / 2];
+      const dot = (axis) => off[0] * axis[0] + off[1] * axis[1] + off[2] * axis[2];
+      return [wide / 2 + dot(right) * pixels, high / 2 - dot(up) * pixels];
+    };
+    const block = this.mode.value === 'block';
+    const inCells = (vector, factor) => vector.map((v, axis) => v * factor / sizes[axis]);
+    const away = Math.hypot(...world);
+    const side = along.map((d) => (d < 0 ? 1 : -1));
+    const values = { n: data.shape, cut: at, side, solid_block: block,
+      eye: data.shape.map((n, axis) => n / 2 - along[axis] * away / sizes[axis]),
+      right: inCells(right, wide / 2 / pixels), up: inCells(up, high / 2 / pixels), along: inCells(along, 1) };
+    const began = performance.now();
+    const painter = this.painter();
+    const coarse = moving ? this.coarse : 1;
+    const points = view.dataShown ? data.points : [];
+    painter.hold(`${data.digest} ${data.shape} ${points.join()}`, data.shape, view.cells, points.map(
+      ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]));
+    const scene = painter.paint(Math.ceil(wide * this.dots * coarse), Math.ceil(high * this.dots * coarse),
+      this.looks(), values);
+    const pen = canvas.getContext('2d');
+    pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
+    pen.clearRect(0, 0, wide, high);
+    pen.strokeStyle = pen.fillStyle = getComputedStyle(view.root).getPropertyValue('--st-text-color');
+    this.drawEdges(pen, toCanvas, side, true);
+    if (look.tilt < 0) this.drawStems(pen, toCanvas, block, side);
+    pen.imageSmoothingEnabled = coarse < 1;
+    pen.drawImage(scene, 0, 0, wide, high);
+    this.drawEdges(pen, toCanvas, side, false);
+    if (look.tilt >= 0) this.drawStems(pen, toCanvas, block, side);
+    this.took = performance.now() - began;
+    if (!moving) return;
+    this.coarse = Math.min(1, Math.max(0.25, coarse * Math.sqrt(QUICK / this.took)));
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => view.ask('body'), AT_REST);
+  }
+
+  // Two rows of 256 colours; those of indices that are not shown are transparent.
+  looks() {
+    const { data } = this.view;
+    const looks = new Uint8Array(2 * 256 * 4);
+    const from = +this.threshold.querySelector('input').value, only = this.mode.value;
+    const shown = (k) => only === 'block' || (only === 'from' ? k >= from : k === +only);
+    data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), shown(k) ? 255 : 0], 4 * k));
+    (data.point_lut || data.lut).forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * (256 + k)));
+    return looks;
+  }
+
+  // The edges of the box behind the volume, or those before it, and the names of the axes.
+  drawEdges(pen, toCanvas, side, behind) {
+    const { shape } = this.view.data;
+    pen.globalAlpha = behind ? 0.35 : 0.5;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    for (let axis = 0; axis < 3; axis++) {
+      const [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+      for (const [i, j] of [[-1, -1], [-1, 1], [1, -1], [1, 1]]) {
+        if ((i !== side[b] && j !== side[c]) !== behind) continue;
+        const end = [0, 0, 0];
+        end[b] = i > 0 ? shape[b] : 0;
+        end[c] = j > 0 ? shape[c] : 0;
+        pen.moveTo(...toCanvas(...end));
+        end[axis] = shape[axis];
+        pen.lineTo(...toCanvas(...end));
+      }
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
+    if (behind) return;
+    pen.font = fontOf(this.view.root);
+    pen.textAlign = 'center';
+    pen.textBaseline = 'middle';
+    const middle = toCanvas(...shape.map((n) => n / 2));
+    const near = side.map((s, axis) => (s > 0 ? shape[axis] : 0));
+    const ends = [[shape[0] / 2, near[1], 0], [near[0], shape[1] / 2, 0], [shape[0] - near[0], near[1], shape[2] / 2]];
+    ends.forEach((end, axis) => {
+      const [x, y] = toCanvas(...end);
+      const far = Math.hypot(x - middle[0], y - middle[1]) || 1;
+      pen.fillText('xyz'[axis], x + 11 * (x - middle[0]) / far, y + 11 * (y - middle[1]) / far);
+    });
+  }
+
+  // Wells stand out above the top, so that they are seen where the block hides them.
+  drawStems(pen, toCanvas, block, side) {
+    const { view } = this;
+    if (!view.dataShown) return;
+    const { shape } = view.data;
+    const [, base] = toCanvas(0, 0, 0), [, top] = toCanvas(0, 0, shape[2]);
+    const stem = Math.max(12, 0.12 * (base - top));
+    for (const { x, y, high } of view.wells.values()) {
+      const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
+      const [px, py] = toCanvas(x + 0.5, y + 0.5, open ? high + 1 : shape[2]);
+      const [, head] = toCanvas(x + 0.5, y + 0.5, shape[2]);
+      pen.lineWidth = 1.25;
+      pen.beginPath();
+      pen.moveTo(px, py);
+      pen.lineTo(px, head - stem);
+      pen.stroke();
+      disc(pen, px, head - stem, 2.2, pen.strokeStyle);
+    }
+  }
+
+  turnBy(turn, tilt) {
+    this.look.turn += turn;
+    this.look.tilt = Math.min(Math.max(this.look.tilt + tilt, -STEEPEST), STEEPEST);
+    this.view.ask('body', true);
+  }
+
+  zoomBy(factor) {
+    this.look.zoom = Math.min(Math.max(this.look.zoom * factor, 0.5), 12);
+    this.view.ask('body', true);
+  }
+
+  reset() {
+    this.view.own.look = { ...FIRST_LOOK };
+    this.view.ask('body');
+  }
+
+  listen() {
+    const { canvas, view, pointers } = this;
+    this.mode.addEventListener('change', () => {
+      view.own.mode = this.mode.value;
+      this.choose();
+      view.ask('body');
+    });
+    this.threshold.querySelector('input').addEventListener('input', (event) => {
+      view.own.from = +event.target.value;
+      this.choose();
+      view.ask('body', true);
+    });
+    canvas.addEventListener('pointerdown', (event) => {
+      canvas.focus();
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, [event.clientX, event.clientY]);
+    });
+    canvas.addEventListener('pointermove', (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before) return;
+      const now = [event.clientX, event.clientY];
+      const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+      const spread = (place) => Math.max(Math.hypot(place[0] - other[0], place[1] - other[1]), 1);
+      if (other) this.zoomBy(spread(now) / spread(before));
+      else this.turnBy(-(now[0] - before[0]) * TURN, (now[1] - before[1]) * TURN);
+      pointers.set(event.pointerId, now);
+    });
+    for (const end of ['pointerup', 'pointercancel']) {
+      canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener('wheel', (event) => {
+      if (!event.ctrlKey && !isFocused(canvas)) return;
+      event.preventDefault();
+      this.zoomBy(Math.exp(-event.deltaY / 300));
+    }, { passive: false });
+    canvas.addEventListener('dblclick', () => this.reset());
+    canvas.addEventListener('keydown', (event) => {
+      const turns = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      const zoom = { '+': 1.25, '=': 1.25, '-': 0.8 }[event.key];
+      if (event.altKey || event.ctrlKey || event.metaKey || !(turns || zoom || event.key === '0')) return;
+      event.preventDefault();
+      event.stopPropagation(); // arrow keys also step through the realizations of a page
+      if (turns) this.turnBy(...turns.map((way) => way * TURN_KEY));
+      else if (zoom) this.zoomBy(zoom);
+      else this.reset();
+    });
+  }
+}
+
+function compass({ turn, tilt }) {
+  const names = ['south', 'southeast', 'east', 'northeast', 'north', 'northwest', 'west', 'southwest'];
+  const eighth = Math.round(turn / (Math.PI / 4));
+  return `the ${names[((eighth % 8) + 8) % 8]} and ${tilt < 0 ? 'below' : 'above'}`;
+}

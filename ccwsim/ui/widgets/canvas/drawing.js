@@ -1,0 +1,110 @@
+// What maps and volumes draw alike: data as ringed circles, axes, the legend. Goes before their modules.
+const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // pixels: radius of a datum, and each of its rings
+const LARGEST = 1e12; // numbers on an axis from here on have an exponent
+const INK = '#14181d', PAPER = '#ffffff'; // of rings: they show on any ground
+
+// Rings below all data, so that those of a row of data do not hide the data beside them.
+function drawData(pen, marks, wrongColour) {
+  for (const { x, y, radius, wrong } of marks) {
+    disc(pen, x, y, radius + 2 * ringOf(radius), wrong ? wrongColour : INK);
+  }
+  for (const { x, y, radius } of marks) disc(pen, x, y, radius + ringOf(radius), PAPER);
+  for (const { x, y, radius, colour } of marks) disc(pen, x, y, radius, colour);
+}
+
+function ringOf(radius) { return Math.min(RING, radius * 0.4); }
+
+function drawCrossAt(pen, x, y) {
+  for (const [colour, wide] of [[PAPER, 3], [INK, 1]]) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = wide;
+    pen.beginPath();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      pen.moveTo(x + 4 * dx, y + 4 * dy);
+      pen.lineTo(x + 11 * dx, y + 11 * dy);
+    }
+    pen.stroke();
+  }
+}
+
+// Numbers below and at the left of a box (left, top, wide, high), whose edges are at these two values.
+function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
+  const base = top + high;
+  pen.globalAlpha = 0.7;
+  pen.textBaseline = 'top';
+  pen.textAlign = 'center';
+  const room = Math.max(70, ...ticks(west, east, 2).map(({ text }) => pen.measureText(text).width + 24));
+  for (const { at, text } of ticks(west, east, wide / room)) {
+    const x = left + (at - west) / (east - west) * wide;
+    const half = pen.measureText(text).width / 2;
+    pen.fillRect(x, base, 1, 4);
+    pen.fillText(text, Math.min(Math.max(x, half), left + wide - half), base + 6);
+  }
+  pen.textAlign = 'right';
+  for (const { at, text } of ticks(low, upper, high / 60)) {
+    const y = base - (at - low) / (upper - low) * high;
+    pen.fillRect(left - 4, y, 4, 1);
+    pen.textBaseline = y < top + 8 ? 'top' : y > base - 8 ? 'bottom' : 'middle';
+    pen.fillText(text, left - 7, y);
+  }
+  pen.globalAlpha = 1;
+}
+
+function widestTick(pen, low, high) {
+  return Math.max(...ticks(low, high, 4).map((mark) => pen.measureText(mark.text).width));
+}
+
+function fillLegend(legend, { keys, strip, points, wrong_label: wrong }) {
+  legend.replaceChildren(...keys.map(([label, colour]) => key(label, 'swatch', colour)));
+  if (strip) {
+    const box = key('', 'strip', null);
+    box.firstChild.style.background = `linear-gradient(90deg, ${strip.colours.join(',')})`;
+    box.prepend(strip.low);
+    box.append(strip.high);
+    legend.append(box);
+  }
+  if (points.length) legend.append(key(points.length > 1 ? `${points.length} data` : '1 datum', 'swatch round', null));
+  if (wrong) legend.append(key(wrong, 'swatch round wrong', null));
+}
+
+function savePicture(canvas, name) {
+  const link = document.createElement('a');
+  link.download = name + '.png';
+  link.href = canvas.toDataURL('image/png');
+  link.click();
+}
+
+function fontOf(root) { return '12px ' + getComputedStyle(root).getPropertyValue('--st-font'); }
+
+function rgbOf(colour) { return [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16)); }
+
+function disc(pen, x, y, radius, colour) {
+  pen.fillStyle = colour;
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.fill();
+}
+
+function key(label, kind, colour) {
+  const entry = document.createElement('span');
+  entry.className = 'key';
+  const mark = document.createElement('span');
+  mark.className = kind;
+  if (colour) mark.style.background = colour;
+  entry.append(mark, label);
+  return entry;
+}
+
+// Round values between two, and each as a number that is written out whole.
+function ticks(low, high, wanted) {
+  const rough = (high - low) / Math.max(wanted, 1);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough);
+  const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 20);
+  const out = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-6; k++) {
+    const text = Math.abs(k * step) < LARGEST ? (k * step).toFixed(decimals) : String(k * step);
+    out.push({ at: k * step, text });
+  }
+  return out;
+}

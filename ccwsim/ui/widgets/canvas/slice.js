@@ -1,0 +1,230 @@
+// One slice through a volume on a canvas: cells, data, wells, cross hairs. Axes are 0, 1, 2: x, y, z.
+// A slice lies across one axis; `right` and `up` are the axes along its edges, so elevation is upwards.
+const PLANES = {
+  x: { across: 0, right: 1, up: 2, called: 'column' },
+  y: { across: 1, right: 0, up: 2, called: 'row' },
+  z: { across: 2, right: 0, up: 1, called: 'layer' },
+};
+const WELL_REACH = 0.05; // share of the layers up to which a well is said to pass near one
+const NOTCH = 40; // pixels of a wheel that make a step
+const KEYS = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10,
+  Home: -Infinity, End: Infinity };
+
+class Slice {
+  constructor(view, axis) {
+    this.view = view;
+    Object.assign(this, PLANES[axis]);
+    this.axis = axis;
+    this.panel = view.root.querySelector(`[data-panel="${axis}"]`);
+    this.canvas = this.panel.querySelector('canvas');
+    this.slider = this.panel.querySelector('input');
+    this.wheeled = 0;
+    this.listen();
+  }
+
+  get here() { return this.view.at[this.across]; }
+
+  get count() { return this.view.data.shape[this.across]; }
+
+  layout(left, bottom, dots) {
+    const { data: { shape }, scale } = this.view;
+    Object.assign(this, { left, top: 1, dots });
+    this.wide = shape[this.right] * scale[this.right];
+    this.high = shape[this.up] * scale[this.up];
+    sizeCanvas(this.canvas, this.wide + left + 1, this.high + 1 + bottom, dots);
+    this.slider.max = this.count - 1;
+    this.slider.parentElement.style.width = this.wide + left + 1 + 'px';
+  }
+
+  draw() {
+    const { view, here } = this;
+    const { data } = view;
+    const style = getComputedStyle(view.root);
+    const pen = this.canvas.getContext('2d');
+    pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.save();
+    pen.beginPath();
+    pen.rect(this.left, this.top, this.wide, this.high);
+    pen.clip();
+    pen.imageSmoothingEnabled = Math.min(view.scale[this.right], view.scale[this.up]) * this.dots < 1;
+    pen.drawImage(this.picture(), this.left, this.top, this.wide, this.high);
+    this.drawHairs(pen);
+    if (view.dataShown) this.drawData(pen, style.getPropertyValue('--st-red-color'));
+    const { hover } = view.shared;
+    if (hover && hover[this.across] === here) {
+      drawCrossAt(pen, ...this.toCanvas(hover[this.right] + 0.5, hover[this.up] + 0.5));
+    }
+    pen.restore();
+    pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--st-text-color');
+    pen.globalAlpha = 0.45;
+    pen.lineWidth = 1;
+    pen.strokeRect(this.left - 0.5, this.top - 0.5, this.wide + 1, this.high + 1);
+    pen.globalAlpha = 1;
+    pen.font = fontOf(view.root);
+    if (data.axes) drawAxes(pen, this, view.extent(this.right), view.extent(this.up));
+    this.say();
+  }
+
+  // The cells of the slice, one pixel each.
+  picture() {
+    const { data: { shape }, cells, palette } = this.view;
+    const [wide, high] = [shape[this.right], shape[this.up]];
+    const strides = [1, shape[0], shape[0] * shape[1]];
+    const [along, upwards] = [strides[this.right], strides[this.up]];
+    const picture = new OffscreenCanvas(wide, high);
+    const pen = picture.getContext('2d');
+    const pixels = pen.createImageData(wide, high);
+    const colours = new Uint32Array(pixels.data.buffer);
+    for (let j = 0; j < high; j++) {
+      let from = this.here * strides[this.across] + (high - 1 - j) * upwards;
+      for (let k = j * wide; k < (j + 1) * wide; k++, from += along) colours[k] = palette[cells[from]];
+    }
+    pen.putImageData(pixels, 0, 0);
+    return picture;
+  }
+
+  // Where the other two slices cut this one.
+  drawHairs(pen) {
+    const { at } = this.view;
+    const [x, y] = this.toCanvas(at[this.right] + 0.5, at[this.up] + 0.5);
+    for (const [colour, wide, alpha] of [[PAPER, 3, 0.55], [INK, 1, 0.85]]) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = wide;
+      pen.globalAlpha = alpha;
+      pen.beginPath();
+      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+        pen.moveTo(x + 7 * dx, y + 7 * dy);
+        pen.lineTo(x + (this.wide + 7) * dx, y + (this.high + 7) * dy);
+      }
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  }
+
+  // Data in the slice are circles; those of a well are a strip of cells in a section. A well that
+  // has no datum in a layer of the map but near it is a dot.
+  drawData(pen, wrongColour) {
+    const { view, here } = this;
+    const { data, wells } = view;
+    const colours = data.point_lut || data.lut;
+    const inside = data.points.filter((point) => point[2 - this.across] === here);
+    const room = Math.sqrt((this.wide * this.high) / Math.max(inside.length, 1));
+    const radius = Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13));
+    const circles = [], strips = [];
+    for (const point of inside) {
+      const strip = this.axis !== 'z' && wells.has(view.columnOf(point));
+      const [x, y] = this.toCanvas(point[2 - this.right] + 0.5, point[2 - this.up] + 0.5);
+      (strip ? strips : circles).push({ x, y, radius, colour: colours[point[3]], wrong: point[4] });
+    }
+    const high = this.view.scale[this.up], half = Math.max(2.5, this.view.scale[this.right] / 2);
+    const box = ({ x, y, colour, wrong }, ring, own) => {
+      pen.fillStyle = own || (wrong ? wrongColour : colour);
+      pen.fillRect(x - half - ring, y - high / 2 - ring, 2 * (half + ring), high + 2 * ring);
+    };
+    for (const strip of strips) box(strip, 2 * RING, strip.wrong ? wrongColour : INK);
+    for (const strip of strips) box(strip, RING, PAPER);
+    for (const strip of strips) box(strip, 0, strip.colour);
+    if (this.axis === 'z') {
+      const reach = Math.max(1, Math.round(WELL_REACH * data.shape[2]));
+      const seen = new Set(inside.map((point) => view.columnOf(point)));
+      for (const [column, { x, y, low, high: top }] of wells) {
+        if (seen.has(column) || here < low - reach || here > top + reach) continue;
+        const [px, py] = this.toCanvas(x + 0.5, y + 0.5);
+        disc(pen, px, py, 2.4, PAPER);
+        disc(pen, px, py, 1.4, INK);
+      }
+    }
+    drawData(pen, circles, wrongColour);
+  }
+
+  say() {
+    const { data, at } = this.view;
+    const place = this.view.centre(this.across);
+    this.panel.querySelector('.where').textContent = `${this.called} ${this.here}`;
+    this.panel.querySelector('output').textContent = data.axes ? place : this.here;
+    this.canvas.setAttribute('aria-label', `${data.alt}, ${this.called} ${this.here}`);
+    this.slider.value = at[this.across];
+    this.slider.setAttribute('aria-valuetext', `${this.called} ${this.here}`);
+  }
+
+  toCanvas(right, up) {
+    const { scale } = this.view;
+    return [this.left + right * scale[this.right], this.top + this.high - up * scale[this.up]];
+  }
+
+  // The cell (x, y, z) at a pointer; the nearest one for a pointer beside the slice.
+  cellAt(event) {
+    const { at, scale, data: { shape } } = this.view;
+    const box = this.canvas.getBoundingClientRect();
+    const shrunk = box.width / parseFloat(this.canvas.style.width) || 1;
+    const cell = [...at];
+    const place = { [this.right]: ((event.clientX - box.left) / shrunk - this.left) / scale[this.right],
+      [this.up]: (this.top + this.high - (event.clientY - box.top) / shrunk) / scale[this.up] };
+    for (const axis of [this.right, this.up]) {
+      cell[axis] = Math.min(Math.max(Math.floor(place[axis]), 0), shape[axis] - 1);
+    }
+    const beside = [this.right, this.up].some((axis) => place[axis] < 0 || place[axis] >= shape[axis]);
+    return { cell, beside };
+  }
+
+  step(by) {
+    const at = [...this.view.at];
+    at[this.across] = Math.min(Math.max(at[this.across] + by, 0), this.count - 1);
+    this.view.moveTo(at);
+  }
+
+  listen() {
+    const { canvas, view } = this;
+    this.slider.addEventListener('input', () => this.step(+this.slider.value - this.here));
+    canvas.addEventListener('wheel', (event) => {
+      if (!view.cells || !(event.ctrlKey || isFocused(canvas))) return;
+      event.preventDefault();
+      this.wheeled += event.deltaMode ? NOTCH * Math.sign(event.deltaY) : event.deltaY;
+      if (Math.abs(this.wheeled) < NOTCH) return;
+      this.step(-Math.sign(this.wheeled));
+      this.wheeled = 0;
+    }, { passive: false });
+    canvas.addEventListener('keydown', (event) => {
+      const by = KEYS[event.key];
+      if (!view.cells || !by || event.altKey || event.ctrlKey || event.metaKey) return;
+      event.preventDefault();
+      event.stopPropagation(); // arrow keys also step through the realizations of a page
+      this.step(by);
+    });
+    canvas.addEventListener('pointerdown', (event) => {
+      if (!view.cells || event.button) return;
+      canvas.focus();
+      this.pressed = [event.clientX, event.clientY];
+      if (event.pointerType === 'mouse') this.press(event);
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener('pointermove', (event) => {
+      if (!view.cells) return;
+      const { cell, beside } = this.cellAt(event);
+      view.point(beside ? null : cell);
+      if (this.pressed) view.moveTo(cell);
+    });
+    canvas.addEventListener('pointerup', (event) => {
+      if (!this.pressed) return;
+      const far = Math.hypot(event.clientX - this.pressed[0], event.clientY - this.pressed[1]);
+      this.pressed = null;
+      this.press(event);
+      const { cell, beside } = this.cellAt(event);
+      if (far < 4 && !beside && view.data.picks) view.pick(...cell);
+    });
+    canvas.addEventListener('pointercancel', () => { this.pressed = null; });
+    canvas.addEventListener('pointerleave', () => view.cells && view.point(null));
+  }
+
+  press(event) { this.view.moveTo(this.cellAt(event).cell); }
+}
+
+function sizeCanvas(canvas, wide, high, dots) {
+  canvas.width = Math.round(wide * dots);
+  canvas.height = Math.round(high * dots);
+  canvas.style.width = wide + 'px';
+  canvas.style.height = high + 'px';
+}
+
+function isFocused(element) { return element.getRootNode().activeElement === element; }

@@ -1,0 +1,240 @@
+// A volume: three linked slices and the body, which share cursor, vertical exaggeration and data. This
+// follows drawing.js, slice.js and body.js in one module. Nothing is asked of the server.
+const LINK = 'ccwsim-volume';
+const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; widths from which there are so many
+const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // of the exaggeration
+const LOWEST = 0.2, HIGHEST = 1.5; // height of a section, as a share of the longer horizontal side
+const CACHED = 8; // volumes that are kept unpacked
+const views = new WeakMap();
+// What outlives a component that is drawn anew, or that several ones share: each has a copy of this module.
+const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
+
+export default function (component) {
+  const root = component.parentElement.querySelector('.volume');
+  let view = views.get(root);
+  if (!view) {
+    view = new VolumeView(root);
+    views.set(root, view);
+  }
+  view.component = component;
+  view.pick = (x, y, z) => component.setTriggerValue('cell', [z, y, x]);
+  view.show(component.data);
+  // Streamlit may end a call when a later one has already taken the view over, and begin again after it.
+  return () => { if (view.component === component) view.stop(); };
+}
+
+class VolumeView {
+  constructor(root) {
+    this.root = root;
+    this.page = page;
+    this.legend = root.querySelector('.legend');
+    this.readout = root.querySelector('.readout');
+    this.dataShown = true;
+    this.slices = ['z', 'y', 'x'].map((axis) => new Slice(this, axis));
+    this.body = new Body(this);
+    this.listen();
+  }
+
+  // What is on the screen stays until the cells of the new volume are unpacked.
+  async show(data) {
+    this.start();
+    this.latest = data;
+    const cells = await unpacked(data);
+    if (this.latest !== data) return;
+    Object.assign(this, { data, cells });
+    this.own = kept(page.own, data.key);
+    this.shared = kept(page.shared, data.link || data.key);
+    this.shared.at ??= data.shape.map((n) => n >> 1);
+    this.palette = new Uint32Array(data.lut.map((colour) => {
+      const [r, g, b] = rgbOf(colour);
+      return ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
+    }));
+    this.findWells();
+    this.offerExaggerations();
+    this.body.show();
+    this.body.panel.hidden = !data.body;
+    this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
+    fillLegend(this.legend, data);
+    this.layout();
+  }
+
+  // The cursor; a volume of another size that shares it has its nearest cell.
+  get at() { return this.shared.at.map((k, axis) => Math.min(k, this.data.shape[axis] - 1)); }
+
+  get exaggeration() { return this.shared.exaggeration ?? this.usual; }
+
+  // Columns of cells with several data.
+  findWells() {
+    const columns = new Map();
+    for (const point of this.data.points) {
+      const [z, y, x] = point, id = this.columnOf(point);
+      const well = columns.get(id) || { x, y, low: z, high: z, count: 0 };
+      columns.set(id, { x, y, low: Math.min(well.low, z), high: Math.max(well.high, z), count: well.count + 1 });
+    }
+    this.wells = new Map([...columns].filter(([, well]) => well.count > 1));
+  }
+
+  columnOf([, row, column]) { return row * this.data.shape[0] + column; }
+
+  // As often as high as sections are not too low to read, and not higher than they are wide.
+  offerExaggerations() {
+    const [x, y, z] = this.data.shape.map((n, axis) => n * this.data.cell_size[axis]);
+    const share = z / Math.max(x, y);
+    this.usual = STEPS_UP.find((step) => step * share >= LOWEST) ?? STEPS_UP.at(-1);
+    const offered = STEPS_UP.filter((step) => step === 1 || step <= this.usual || step * share <= HIGHEST);
+    if (!offered.includes(this.exaggeration)) offered.push(this.exaggeration);
+    const list = this.root.querySelector('.exaggeration');
+    list.replaceChildren(...offered.map((step) => new Option(`×${step}`, step)));
+    list.value = this.exaggeration;
+  }
+
+  layout() {
+    const { data, root } = this;
+    const whole = Math.floor(root.getBoundingClientRect().width);
+    if (!whole || !data) return;
+    const columns = data.body ? (whole >= TWO_COLUMNS ? 2 : 1) : whole >= THREE_COLUMNS ? 3 : 1;
+    root.classList.toggle('two', columns === 2);
+    root.classList.toggle('three', columns === 3);
+    const wide = Math.floor((whole - GAP * (columns - 1)) / columns);
+    const dots = window.devicePixelRatio || 1;
+    const pen = this.slices[0].canvas.getContext('2d');
+    pen.font = fontOf(root);
+    const left = data.axes ? Math.max(40, Math.ceil(Math.max(...[1, 2].map((axis) => widestTick(pen, ...this.extent(axis))))) + 9) : 1;
+    const bottom = data.axes ? 20 : 1;
+    const [x, y, z] = data.shape.map((n, axis) => n * data.cell_size[axis]);
+    const pixels = Math.min((wide - left - 1) / Math.max(x, y), data.max_height / y, data.max_height / z);
+    this.scale = data.cell_size.map((size, axis) => size * pixels * (axis === 2 ? this.exaggeration : 1));
+    for (const slice of this.slices) slice.layout(left, bottom, dots);
+    const map = this.slices[0].high + 1 + bottom;
+    const high = columns === 2 ? Math.max(map, Math.min(0.62 * wide, data.max_height)) : 0.85 * wide;
+    this.body.layout(wide, Math.min(high, Math.max(data.max_height, map)), dots);
+    this.ask('all');
+  }
+
+  // The coordinates of the two ends of an axis.
+  extent(axis) {
+    const { origin, cell_size: size, shape } = this.data;
+    return [origin[axis], origin[axis] + shape[axis] * size[axis]];
+  }
+
+  centre(axis) {
+    const { origin, cell_size: size } = this.data;
+    return String(+(origin[axis] + (this.at[axis] + 0.5) * size[axis]).toPrecision(9));
+  }
+
+  // Draw once, at the next frame, however often it is asked; nothing is drawn at rest.
+  ask(what, moving = false) {
+    this.wanted = { slices: what !== 'body' || this.wanted?.slices, body: what !== 'slices' || this.wanted?.body, moving };
+    this.frame ??= requestAnimationFrame(() => {
+      const { slices, body, moving: moves } = this.wanted;
+      this.frame = this.wanted = null;
+      const began = performance.now();
+      if (slices) this.slices.forEach((slice) => slice.draw());
+      this.took = { slices: performance.now() - began };
+      if (body && this.data.body) this.body.draw(moves);
+      this.root.dataset.took = `${this.took.slices.toFixed(1)} ${this.body.took?.toFixed(1) ?? ''}`;
+    });
+  }
+
+  // Move the cursor of all that share it.
+  moveTo(at) {
+    if (at.every((k, axis) => k === this.at[axis])) return;
+    this.shared.at = at;
+    this.tell('all');
+  }
+
+  // The cell under the pointer, or none.
+  point(cell) {
+    if (String(this.shared.hover) === String(cell)) return;
+    this.shared.hover = cell;
+    this.tell('slices');
+  }
+
+  tell(what) {
+    window.dispatchEvent(new CustomEvent(LINK, { detail: { shared: this.shared, what } }));
+  }
+
+  // Say which cell is under the pointer and what is there.
+  say() {
+    const { hover } = this.shared;
+    const { shape, labels } = this.data;
+    const there = hover && hover.every((k, axis) => k < shape[axis]);
+    const [x, y, z] = there ? hover : [];
+    this.readout.textContent = there
+      ? `(${x}, ${y}, ${z}) ${labels[this.cells[(z * shape[1] + y) * shape[0] + x]]}` : '';
+  }
+
+  save() {
+    const box = this.root.querySelector('.panels').getBoundingClientRect();
+    const dots = window.devicePixelRatio || 1;
+    const picture = document.createElement('canvas');
+    sizeCanvas(picture, box.width, box.height, dots);
+    const style = getComputedStyle(this.root);
+    const pen = picture.getContext('2d');
+    pen.scale(dots, dots);
+    pen.fillStyle = style.getPropertyValue('--st-background-color') || PAPER;
+    pen.fillRect(0, 0, box.width, box.height);
+    pen.fillStyle = style.getPropertyValue('--st-text-color');
+    pen.font = '13px ' + style.getPropertyValue('--st-font');
+    pen.textBaseline = 'middle';
+    for (const panel of this.root.querySelectorAll('.panel')) {
+      const canvas = panel.querySelector('canvas'), place = canvas.getBoundingClientRect();
+      if (!place.width) continue;
+      const title = panel.querySelector('.title'), above = title.getBoundingClientRect();
+      const words = [...title.children].map((part) => part.selectedOptions?.[0].text ?? part.textContent);
+      pen.fillText(words.join('  '), above.left - box.left, above.top - box.top + above.height / 2);
+      pen.drawImage(canvas, place.left - box.left, place.top - box.top, place.width, place.height);
+    }
+    savePicture(picture, this.data.name || 'volume');
+  }
+
+  listen() {
+    const { root } = this;
+    root.querySelector('.exaggeration').addEventListener('change', (event) => {
+      this.shared.exaggeration = +event.target.value;
+      this.tell('size');
+    });
+    root.querySelector('[data-do="data"]').addEventListener('click', (event) => {
+      this.dataShown = !this.dataShown;
+      event.currentTarget.setAttribute('aria-pressed', this.dataShown);
+      this.ask('all');
+    });
+    root.querySelector('[data-do="save"]').addEventListener('click', () => this.data && this.save());
+    this.hear = ({ detail: { shared, what } }) => {
+      if (!this.data || shared !== this.shared) return;
+      this.say();
+      if (what === 'size') this.offerExaggerations();
+      if (what === 'size') this.layout();
+      else this.ask(what === 'all' && this.body.mode.value === 'block' ? 'all' : 'slices', true);
+    };
+    this.watch = new ResizeObserver(() => this.layout());
+  }
+
+  // Doing it twice has no effect.
+  start() {
+    window.addEventListener(LINK, this.hear);
+    this.watch.observe(this.root);
+  }
+
+  stop() {
+    window.removeEventListener(LINK, this.hear);
+    this.watch.disconnect();
+  }
+}
+
+function kept(where, key) {
+  if (!where.has(key)) where.set(key, {});
+  return where.get(key);
+}
+
+// The cells of a volume, x fastest, then y, then z from the bottom; unpacked once.
+function unpacked({ cells: packed, digest }) {
+  const known = page.cells.get(digest);
+  page.cells.delete(digest);
+  const bytes = Uint8Array.from(known ? '' : atob(packed), (letter) => letter.charCodeAt(0));
+  const cells = known || new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate')))
+    .arrayBuffer().then((buffer) => new Uint8Array(buffer));
+  page.cells.set(digest, cells);
+  if (page.cells.size > CACHED) page.cells.delete(page.cells.keys().next().value);
+  return cells;
+}
