@@ -27,6 +27,7 @@ from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.volumes import draw_volume
 
 CERTAIN = 0.05
 """Entropy below which a cell counts as certain."""
@@ -36,34 +37,21 @@ RIGHT_COLOUR, WRONG_COLOUR = "#D9D6CF", "#A63A26"
 
 
 def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw probability of the chosen facies, most likely facies and entropy, of volumes a slice."""
-    here = slice_of(state, ensemble)
-    shown = here.ensemble(ensemble)
-
-    def draw(found: EType) -> None:
-        draw_e_type_maps(found, state, shown, colours, note=str(here))
-
-    panel(state, "uncertainty", statistics.e_type(shown), draw)
+    """Draw probability of the chosen facies, most likely facies and entropy."""
+    task = statistics.e_type(ensemble)
+    panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
 
 
 def draw_e_type_maps(
-    found: EType,
-    state: State,
-    ensemble: Ensemble,
-    colours: Sequence[str],
-    *,
-    prefix: str = "",
-    note: str = "",
+    found: EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
 ) -> None:
-    """Draw the three maps side by side, linked; their keys start with `prefix`.
-
-    A `note` names the slice of a volume that they are.
-    """
+    """Draw the three maps or volumes side by side, linked; their keys start with `prefix`."""
     image, data = ensemble.training_image, ensemble.hard_data
     name = image.facies_names[state.facies]
     title = f"Probability of {name}"
-    share = f"{three_digits(100 * float((found.entropy < CERTAIN).mean()))} %"
-    certain = f"{share} certain, {note}" if note else f"{share} of the cells are certain"
+    certain = (
+        f"{three_digits(100 * float((found.entropy < CERTAIN).mean()))} % of the cells are certain"
+    )
     probability = share_map(
         found.probability[state.facies], f"P({name}) =", title, point_colours=colours
     )
@@ -71,16 +59,19 @@ def draw_e_type_maps(
     alt = "Entropy, from 0, certain, to 1, all equally likely"
     entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
     maps = (
-        (title, f"E-type, {note}" if note else "E-type", "probability", probability),
-        ("Most likely facies", note, "most_likely", most_likely),
+        (title, "E-type", "probability", probability),
+        ("Most likely facies", "", "most_likely", most_likely),
         ("Entropy", certain, "entropy", entropy),
     )
     for column, (title, note, key, shown) in zip(st.columns(3, gap="medium"), maps, strict=True):
         with column:
             panel_title(title, note)
             shown.points.extend(points_of(data, image))
-            options: dict[str, Any] = {"link": "grid", "scale": f"{prefix}three"}
-            draw_map(shown, f"map_{prefix}{key}", name=key, max_height=400, **options)
+            options: dict[str, Any] = {"link": "grid", "name": key, "max_height": 400}
+            if ensemble.grid.nz is None:
+                draw_map(shown, f"map_{prefix}{key}", scale=f"{prefix}three", **options)
+            else:
+                draw_volume(shown, f"map_{prefix}{key}", body=False, **options)
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

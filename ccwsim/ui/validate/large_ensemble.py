@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import streamlit as st
@@ -28,7 +28,6 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
-from ccwsim.ui.validate.slices import slice_of
 from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets import fields
 from ccwsim.ui.widgets.facts import three_digits
@@ -164,10 +163,7 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
         return
     step_note(describe_summary(run, summary))
     assert state.ensemble is not None
-    here = slice_of(state, state.ensemble)
-    cut = replace(summary.etype, probability=here.of(summary.etype.probability))
-    options = {"prefix": "long_", "note": str(here)}
-    draw_e_type_maps(cut, state, here.ensemble(state.ensemble), colours, **options)
+    draw_e_type_maps(summary.etype, state, state.ensemble, colours, prefix="long_")
     name = run.study.training_image.facies_names[run.facies]
     curves: list[tuple[Statistic, str]] = [
         *(("variogram", way) for way in axes_of(run.study.grid.shape)),

@@ -55,8 +55,8 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
-SLICED = {"uncertainty", "reuse", "truth", "long"}
-"""Sections with maps, which show the same slice of volumes."""
+SLICED = {"reuse", "truth"}
+"""Sections whose maps show the same slice of volumes as the first ones."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 """Parts of the page that get no lower while they are drawn anew."""
 

@@ -41,6 +41,7 @@ from ccwsim.ui.validate.statistics import (
     reference_scores,
     volume_patterns,
 )
+from ccwsim.ui.widgets.facts import three_digits
 from tests.metrics.volumes import a_volume
 from tests.ui.pages.test_validate_page import launched, nothing, settled
 from tests.ui.widgets import charts, html, named, texts
@@ -172,15 +173,21 @@ def test_a_map_is_its_own_slice(image):
 
 
 def test_the_slice_can_be_chosen(ensemble):
-    app = launched(ensemble=ensemble, seen=frozenset({"uncertainty"}))
-    assert "layer 5" in html(app)
+    app = launched(ensemble=ensemble, seen=frozenset({"reuse"}))
+    assert "at one, layer 5" in html(app)
     named(app.slider, "slice_layer").set_value(8).run()
     settled(app)
-    assert "certain, layer 8" in html(app)
+    assert "at one, layer 8" in html(app)
     named(app.get("button_group"), "slice").set_value(1).run()
     settled(app)
-    assert "certain, row 10" in html(app)
+    assert "at one, row 10" in html(app)
     assert app.session_state[KEY].page(Validation).slice_at == {0: 8}
+
+
+def test_the_share_of_certain_cells_is_of_the_whole_volume(ensemble):
+    certain = 100 * (etype(ensemble).entropy < 0.05).mean()
+    app = launched(ensemble=ensemble, seen=frozenset({"uncertainty"}))
+    assert f"{three_digits(certain)} % of the cells are certain" in html(app)
 
 
 def test_neighbours_can_be_chosen(ensemble):
