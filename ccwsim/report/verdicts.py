@@ -175,8 +175,9 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
     if fit.outside[0]:
         word = "more" if gamma > own else "less"
         found.append(f"geobodies of {name} {word} connected: Γ {gamma:.2f}, TI {own:.2f}")
-    for k, way in enumerate(map(way_name, axes_of(fit.crop_shape))):
+    for k, axis in enumerate(axes_of(fit.crop_shape)):
         if fit.outside[k + 1]:
+            way = "vertically" if axis == VERTICAL else way_name(axis)
             word = "too often" if ways[k] > own_ways[k] else "too seldom"
             found.append(
                 f"{name} percolates {way} {word}: in {100 * ways[k]:.0f} % of the pieces, in "

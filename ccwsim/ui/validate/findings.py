@@ -16,6 +16,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.verdicts import (
     NOT_JUDGED,
     advise_proportions,
+    curve_title,
     describe_curve,
     describe_geobodies,
     describe_layers,
@@ -125,7 +126,8 @@ def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> li
         for (statistic, way), fit in judged.items()
         if not fit.fits
     ]
-    inside = [f"{s} {way_name(way)}" for (s, way), fit in judged.items() if fit.fits]
+    titles = [curve_title(statistic, way) for (statistic, way), fit in judged.items() if fit.fits]
+    inside = [f"{title[:1].lower()}{title[1:]}" for title in titles]
     if not inside:
         return outside
     what = "variograms and connectivity" if len(inside) == len(fits) else ", ".join(inside)

@@ -109,7 +109,9 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
         field(st.segmented_control, "Maps show", key="slice", value=axis, write=turn, **options)
         last = ensemble.grid.shape[axis] - 1
         if last:
-            label = f"{AXES[axis].capitalize()}, from {('the bottom', 'south', 'west')[axis]}"
+            label = (
+                f"{AXES[axis].capitalize()}, from {('the bottom', 'the south', 'the west')[axis]}"
+            )
             bounds = {"min_value": 0, "max_value": last, "width": 320}
             field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
         step_note(f"A map says ({HOVER[axis]}) of the cell under the pointer.")
