@@ -2,12 +2,15 @@
 
 from ccwsim.figures.curves import (
     Bundle,
+    LayerData,
     Line,
     curves_chart,
+    geobody_sizes_chart,
     lines_chart,
     repetition_chart,
     sparkline,
     transiogram_chart,
+    vertical_proportions_chart,
 )
 from ccwsim.figures.maps import (
     Dots,
@@ -18,6 +21,7 @@ from ccwsim.figures.maps import (
     map_png,
     placement_svg,
     share_png,
+    steps_of,
     tile_size,
 )
 from ccwsim.figures.mds import Group, mds_chart, mds_title
@@ -27,6 +31,7 @@ from ccwsim.figures.proportions import (
     proportions_chart,
     proportions_height,
 )
+from ccwsim.figures.slices import Slice, slices_of, slices_png
 from ccwsim.figures.style import (
     DARK,
     DASHES,
@@ -63,7 +68,9 @@ __all__ = [
     "Bundle",
     "Dots",
     "Group",
+    "LayerData",
     "Line",
+    "Slice",
     "Strip",
     "Theme",
     "TimeSeries",
@@ -80,6 +87,7 @@ __all__ = [
     "divergence_chart",
     "facies_colours",
     "figure_json",
+    "geobody_sizes_chart",
     "index_png",
     "lag_map_chart",
     "lines_chart",
@@ -94,7 +102,10 @@ __all__ = [
     "repetition_chart",
     "setting_colours",
     "share_png",
+    "slices_of",
+    "slices_png",
     "sparkline",
+    "steps_of",
     "strip_chart",
     "sweep_chart",
     "theme_named",
@@ -102,4 +113,5 @@ __all__ = [
     "times_chart",
     "timings_chart",
     "transiogram_chart",
+    "vertical_proportions_chart",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -12,13 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 from plotly.subplots import make_subplots
 
 from ccwsim.figures.palette import with_opacity
-from ccwsim.figures.style import DASHES, Theme, as_written, blank_chart, line, setting_colours
+from ccwsim.figures.style import (
+    DASHES,
+    Theme,
+    as_written,
+    blank_chart,
+    dots,
+    line,
+    setting_colours,
+)
 
 Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13
 """Of the bands of settings: four of them still show each other."""
 ROW_HEIGHT = 172
 """Pixels of a row of transiograms."""
+MAX_DISC = 6
+"""Pixels of the disc of the layer with the most hard data."""
 SIDE, MARGIN = 100, 4
 """Of a sparkline, in its own units."""
 
@@ -68,6 +78,18 @@ class Line:
     colour: str
     dash: str = "solid"
     points: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class LayerData:
+    """Hard data by layer: elevation, share of a facies among them, and how many there are.
+
+    Only layers with data count.
+    """
+
+    at: Floats
+    share: Floats
+    count: NDArray[np.integer]
 
 
 def curves_chart(
@@ -229,6 +251,100 @@ def transiogram_chart(
     chart.update_yaxes(range=[0, 1.03], nticks=4, title_text="")
     chart.update_yaxes(title_text="probability", col=1)
     return chart.update_annotations(font={"size": 13, "color": theme.ink})
+
+
+def vertical_proportions_chart(
+    bundle: Bundle,
+    theme: Theme,
+    *,
+    x_title: str,
+    reference_at: Floats | None = None,
+    data: LayerData | None = None,
+    y_title: str = "elevation",
+    height: int = 196,
+) -> go.Figure:
+    """Return the share of a facies in each layer, elevation upwards, the training image in red.
+
+    Parameters
+    ----------
+    bundle : Bundle
+        Shares from 0 to 1; its lags are the elevations of the layers of the realizations.
+    theme : Theme
+    x_title, y_title : str
+        What is shared out, such as "sand (%)", and what the elevation is in.
+    reference_at : ndarray, optional
+        Elevations of the training image's shares, where it has other layers.
+    data : LayerData, optional
+        Shares of the hard data, which are drawn as discs; a larger one stands for more data.
+    height : int
+        Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> layers, each = np.array([0.5, 1.5]), np.array([[0.2, 0.4]])
+    >>> bundle = Bundle(layers, each[0], each, each[0], each[0], each[0])
+    >>> chart = vertical_proportions_chart(bundle, LIGHT, x_title="sand (%)")
+    >>> [trace.name for trace in chart.data], chart.data[-1].y.tolist()
+    (['5–95 %', 'realizations', 'median', 'training image'], [0.5, 1.5])
+    """
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    own = replace(
+        bundle,
+        reference=100 * bundle.reference,
+        **{name: 100 * getattr(bundle, name) for name in ("each", "low", "median", "high")},
+    )
+    said = f"{y_title} %{{y:.4g}}: %{{x:.1f}} %"
+    median = _median(own, "median", theme.ink, 1.5)
+    traces = [_band(own, "5–95 %", theme.band), _threads(own, theme), median]
+    for trace in traces:
+        trace.update(x=trace.y, y=trace.x)
+    median.update(hovertemplate=f"median, {said}<extra></extra>")
+    at = bundle.lags if reference_at is None else reference_at
+    hover = {"hovertemplate": f"training image, {said}<extra></extra>"}
+    traces.append(line("training image", own.reference, at, theme.reference, 2, **hover))
+    if data is not None and len(data.at):
+        sizes = MAX_DISC * np.sqrt(data.count / data.count.max())
+        marks = dots("hard data", 100 * data.share, data.at, theme.paper, sizes)
+        marks.update(marker={"line": {"width": 1.2, "color": theme.ink}}, customdata=data.count)
+        hover = f"%{{customdata}} hard data, {said}<extra></extra>"
+        traces.append(marks.update(hovertemplate=hover, cliponaxis=False))
+    chart.add_traces(traces)
+    step = float(bundle.lags[1] - bundle.lags[0]) if len(bundle.lags) > 1 else 1.0
+    chart.update_yaxes(range=[bundle.lags[0] - step / 2, bundle.lags[-1] + step / 2])
+    shares = [own.each, own.reference, 100 * data.share if data is not None else 0.0]
+    largest = max(float(np.max(some, initial=0.0)) for some in shares)
+    chart.update_xaxes(range=[0, min(1.08 * largest, 100.0) or 100.0], nticks=5)
+    return chart.update_layout(hovermode="closest")
+
+
+def geobody_sizes_chart(
+    bundle: Bundle, theme: Theme, *, y_title: str, height: int = 230
+) -> go.Figure:
+    """Return the share of a facies in geobodies of at least so many cells, these on a log axis.
+
+    Parameters
+    ----------
+    bundle : Bundle
+        Its lags are numbers of cells, from 1 on.
+    theme : Theme
+    y_title : str
+    height : int
+        Pixels.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> cells, each = np.array([1.0, 10.0]), np.array([[1.0, 0.4]])
+    >>> bundle = Bundle(cells, each[0], each, each[0], each[0], each[0])
+    >>> geobody_sizes_chart(bundle, LIGHT, y_title="share").layout.xaxis.type
+    'log'
+    """
+    chart = curves_chart(
+        bundle, theme, y_title=y_title, x_title="cells or more", y_range=(0, 1.04), height=height
+    )
+    ends = [0.0, float(np.log10(max(bundle.lags[-1], 10.0)))]
+    return chart.update_xaxes(type="log", range=ends, dtick=1, exponentformat="SI")
 
 
 def repetition_chart(

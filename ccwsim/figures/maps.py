@@ -228,14 +228,26 @@ def data_map_png(
     (100, 100)
     """
     scale = max(1, round(longest / max(indices.shape)))
-    plain = map_png(indices, colours, scale=scale)
     if dots is None or not len(dots.cells):
-        return plain
-    picture = Image.open(BytesIO(plain)).convert("RGB")
+        return map_png(indices, colours, scale=scale)
+    written = BytesIO()
+    picture = data_map(indices, colours, dots, scale)
+    picture.quantize(64, dither=Image.Dither.NONE).save(written, "PNG", optimize=True)
+    return written.getvalue()
+
+
+def data_map(
+    indices: NDArray[np.uint8], colours: Sequence[str], dots: Dots, scale: int
+) -> Image.Image:
+    """Return a map with cells of `scale` pixels and its hard data; those that are wrong on top."""
+    size = indices.shape[1] * scale, indices.shape[0] * scale
+    picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
+    if not len(dots.cells):
+        return picture
     pen = ImageDraw.Draw(picture)
     height = indices.shape[0]
     radius = max(1.5, min(5.0, 0.18 * (picture.width * picture.height / len(dots.cells)) ** 0.5))
-    order = np.argsort(dots.wrong, kind="stable")  # the wrong ones on top
+    order = np.argsort(dots.wrong, kind="stable")
     for k in order.tolist():
         row, column = dots.cells[k]
         x, y = (column + 0.5) * scale, (height - row - 0.5) * scale
@@ -243,9 +255,13 @@ def data_map_png(
         _ring(pen, x, y, radius + 1.6, WRONG if wrong else "#1B1F24")
         _ring(pen, x, y, radius + 0.8, "#FFFFFF")
         _ring(pen, x, y, radius - 0.4, dots.colours[k])
-    written = BytesIO()
-    picture.quantize(64, dither=Image.Dither.NONE).save(written, "PNG", optimize=True)
-    return written.getvalue()
+    return picture
+
+
+def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]:
+    """Return shares from 0 to 1 as indices of the colours of the cividis ramp, and these."""
+    steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
+    return steps, ramp(CIVIDIS, STEPS)
 
 
 def share_png(shares: NDArray[np.float64], *, longest: int = 640) -> bytes:
@@ -256,8 +272,8 @@ def share_png(shares: NDArray[np.float64], *, longest: int = 640) -> bytes:
     >>> Image.open(BytesIO(share_png(np.eye(3), longest=9))).size
     (9, 9)
     """
-    steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
-    return map_png(steps, ramp(CIVIDIS, STEPS), scale=max(1, round(longest / max(steps.shape))))
+    steps, colours = steps_of(shares)
+    return map_png(steps, colours, scale=max(1, round(longest / max(steps.shape))))
 
 
 def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:

@@ -24,7 +24,8 @@ from ccwsim.metrics.etype import (
     vertical_proportions,
 )
 from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
-from ccwsim.metrics.lags import STEPS, VERTICAL, Direction
+from ccwsim.metrics.fits import fit_patterns, fit_vertical_proportions
+from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
 from ccwsim.metrics.patterns import (
     PatternHistogram,
     divergences,
@@ -88,6 +89,7 @@ __all__ = [
     "Variogram",
     "VariogramMap",
     "anodi",
+    "axes_of",
     "band",
     "calibration",
     "classical_scaling",
@@ -107,7 +109,9 @@ __all__ = [
     "feature_spacing",
     "fit_curve",
     "fit_geobodies",
+    "fit_patterns",
     "fit_proportions",
+    "fit_vertical_proportions",
     "geobody_statistics",
     "granulometry",
     "js_divergence",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.labelling import euler_number, label, neighbours_of
@@ -20,6 +20,7 @@ from ccwsim.metrics.stack import (
     in_pieces,
     map_parallel,
 )
+from ccwsim.model.arrays import as_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +194,32 @@ class Geobodies:
     euler_number: NDArray[np.int64]
     neighbours: int
     percolates_vertical: NDArray[np.bool_] | None = None
+
+    def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
+        """Return the share of the facies that is in geobodies of at least so many cells.
+
+        Parameters
+        ----------
+        at_least : array_like, shape (m,)
+            Cells.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            From 1 for one cell down to 0; NaN where the facies does not occur.
+
+        Examples
+        --------
+        >>> geobody_statistics([[1, 1, 1, 0, 1]], 1).share_in([1, 2, 4])
+        array([[1.  , 0.75, 0.  ]])
+        """
+        smallest = as_floats(at_least, "at_least").reshape(-1)
+        shares = np.full((len(self.sizes), len(smallest)), np.nan)
+        for row, sizes in zip(shares, self.sizes, strict=True):
+            if len(sizes):
+                cells = np.append(0, np.cumsum(sizes))  # of the largest 0, 1, 2, … geobodies
+                row[:] = cells[np.searchsorted(-sizes, -smallest, side="right")] / cells[-1]
+        return shares
 
     @property
     def n_bodies(self) -> NDArray[np.int64]:

@@ -37,6 +37,9 @@ class Copying:
         image.
     n_unknown : int
         Cells without a source (a position below 0).
+    seam_sides : ndarray of uint8, shape of the realization
+        Which neighbours of each cell those are: the sum of 1 for the eastern, 2 for the northern
+        and 4 for the upper one.
     """
 
     copied: float
@@ -47,6 +50,19 @@ class Copying:
     used: float
     seams: NDArray[np.bool_]
     n_unknown: int
+    seam_sides: NDArray[np.uint8]
+
+    def seams_within(self, axis: int) -> NDArray[np.bool_]:
+        """Return the seams of a volume but for those between its slices along an axis.
+
+        Examples
+        --------
+        >>> found = copying([[[0, 1]], [[0, 1]]], (2, 1, 2))  # the lower layer twice
+        >>> found.seams.any(), found.seams_within(0).any()
+        (np.True_, np.False_)
+        """
+        across = (4, 2, 1)[axis]
+        return (self.seam_sides & ~np.uint8(across)) != 0
 
 
 def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
@@ -89,8 +105,8 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
             f"{' × '.join(map(str, ti_shape))} cells; the largest is {n_cells - 1}"
         )
     shift = _shifts(as_volume(source.astype(np.int64, copy=False)), *ti_shape[-2:])
-    seams = np.zeros(shift.shape, bool)
-    n_copied = int(_mark_seams(shift, seams))
+    sides = np.zeros(shift.shape, np.uint8)
+    n_copied = int(_mark_seams(shift, sides))
     n_pairs = sum(shift.size // n * (n - 1) for n in shift.shape)
     known = source[source >= 0]
     uses = np.bincount(known.ravel(), minlength=n_cells).reshape(ti_shape)
@@ -102,8 +118,9 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
         largest_block=int(_largest_block(shift)),
         uses=uses,
         used=float(np.mean(uses > 0)),
-        seams=seams.reshape(source.shape),
+        seams=(sides != 0).reshape(source.shape),
         n_unknown=int(source.size - known.size),
+        seam_sides=sides.reshape(source.shape),
     )
 
 
@@ -124,24 +141,24 @@ def _shifts(source, ti_ny, ti_nx):
 
 
 @kernel
-def _mark_seams(shift, seams):
-    """Mark the cells with a neighbour of another shift, and return the pairs of the same one."""
+def _mark_seams(shift, sides):
+    """Mark the sides of cells with a neighbour of another shift; return the pairs of the same."""
     nz, ny, nx = shift.shape
     n_copied = 0
     for k in range(nz):
         for i in range(ny):
-            own, row = shift[k, i], seams[k, i]
-            for dz, dy in ((0, 1), (1, 0)):
+            own, row = shift[k, i], sides[k, i]
+            for dz, dy, side in ((0, 1, 2), (1, 0, 4)):
                 if k + dz < nz and i + dy < ny:
                     other = shift[k + dz, i + dy]
                     for j in range(nx):
                         same = (own[j] == other[j]) & (own[j] >= 0)
                         n_copied += np.int64(same)
-                        row[j] |= not same
+                        row[j] |= np.uint8(0 if same else side)
             for j in range(nx - 1):
                 same = (own[j] == own[j + 1]) & (own[j] >= 0)
                 n_copied += np.int64(same)
-                row[j] |= not same
+                row[j] |= np.uint8(0 if same else 1)
     return n_copied
 
 

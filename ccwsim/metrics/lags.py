@@ -30,6 +30,17 @@ Lags = int | Sequence[int] | NDArray[np.integer]
 """The largest lag, or the lags."""
 
 
+def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
+    """Return the directions along the axes of a map, or of a volume, of that shape.
+
+    Examples
+    --------
+    >>> axes_of((100, 200)), axes_of((48, 100, 200))
+    (('E-W', 'N-S'), ('E-W', 'N-S', 'vertical'))
+    """
+    return ("E-W", "N-S", VERTICAL)[: len(shape)]
+
+
 def lag_offsets(
     direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
 ) -> NDArray[np.int64]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.copying import copying
 from ccwsim.metrics.etype import facies_counts, proportions
-from ccwsim.metrics.lags import VERTICAL, Direction, max_lag
+from ccwsim.metrics.lags import VERTICAL, Direction, axes_of, max_lag
 from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
@@ -21,7 +21,6 @@ from ccwsim.system.workers import check_stop
 
 CELLS_COMPARED = 1_000_000
 """Cells in which realizations are compared at a time."""
-AXES: tuple[Direction, ...] = ("E-W", "N-S", VERTICAL)
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     lags = lags_of(ensemble)
     tau = [
         _tau_error(ensemble, code, way, lags if way != VERTICAL else vertical_lags_of(ensemble))
-        for way in AXES[: image.indices.ndim]
+        for way in axes_of(image.shape)
     ]
     relative = proportions(ensemble) / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())

@@ -305,7 +305,7 @@ def fit_curve(
     if statistic not in STATISTICS:
         raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
-    if shape is None:
+    if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None
     p = float(image.proportions[index])
     unit = p * (1 - p) if statistic == "variogram" else 1.0
@@ -321,10 +321,10 @@ def fit_curve(
 
         def make() -> ReferenceBand:
             gap = np.full(len(lags), least * unit)
-            return _band(image, shape, distances, values, CURVE_ERRORS, gap)
+            return band_of_crops(image, shape, distances, values, CURVE_ERRORS, gap)
 
         key = statistic, index, str(direction), shape  # a direction may be a list or an array
-        reference = _kept(image, key, make)
+        reference = kept_band(image, key, make)
         return reference, values(Stack(pieces_of(ensemble.indices, shape, n_pieces), image.codes))
 
     reference, each = compared(shape, MIN_GAP, MAX_PIECES)
@@ -339,7 +339,7 @@ def fit_curve(
     return whole if fit.fits or _gap(whole) > _gap(fit) else fit
 
 
-def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
+def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
     """Compare Γ of a facies, and how often it percolates, with crops of the training image.
 
     Parameters
@@ -347,6 +347,8 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
     ensemble : Ensemble
     facies : int
         The code of one.
+    neighbours : int, optional
+        As in `geobody_statistics`.
 
     Returns
     -------
@@ -356,23 +358,48 @@ def fit_geobodies(ensemble: Ensemble, facies: int) -> Fit | None:
     """
     image = ensemble.training_image
     index = image.index_of(facies)
-    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
-    if shape is None:
-        return None
 
     def values(images: Stack) -> Floats:
-        found = geobody_statistics(images, facies)
+        found = geobody_statistics(images, facies, neighbours)
         ways = found.percolates_ew, found.percolates_ns, found.percolates_vertical
         known = (way.astype(float) for way in ways if way is not None)
         return np.column_stack([found.gamma, *known])
 
+    least = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
+    at = np.arange(len(least), dtype=float)
+    return fit_values(ensemble, ("geobodies", index, neighbours), at, values, least)
+
+
+def fit_values(
+    ensemble: Ensemble, name: tuple, at: Floats, values: ValuesOf, least: Floats
+) -> Fit | None:
+    """Compare values of pieces of realizations with those of crops of the training image.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    name : tuple
+        What the values are, not equal for any others.
+    at, least : ndarray, shape (m,)
+        As `at` and `min_gap` of `ReferenceBand`.
+    values : callable
+        Takes a stack of n images and returns an array of shape (n, m).
+
+    Returns
+    -------
+    Fit, or None
+        None where the training image or the grid is too small for crops.
+    """
+    image = ensemble.training_image
+    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
+    if shape is None:
+        return None
+
     def make() -> ReferenceBand:
-        least = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * len(shape)])
-        return _band(image, shape, np.arange(len(least), dtype=float), values, VALUE_ERRORS, least)
+        return band_of_crops(image, shape, at, values, VALUE_ERRORS, least)
 
     pieces = Stack(pieces_of(ensemble.indices, shape), image.codes)
-    found = _mean(values(pieces))
-    return _kept(image, ("geobodies", index, shape), make).compare(found, len(pieces))
+    return kept_band(image, (*name, shape), make).compare(_mean(values(pieces)), len(pieces))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -398,11 +425,13 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
 
     def make() -> ReferenceBand:
         least = MIN_PROPORTION_GAP * image.proportions
-        return _band(image, shape, image.codes.astype(float), proportions, VALUE_ERRORS, least)
+        return band_of_crops(
+            image, shape, image.codes.astype(float), proportions, VALUE_ERRORS, least
+        )
 
     n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
     found = ensemble.proportions.mean(axis=0)
-    fit = _kept(image, ("proportions", shape), make).compare(found, n_pieces)
+    fit = kept_band(image, ("proportions", shape), make).compare(found, n_pieces)
     return Fit(fit.at, found, image.proportions, fit.tolerance, shape)
 
 
@@ -411,7 +440,7 @@ MAX_BANDS = 256
 """Bands kept of a training image, some kilobytes each."""
 
 
-def _kept(image: TrainingImage, key: tuple, make: Callable[[], ReferenceBand]) -> ReferenceBand:
+def kept_band(image: TrainingImage, key: tuple, make: Callable[[], ReferenceBand]) -> ReferenceBand:
     """Return a band of an image, which is the same for all its ensembles on grids of one size."""
     bands = _bands.setdefault(image, {})
     if key not in bands:
@@ -421,7 +450,7 @@ def _kept(image: TrainingImage, key: tuple, make: Callable[[], ReferenceBand]) -
     return bands[key]
 
 
-def _band(
+def band_of_crops(
     image: TrainingImage,
     shape: Shape,
     at: Floats,
@@ -429,6 +458,7 @@ def _band(
     n_errors: float,
     least: Floats,
 ) -> ReferenceBand:
+    """Return the values of crops of an image; arguments are those of `ReferenceBand`."""
     crops = Stack(crops_of(image.indices, shape), image.codes)
     n_independent = image.indices.size / prod(shape)
     return ReferenceBand(at, values(crops), n_independent, n_errors, least, shape)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.metrics.bands import Band, RunningCurves
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
-from ccwsim.metrics.lags import VERTICAL, lags_that_fit
+from ccwsim.metrics.lags import axes_of, lags_that_fit
 from ccwsim.metrics.stack import Codes, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_integers
@@ -96,7 +96,7 @@ class RunningStatistics:
         self._neighbours = neighbours
         self._lags = np.arange(min(max_lag, min(shape[-2:]) - 1) + 1)
         if directions is None:
-            directions = ("E-W", "N-S", VERTICAL)[: len(self.shape)]
+            directions = axes_of(self.shape)
         self._counts = np.zeros((n_facies, *shape), np.int32)
         self._shares = RunningCurves(n_facies, 0.0, 1.0)
         self._fitting = {way: lags_that_fit(self.shape, way, self._lags) for way in directions}

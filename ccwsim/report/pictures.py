@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.figures import LIGHT, Bundle, Dots, curves_chart, data_map_png, share_png
-from ccwsim.metrics import band
+from ccwsim.figures import (
+    LIGHT,
+    Bundle,
+    Dots,
+    LayerData,
+    Theme,
+    curves_chart,
+    data_map_png,
+    share_png,
+    slices_png,
+    steps_of,
+    vertical_proportions_chart,
+)
+from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
-from ccwsim.metrics.stack import Images
+from ccwsim.metrics.stack import N_AXES, Images, Stack
+from ccwsim.model.bounds import MAX_CURVES
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Chart, Picture
-from ccwsim.report.verdicts import SIGNS
+from ccwsim.report.verdicts import SIGNS, curve_title
 
 Floats = NDArray[np.float64]
 LEGEND = (
@@ -34,21 +50,33 @@ def map_picture(
     data: HardData | None = None,
     share: float = 1.0,
 ) -> Picture:
-    """Return a map; data that it does not honour are ringed red and counted in the caption."""
+    """Return a map, or slices through the middle of a volume, with the hard data.
+
+    Data that it does not honour are ringed red and counted in the caption.
+    """
     dots = None
     if data is not None and data.n:
         facies = np.searchsorted(image.codes, data.facies)
-        wrong = indices[data.cells[:, 0], data.cells[:, 1]] != facies
+        wrong = indices[tuple(data.cells.T)] != facies
         dots = Dots(data.cells, [str(colours[k]) for k in facies.tolist()], wrong)
         if wrong.any():
             caption += f"; {np.count_nonzero(wrong)} of {data.n} data wrong (ringed red)"
+    if indices.ndim == N_AXES:
+        return _slices(slices_png(indices, colours, dots=dots), caption, share)
     png = data_map_png(indices, colours, dots)
     return Picture(png, caption, f"Map of facies: {caption}", share, pixelated=dots is None)
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
-    """Return a map of shares from 0, dark blue, to 1, yellow."""
+    """Return a map, or slices of a volume, of shares from 0, dark blue, to 1, yellow."""
+    if shares.ndim == N_AXES:
+        return _slices(slices_png(*steps_of(shares)), caption)
     return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
+
+
+def _slices(png: bytes, caption: str, share: float = 1.0) -> Picture:
+    words = f"{caption}; slices through the middle, counted from the bottom, south and west"
+    return Picture(png, words, f"Slices of a volume: {words}", share)
 
 
 def bundle_of(
@@ -78,11 +106,65 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
     return Bundle(lags, reference, each, spread.low, spread.median, spread.high)
 
 
+def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
+    """Return the share of a facies (an index) in each layer of volumes, over their elevations.
+
+    The training image's shares have its own layers: `layers_of_image` says where they are.
+    """
+    image = ensemble.training_image
+    each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
+    reference = vertical_proportions(image)[0, facies]
+    return bundle_of_curves(np.asarray(ensemble.grid.axes[-1], float), reference, each)
+
+
+def layers_of_image(grid: Grid, n_layers: int) -> Floats:
+    """Return the elevations of the layers of a training image, stretched to the grid's height.
+
+    Examples
+    --------
+    >>> layers_of_image(Grid(5, 5, nz=2), 4)
+    array([0.25, 0.75, 1.25, 1.75])
+    """
+    shares = (np.arange(n_layers) + 0.5) / n_layers
+    height = grid.cell_size[-1] * (grid.nz or 1)
+    return grid.origin[-1] + height * shares
+
+
+def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
+    """Return which share of the hard data of each layer has a facies, where there are some.
+
+    Examples
+    --------
+    >>> data = HardData([[0, 1, 1], [0, 2, 2], [3, 1, 1]], [1, 0, 1])
+    >>> found = layer_data(data, Grid(5, 5, nz=4), 1)
+    >>> found.at, found.share, found.count
+    (array([0.5, 3.5]), array([0.5, 1. ]), array([2, 1]))
+    """
+    layers, count = np.unique(data.cells[:, 0], return_counts=True)
+    own = np.bincount(data.cells[data.facies == code, 0], minlength=grid.nz or 1)[layers]
+    return LayerData(np.asarray(grid.axes[-1], float)[layers], own / count, count)
+
+
+def layers_chart(
+    ensemble: Ensemble, facies: int, bundle: Bundle, theme: Theme, **options: Any
+) -> Any:
+    """Return the chart of `layers_bundle`; `options` are those of the chart."""
+    image, grid = ensemble.training_image, ensemble.grid
+    return vertical_proportions_chart(
+        bundle,
+        theme,
+        x_title=f"{image.facies_names[facies]} (%)",
+        reference_at=layers_of_image(grid, image.shape[0]),
+        data=layer_data(ensemble.hard_data, grid, int(image.codes[facies])),
+        **options,
+    )
+
+
 def bundle_chart(
     bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
 ) -> Chart:
     """Return the chart of a bundle up to γ = `top`; connectivity always goes up to 1."""
     top = 1.04 if statistic == "connectivity" else top
-    title = f"{statistic.capitalize()} {str(way).replace('-', '–')} of {facies}"
+    title = f"{curve_title(statistic, way)} of {facies}"
     figure = curves_chart(bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height)
     return Chart(figure, title, f"{title}: realizations and training image", LEGEND)

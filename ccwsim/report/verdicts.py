@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ccwsim.metrics.bands import Statistic
-from ccwsim.metrics.lags import Direction
+from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.reference_band import Fit
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
 
 SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
@@ -21,6 +22,9 @@ HOW_JUDGED = (
     "size, by how much the crops differ among themselves; lines are of whole images."
 )
 NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
+LAYERS_NOT_JUDGED = (
+    "layers not judged: the training image has another number of them, or is too small for crops"
+)
 
 
 def way_name(way: Direction) -> str:
@@ -33,13 +37,25 @@ def way_name(way: Direction) -> str:
     """
     if isinstance(way, str):
         return way.replace("-", "–")
-    return f"{way:.0f}°" if isinstance(way, (int, float)) else f"({way[0]}, {way[1]})"
+    return f"{way:.0f}°" if isinstance(way, (int, float)) else f"({', '.join(map(str, way))})"
+
+
+def curve_title(statistic: Statistic, way: Direction) -> str:
+    """Return what a chart of a statistic along a direction is called.
+
+    Examples
+    --------
+    >>> curve_title("variogram", "E-W"), curve_title("connectivity", "vertical")
+    ('Variogram E–W', 'Vertical connectivity')
+    """
+    if way == VERTICAL:
+        return f"Vertical {statistic}"
+    return f"{statistic.capitalize()} {way_name(way)}"
 
 
 def size_text(fit: Fit) -> str:
-    """Return the size of the crops in columns and rows, as grids are written."""
-    rows, columns = fit.crop_shape
-    return f"{columns} × {rows}"
+    """Return the size of the crops in columns and rows, and layers, as grids are written."""
+    return describe_shape(fit.crop_shape)
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
@@ -91,15 +107,20 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
     return "; ".join(said)
 
 
-def _lags_text(fit: Fit) -> str:
-    """Return the lags around the worst one at which the values miss the band on the same side."""
+def _around_worst(fit: Fit) -> tuple[int, int]:
+    """Return the first and the last value around the worst that miss the band on the same side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
     first = int(inside[inside < fit.worst].max(initial=-1)) + 1
-    last = int(inside[inside > fit.worst].min(initial=len(same))) - 1
+    return first, int(inside[inside > fit.worst].min(initial=len(same))) - 1
+
+
+def _lags_text(fit: Fit) -> str:
+    """Return the lags around the worst one at which the values miss the band on the same side."""
+    first, last = _around_worst(fit)
     start, end = int(fit.at[first]), int(fit.at[last])
-    if last == len(same) - 1:
+    if last == len(fit.at) - 1:
         return f"beyond {_cells(int(fit.at[first - 1]))}" if first else "at all lags"
     return f"at {_cells(start)}" if start == end else f"at {start} to {end} cells"
 
@@ -154,14 +175,78 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
     if fit.outside[0]:
         word = "more" if gamma > own else "less"
         found.append(f"geobodies of {name} {word} connected: Γ {gamma:.2f}, TI {own:.2f}")
-    for way, k in (("E–W", 0), ("N–S", 1)):
+    for k, axis in enumerate(axes_of(fit.crop_shape)):
         if fit.outside[k + 1]:
+            way = "vertically" if axis == VERTICAL else way_name(axis)
             word = "too often" if ways[k] > own_ways[k] else "too seldom"
             found.append(
                 f"{name} percolates {way} {word}: in {100 * ways[k]:.0f} % of the pieces, in "
                 f"{100 * own_ways[k]:.0f} % of the TI crops"
             )
     return [f"{text} (crops of {size_text(fit)})" for text in found]
+
+
+def describe_layers(fit: Fit | None, name: str) -> str:
+    """Say whether a facies has its share of each layer, else where not, by how much and how.
+
+    Examples
+    --------
+    >>> band = np.array([0.5, 0.3, 0.1]), np.full(3, 0.05), (3, 64, 128)
+    >>> describe_layers(Fit(np.arange(3.0), np.array([0.4, 0.3, 0.3]), *band), "sand")
+    'too much sand in layer 2: 30 %, TI 10 % (crops of 128 × 64 × 3)'
+    """
+    if fit is None:
+        return LAYERS_NOT_JUDGED
+    if not fit.judged:
+        return NOT_JUDGED
+    if fit.fits:
+        return f"each layer inside the band of TI crops ({size_text(fit)})"
+    first, last = (int(fit.at[k]) for k in _around_worst(fit))
+    k = fit.worst
+    word = "much" if fit.found[k] > fit.reference[k] else "little"
+    where = f"in layer {first}" if first == last else f"in layers {first} to {last}"
+    worst = "" if first == last else f" in layer {int(fit.at[k])}"
+    numbers = f"{100 * fit.found[k]:.0f} %{worst}, TI {100 * fit.reference[k]:.0f} %"
+    return f"too {word} {name} {where}: {numbers} (crops of {size_text(fit)})"
+
+
+def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
+    """Say how far patterns of each size are from the image's beside crops, and if that is good.
+
+    Nearer than crops is good: their own distance is that of small windows.
+
+    Examples
+    --------
+    >>> one = np.array([3.0]), np.array([0.02]), np.array([0.005]), np.array([0.001]), (9, 64, 64)
+    >>> describe_patterns(Fit(*one))[0][0]
+    '3 × 3 × 3 patterns 4.0 times as far from the TI as its crops: 0.0200 bits, crops 0.0050'
+    """
+    if fit is None or not fit.judged:
+        return [(f"patterns {NOT_JUDGED}", True)]
+    said = []
+    for k, side in enumerate(fit.at.astype(int).tolist()):
+        size = describe_shape((*(min(side, n) for n in fit.crop_shape[:-2]), side, side))
+        found, own = float(fit.found[k]), float(fit.reference[k])
+        numbers = f"{found:.4f} bits, crops {own:.4f}"
+        far = bool(fit.outside[k]) and found > own
+        if far:
+            times = f"{found / own:.1f} times as far" if own else "farther"
+            said.append((f"{size} patterns {times} from the TI as its crops: {numbers}", False))
+        else:
+            said.append((f"{size} patterns as near to the TI as its crops: {numbers}", True))
+    return said
+
+
+def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
+    """Say which share of the patterns the training image never has, of all and at hard data.
+
+    Examples
+    --------
+    >>> describe_unseen(0.0089, 0.0175)
+    '0.89 % of the 3 × 3 × 3 patterns, 1.75 % of those at data, do not occur in the TI'
+    """
+    data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
+    return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:

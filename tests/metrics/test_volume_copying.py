@@ -42,16 +42,20 @@ def test_what_was_copied_is_that_of_loops(seed, scattered):
     shift[positions < 0] = 10**6
     _, number = np.unique(shift.reshape(-1, 3), axis=0, return_inverse=True)
     number = number.reshape(positions.shape)
-    seams, joined = np.zeros(positions.shape, bool), []
+    seams, sides, joined = np.zeros(positions.shape, bool), np.zeros(positions.shape, int), []
     for cell in np.ndindex(positions.shape):
-        for step in np.eye(3, dtype=int):
+        for step, side in zip(np.eye(3, dtype=int), (4, 2, 1), strict=True):
             other = tuple(cell + step)
             if all(a < n for a, n in zip(other, positions.shape, strict=True)):
                 same = number[cell] == number[other] and positions[cell] >= 0
                 joined.append(same)
                 seams[cell] |= not same
+                sides[cell] += 0 if same else side
     assert found.copied == pytest.approx(np.mean(joined))
     np.testing.assert_array_equal(found.seams, seams)
+    np.testing.assert_array_equal(found.seam_sides, sides)
+    for axis, across in enumerate((4, 2, 1)):
+        np.testing.assert_array_equal(found.seams_within(axis), (sides & ~across) > 0)
     known = positions[positions >= 0]
     np.testing.assert_array_equal(found.uses.ravel(), np.bincount(known, minlength=np.prod(TI)))
     assert (found.n_unknown, found.uses.shape) == ((positions < 0).sum(), TI)

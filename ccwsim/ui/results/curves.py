@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from html import escape
 from weakref import WeakKeyDictionary
 
@@ -11,14 +12,28 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
-from ccwsim.metrics import EType, Fit, connectivity, etype, fit_curve, variogram
+from ccwsim.metrics import (
+    EType,
+    Fit,
+    connectivity,
+    etype,
+    fit_curve,
+    fit_vertical_proportions,
+    variogram,
+)
 from ccwsim.metrics.bands import Statistic
-from ccwsim.metrics.lags import max_lag
+from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.report.pictures import bundle_of_curves
-from ccwsim.report.verdicts import HOW_JUDGED, describe_curve, way_name
+from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
+from ccwsim.report.verdicts import (
+    HOW_JUDGED,
+    curve_title,
+    describe_curve,
+    describe_layers,
+    way_name,
+)
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.text import panel_title, step_note
@@ -26,13 +41,12 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
-WAYS = ("E-W", "N-S")
 Floats = NDArray[np.float64]
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 
 
 def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
-    """Return indicator variograms of a facies (a place in the codes) along "E-W" or "N-S"."""
+    """Return indicator variograms of a facies (a place in the codes) along an axis."""
 
     code = int(ensemble.training_image.codes[facies])
 
@@ -44,7 +58,7 @@ def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
 
 
 def connectivity_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
-    """Return the connectivity function of a facies along "E-W" or "N-S", 8 neighbours."""
+    """Return the connectivity function of a facies along an axis; corners connect as well."""
 
     code = int(ensemble.training_image.codes[facies])
 
@@ -68,6 +82,17 @@ def _bundle(
     reference = _of_image(of_image, lambda: _curve(image, lags).reshape(-1))
     each = _curve(Stack(_ensemble.indices[:MAX_CURVES], image.codes), lags)
     return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
+
+
+def vertical_proportions_bundle(ensemble: Ensemble, facies: int) -> Bundle:
+    """Return the share of a facies in each layer of volumes, computed once."""
+    key = (ensemble.digest, ensemble.training_image.digest, ensemble.grid, facies)
+    return _layers(key, ensemble, facies)
+
+
+@st.cache_resource(max_entries=64, show_spinner=False)
+def _layers(key: tuple, _ensemble: Ensemble, _facies: int) -> Bundle:
+    return layers_bundle(_ensemble, _facies)
 
 
 @st.cache_resource(max_entries=64, show_spinner=False)
@@ -94,7 +119,7 @@ def e_type_of(ensemble: Ensemble) -> EType:
 
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
-    if ensemble.grid.ny * ensemble.grid.nx * ensemble.training_image.n_facies <= SMALL_SHARES:
+    if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
         return _e_type(ensemble.digest, ensemble)
     if ensemble not in _large:
         _large[ensemble] = etype(ensemble)
@@ -107,45 +132,85 @@ def _e_type(digest: str, _ensemble: Ensemble) -> EType:
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
-    """Draw four charts of a facies (a place in the codes) side by side.
+    """Draw the charts of a facies (a place in the codes) side by side, of volumes in two rows.
 
-    Where `colours` of the facies are given, a fifth one shows their proportions.
+    Where `colours` of the facies are given, one more shows their proportions.
     """
-    theme = chart_theme()
-    name = ensemble.training_image.facies_names[facies]
     draw_band_key(ensemble)
-    variograms = [variogram_bundle(ensemble, facies, way) for way in WAYS]
-    top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in variograms)
-    top = top or 1.0  # of one cell there is no variogram
+    variograms = _variograms(ensemble, facies)
+    times = partial(_times, ensemble, chart_theme())
+    shares = [partial(draw_proportions, ensemble, colours)] if colours else []
+    if ensemble.grid.nz is None:
+        rows = [[*variograms, partial(_connectivity_both_ways, ensemble, facies), times, *shares]]
+    else:
+        layers = partial(_vertical_proportions, ensemble, facies)
+        ways = axes_of(ensemble.grid.shape)
+        connected = [partial(_connectivity, ensemble, facies, way) for way in ways]
+        rows = [[*variograms, layers, *shares], [*connected, times]]
     with st.container(key="charts"):
-        places = st.columns(5 if colours else 4, gap="medium")
-    for place, way, bundle in zip(places, WAYS, variograms, strict=False):
-        with place:
-            note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
-            chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=(0, top))
-            key, alt = f"variogram_{way[0]}", f"Indicator variogram {way_name(way)} of {name}"
-            titled_chart(f"Variogram {way_name(way)}", note, chart, key, alt)
-    with places[2]:
-        bundle = connectivity_bundle(ensemble, facies, "E-W")
-        note = _describe_connectivity(ensemble, facies)
-        chart = curves_chart(bundle, theme, y_title=f"τ of {name}", y_range=(0, 1.04))
-        alt = f"Connectivity function E–W of {name}"
-        titled_chart("Connectivity E–W", note, chart, "connection", alt)
-    with places[3]:
-        _times(ensemble, theme)
-    if colours:
-        with places[4]:
-            draw_proportions(ensemble, colours)
+        places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
+    for row, columns in zip(rows, places, strict=True):
+        for draw, place in zip(row, columns, strict=False):
+            with place:
+                draw()
     step_note(HOW_JUDGED)
 
 
-def _describe_connectivity(ensemble: Ensemble, facies: int) -> str:
-    """Say how a facies is connected E–W, and N–S where that fails: it has no chart here."""
-    along, across = (fit_of(ensemble, "connectivity", facies, way) for way in WAYS)
+def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
+    """What draws the variogram along each axis, all up to the same γ."""
+    name, theme = ensemble.training_image.facies_names[facies], chart_theme()
+    ways = axes_of(ensemble.grid.shape)
+    bundles = [variogram_bundle(ensemble, facies, way) for way in ways]
+    top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
+    y_range = 0.0, top or 1.0  # of one cell there is no variogram
+
+    def draw(way: str, bundle: Bundle) -> None:
+        note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
+        chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=y_range)
+        title = curve_title("variogram", way)
+        alt = f"Indicator variogram {way_name(way)} of {name}"
+        titled_chart(title, note, chart, f"variogram_{way[0]}", alt)
+
+    return [partial(draw, way, bundle) for way, bundle in zip(ways, bundles, strict=True)]
+
+
+def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key: str = "") -> None:
+    name = ensemble.training_image.facies_names[facies]
+    note = note or describe_curve(fit_of(ensemble, "connectivity", facies, way), "connectivity")
+    bundle = connectivity_bundle(ensemble, facies, way)
+    chart = curves_chart(bundle, chart_theme(), y_title=f"τ of {name}", y_range=(0, 1.04))
+    alt = f"Connectivity function {way_name(way)} of {name}"
+    titled_chart(curve_title("connectivity", way), note, chart, key or f"connection_{way[0]}", alt)
+
+
+def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
+    """Draw how a facies is connected E–W, and say N–S where that fails: it has no chart here."""
+    along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
     said = describe_curve(along, "connectivity")
-    if across is None or across.fits:
-        return said
-    return f"{said}; N–S {describe_curve(across, 'connectivity')}"
+    if across is not None and not across.fits:
+        said = f"{said}; N–S {describe_curve(across, 'connectivity')}"
+    _connectivity(ensemble, facies, "E-W", said, "connection")
+
+
+def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
+    image = ensemble.training_image
+    key = (ensemble.digest, image.digest, "layers", facies)
+    fit = _fit(key, lambda: fit_vertical_proportions(ensemble, int(image.codes[facies])))
+    draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies), fit)
+
+
+def draw_layers(
+    ensemble: Ensemble, facies: int, bundle: Bundle, fit: Fit | None, height: int = 196
+) -> None:
+    """Draw the vertical proportion curve of a facies (a place in the codes) of volumes."""
+    image, grid = ensemble.training_image, ensemble.grid
+    name = image.facies_names[facies]
+    note = describe_layers(fit, name)
+    if image.shape[0] != grid.nz:
+        note = f"training image of {image.shape[0]} layers drawn as high as the grid, not judged"
+    chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)
+    alt = f"Share of {name} in each layer: training image, realizations, hard data"
+    titled_chart("Vertical proportions", note, chart, "layers", alt)
 
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:

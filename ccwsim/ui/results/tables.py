@@ -9,26 +9,47 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim.figures import Bundle
+from ccwsim.metrics import VERTICAL, axes_of
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.curves import connectivity_bundle, variogram_bundle
+from ccwsim.ui.results.curves import (
+    connectivity_bundle,
+    variogram_bundle,
+    vertical_proportions_bundle,
+)
 
 
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
-    """Return variograms and connectivity of a facies: one line a lag, one column a realization."""
-    n = 0
-    lines = []
-    for statistic, direction, bundle in (
-        ("variogram", "E-W", variogram_bundle(ensemble, facies, "E-W")),
-        ("variogram", "N-S", variogram_bundle(ensemble, facies, "N-S")),
-        ("connection", "E-W", connectivity_bundle(ensemble, facies, "E-W")),
-        ("connection", "N-S", connectivity_bundle(ensemble, facies, "N-S")),
-    ):
-        n = len(bundle.each)
-        for k, lag in enumerate(bundle.lags):
-            curves = (bundle.reference, bundle.low, bundle.median, bundle.high, *bundle.each)
-            lines.append([statistic, direction, int(lag), *(f"{curve[k]:.6g}" for curve in curves)])
-    head = ["statistic", "direction", "lag_cells", "training_image", "q05", "median", "q95"]
+    """Return the curves of a facies: one line a lag, one column a realization.
+
+    Those of volumes have a column of layers, 0 at the bottom, for the vertical proportions below
+    them, and nothing where the training image or the grid has no such layer.
+    """
+    ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
+    curves = [("variogram", way, variogram_bundle(ensemble, facies, way)) for way in ways]
+    curves += [("connection", way, connectivity_bundle(ensemble, facies, way)) for way in ways]
+    lines: list[list[object]] = []
+    for statistic, way, bundle in curves:
+        at = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]
+        lines += _lines([statistic, way], at, bundle)
+    if is_volume:
+        layers = vertical_proportions_bundle(ensemble, facies)
+        at = [["", k] for k in range(max(len(layers.lags), len(layers.reference)))]
+        lines += _lines(["proportion", VERTICAL], at, layers)
+    head = ["statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])]
+    head += ["training_image", "q05", "median", "q95"]
+    n = len(curves[0][2].each)
     return as_csv([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
+
+
+def _lines(
+    name: Sequence[object], at: Sequence[Sequence[object]], bundle: Bundle
+) -> list[list[object]]:
+    curves = (bundle.reference, bundle.low, bundle.median, bundle.high, *bundle.each)
+    return [
+        [*name, *where, *(f"{curve[k]:.6g}" if k < len(curve) else "" for curve in curves)]
+        for k, where in enumerate(at)
+    ]
 
 
 def realizations_csv(ensemble: Ensemble) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -12,20 +13,26 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, ramp
 from ccwsim.metrics import Calibration, EType, ReferenceScores, data_match
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
+from ccwsim.ui.validate.slices import slice_of
 from ccwsim.ui.validate.statistics import panel
 from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.volumes import draw_volume
 
 CERTAIN = 0.05
 """Entropy below which a cell counts as certain."""
+MAX_LISTED = 100
+"""Data of volumes that are listed."""
 RIGHT_COLOUR, WRONG_COLOUR = "#D9D6CF", "#A63A26"
 
 
@@ -38,7 +45,7 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
 def draw_e_type_maps(
     found: EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
 ) -> None:
-    """Draw the three maps side by side, linked; their keys start with `prefix`."""
+    """Draw the three maps or volumes side by side, linked; their keys start with `prefix`."""
     image, data = ensemble.training_image, ensemble.hard_data
     name = image.facies_names[state.facies]
     title = f"Probability of {name}"
@@ -60,8 +67,11 @@ def draw_e_type_maps(
         with column:
             panel_title(title, note)
             shown.points.extend(points_of(data, image))
-            options: dict[str, Any] = {"link": "grid", "scale": f"{prefix}three"}
-            draw_map(shown, f"map_{prefix}{key}", name=key, max_height=400, **options)
+            options: dict[str, Any] = {"link": "grid", "name": key, "max_height": 400}
+            if ensemble.grid.nz is None:
+                draw_map(shown, f"map_{prefix}{key}", scale=f"{prefix}three", **options)
+            else:
+                draw_volume(shown, f"map_{prefix}{key}", body=False, **options)
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -85,6 +95,9 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
             "patch with the right facies was found. Wrong: the cell has another facies."
         )
     with right:
+        if ensemble.grid.nz is not None:
+            draw_data_list(ensemble)
+            return
         panel_title("Where data are re-simulated locally", "each datum as a square")
         shown = resimulation_map(ensemble, chart_theme().hairline)
         shown = replace(shown, points=wrong_points(ensemble), point_colours=colours)
@@ -95,7 +108,8 @@ def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float6
     """Return the statuses of data and their shares, shape (n_realizations, n_statuses)."""
     sizes = sorted({int(size) for size in np.unique(ensemble.data_status) if size > 0})
     codes = [0, *sizes, FORCED]
-    windows = (f"re-simulated, {size} × {size} cells" for size in sizes)
+    sides = "{0} × {0} cells" if ensemble.grid.nz is None else "{0} cells long"
+    windows = (f"re-simulated, {sides.format(size)}" for size in sizes)
     names = ["raster pass", *windows, "forced"]
     if not ensemble.parameters.exact_data:
         codes, names = [0, WRONG], ["raster pass", "wrong"]
@@ -133,6 +147,40 @@ def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
     return CellMap(indices, [ground, *ramp(ENTROPY, 101)], labels, alt, strip=strip)
 
 
+def draw_data_list(ensemble: Ensemble) -> None:
+    """Draw the data that took more than the raster pass, those that are worst first."""
+    order, times = troubled_data(ensemble)
+    n = len(order)
+    if not n:
+        panel_title("Data", "all honoured in the raster pass, in all realizations")
+        return
+    of_all = f"{n} of {ensemble.hard_data.n} took more than the raster pass"
+    panel_title("Data", f"{of_all}; the first {MAX_LISTED}" if n > MAX_LISTED else of_all)
+    image, data, grid = ensemble.training_image, ensemble.hard_data, ensemble.grid
+    names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
+    rows = []
+    for k in order[:MAX_LISTED].tolist():
+        where = ", ".join(f"{place:g}" for place in grid.centers_of(data.cells[k : k + 1])[0])
+        counts = (str(count) if count else "" for count in times[:, k].tolist())
+        rows.append([where, escape(names[int(data.facies[k])]), *counts])
+    with st.container(height=320, border=False, key="data_list"):
+        st.html(numbers_table(rows, ("x, y, z", "facies", "wrong", "forced", "re-simulated")))
+    step_note(f"In how many of {ensemble.n} realizations; none where it is empty.")
+
+
+def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which data took more than the raster pass, the worst first, and how often each did.
+
+    The counts, shape (3, n_data), are of realizations that have it wrong, forced, re-simulated.
+    """
+    wrong = data_match(ensemble.realizations, ensemble.hard_data).times_wrong
+    forced = (ensemble.data_status == FORCED).sum(axis=0)
+    resimulated = (ensemble.data_status > 0).sum(axis=0)
+    times = np.stack([wrong, forced, resimulated])
+    order = np.lexsort(-times[::-1])
+    return order[times[:, order].any(axis=0)], times
+
+
 def wrong_points(ensemble: Ensemble) -> list[list[int]]:
     """Return the data that some realization does not honour, as points of a map."""
     match = data_match(ensemble.realizations, ensemble.hard_data)
@@ -153,23 +201,25 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     if problem := problem_of(reference, ensemble):
         raise CCWSIMError(problem)
     image = ensemble.training_image
-    field = np.searchsorted(image.codes, reference.array).astype(np.uint8)
+    here = slice_of(state, ensemble)
+    shown = here.ensemble(ensemble)
+    field = np.searchsorted(image.codes, here.of(reference.array)).astype(np.uint8)
 
     def draw(found: tuple[ReferenceScores, Calibration]) -> None:
         scores, table = found
         st.html(f'<p class="facts">{describe_scores(scores)}</p>')
         left, middle, right = st.columns([1.0, 1.0, 1.2], gap="medium")
         reference_map = facies_map(field, image, colours, "The reference field")
-        wrong = wrong_map(scores, colours)
-        for column, title, key, shown in (
+        wrong = wrong_map(replace(scores, right=here.of(scores.right)), colours)
+        for column, title, key, drawn in (
             (left, "Reference field", "truth", reference_map),
             (middle, "Most likely facies is wrong", "wrong", wrong),
         ):
             with column:
-                panel_title(title)
-                shown.points.extend(points_of(ensemble.hard_data, image))
+                panel_title(title, str(here))
+                drawn.points.extend(points_of(shown.hard_data, image))
                 options: dict[str, Any] = {"link": "grid", "scale": "truth"}
-                draw_map(shown, f"map_{key}", name=key, max_height=320, **options)
+                draw_map(drawn, f"map_{key}", name=key, max_height=320, **options)
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
             note = f"off by {100 * table.error:.1f} % on average"
@@ -182,11 +232,8 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
     """Return why realizations cannot be scored against a field, or an empty text."""
     if reference.shape != ensemble.grid.shape:
-        (ny, nx), grid = reference.shape, ensemble.grid
-        return (
-            f"The reference field has {nx} × {ny} cells and the grid {grid.nx} × {grid.ny}; sample "
-            "the data again."
-        )
+        own, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
+        return f"The reference field has {own} cells and the grid {grid}; sample the data again."
     unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
     if len(unknown):
         return (

@@ -16,8 +16,11 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.verdicts import (
     NOT_JUDGED,
     advise_proportions,
+    curve_title,
     describe_curve,
     describe_geobodies,
+    describe_layers,
+    describe_patterns,
     describe_proportion,
     describe_variety,
     size_text,
@@ -25,15 +28,17 @@ from ccwsim.report.verdicts import (
 )
 from ccwsim.ui.jobs.statistics import Failure, Task
 from ccwsim.ui.session.state import State
-from ccwsim.ui.validate.reproduction import CURVES
+from ccwsim.ui.validate.reproduction import axis_curves, describe_unseen_of
 from ccwsim.ui.validate.statistics import (
     Validation,
     curves,
     geobodies,
     known,
+    layers,
     patterns,
     proportions,
     variety,
+    volume_patterns,
 )
 from ccwsim.ui.widgets.facts import three_digits
 
@@ -65,13 +70,17 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
         found += of_proportions(ensemble, shares.fit)
     name = ensemble.training_image.facies_names[state.facies]
     compared: dict[tuple[Statistic, str], Fit | None] = {}
-    for statistic, way in CURVES:
+    asked = axis_curves(ensemble)
+    for statistic, way in asked:
         curve = known(state, curves(ensemble, statistic, state.facies, way))
         if curve is not None:
             compared[statistic, way] = curve.fit
-    if len(compared) == len(CURVES):
+    if len(compared) == len(asked):
         found += of_curves(compared, name)
-    joined = known(state, geobodies(ensemble, state.facies))
+    if ensemble.grid.nz is not None:
+        found += of_volume(state, ensemble)
+    neighbours = None if ensemble.grid.nz is None else state.page(Validation).neighbours
+    joined = known(state, geobodies(ensemble, state.facies, neighbours))
     if joined is not None:
         found += [Finding(text, False) for text in describe_geobodies(joined.fit, name)]
     differing = known(state, variety(ensemble))
@@ -117,12 +126,29 @@ def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> li
         for (statistic, way), fit in judged.items()
         if not fit.fits
     ]
-    inside = [f"{s} {way_name(way)}" for (s, way), fit in judged.items() if fit.fits]
+    titles = [curve_title(statistic, way) for (statistic, way), fit in judged.items() if fit.fits]
+    inside = [f"{title[:1].lower()}{title[1:]}" for title in titles]
     if not inside:
         return outside
     what = "variograms and connectivity" if len(inside) == len(fits) else ", ".join(inside)
     size = size_text(next(iter(judged.values())))
     return [*outside, Finding(f"{name}: {what} inside the band of TI crops ({size})", True)]
+
+
+def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
+    """Say what only volumes have: layers, small patterns and those never seen."""
+    name = ensemble.training_image.facies_names[state.facies]
+    found = []
+    by_layer = known(state, layers(ensemble, state.facies))
+    if by_layer is not None:
+        good = by_layer.fit is None or by_layer.fit.fits
+        text = describe_layers(by_layer.fit, name)
+        found.append(Finding(f"{name}: {text}" if good else text, good))
+    small = known(state, volume_patterns(ensemble))
+    if small is not None:
+        found += [Finding(text, good) for text, good in describe_patterns(small.fit)]
+        found.append(Finding(describe_unseen_of(small), True))
+    return found
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Finding:

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
-from ccwsim.metrics.lags import max_lag
+from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
+from ccwsim.report.verdicts import curve_title
 from ccwsim.run.simulation import simulate
 from ccwsim.system.workers import n_cores
 from ccwsim.ui.jobs.job import Cancel, Job
@@ -72,8 +74,7 @@ class LargeEnsembleRun:
 
     @property
     def _n_batch(self) -> int:
-        grid = self.study.grid
-        return min(max(CELLS_OF_BATCH // (grid.ny * grid.nx), 1), 4 * n_cores())
+        return min(max(CELLS_OF_BATCH // self.study.grid.n_cells, 1), 4 * n_cores())
 
     def _work(self, job: Job) -> None:
         grid, image = self.study.grid, self.study.training_image
@@ -164,18 +165,21 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     assert state.ensemble is not None
     draw_e_type_maps(summary.etype, state, state.ensemble, colours, prefix="long_")
     name = run.study.training_image.facies_names[run.facies]
-    columns = st.columns(4, gap="medium")
-    curves = (("variogram", "E-W"), ("variogram", "N-S"), ("connectivity", "E-W"))
-    for column, (statistic, way) in zip(columns[:3], curves, strict=True):
+    curves: list[tuple[Statistic, str]] = [
+        *(("variogram", way) for way in axes_of(run.study.grid.shape)),
+        ("connectivity", "E-W"),
+    ]
+    columns = st.columns(len(curves) + 1, gap="medium")
+    for column, (statistic, way) in zip(columns, curves, strict=False):
         sign, y_range = ("γ", None) if statistic == "variogram" else ("τ", (0, 1.04))
-        title = f"{statistic.capitalize()} {way.replace('-', '–')}"
+        title = curve_title(statistic, way)
         note, key = f"{summary.n:,} realizations", f"long_{statistic}_{way[0]}"
         bundle = bundle_of_band(run, summary, statistic, way)
         with column:
             y_title = f"{sign} of {name}"
             chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range)
             titled_chart(title, note, chart, key, f"{title} of {name}")
-    with columns[3]:
+    with columns[-1]:
         chart = convergence_chart(run.numbers, run.errors, run.n, chart_theme(), height=196)
         note = f"± {three_digits(run.errors[-1])} % now"
         alt = "Error of the probabilities over the number of realizations"
@@ -201,9 +205,10 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: str, way: str
 ) -> Bundle:
-    """Return a band as a bundle without single curves."""
-    image, lags = run.study.training_image, summary.lags
-    code = int(image.codes[run.facies])
+    """Return a band as a bundle without single curves, up to half of the side as other curves."""
+    image, grid = run.study.training_image, run.study.grid
+    code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
+    lags = summary.lags[summary.lags <= longest]
     reference: NDArray[np.float64]
     if statistic == "variogram":
         reference = variogram(image, code, way, lags).gamma[0]
@@ -211,5 +216,6 @@ def bundle_of_band(
     else:
         reference = connectivity(image, code, way, lags).tau[0]
         band = summary.connectivity[code, way]
-    each = np.empty((0, len(lags)))
-    return Bundle(lags.astype(float), reference, each, band.low, band.median, band.high)
+    each, n = np.empty((0, len(lags))), len(lags)
+    low, median, high = (curve[:n] for curve in (band.low, band.median, band.high))
+    return Bundle(lags.astype(float), reference, each, low, median, high)

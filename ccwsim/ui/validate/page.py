@@ -20,6 +20,7 @@ from ccwsim.ui.results.maps import (
     colours_of_ran,
     draw_e_type,
     draw_ghost,
+    is_wide,
     map_columns,
     step_buttons,
 )
@@ -39,6 +40,7 @@ from ccwsim.ui.validate.reproduction import (
     draw_patterns,
     draw_transitions,
 )
+from ccwsim.ui.validate.slices import Slice, draw_slice_fields, slice_of
 from ccwsim.ui.validate.statistics import (
     MAX_COMPARED,
     Validation,
@@ -54,6 +56,8 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
+SLICED = {"reuse", "truth"}
+"""Sections whose maps show the same slice of volumes as the first ones."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 """Parts of the page that get no lower while they are drawn anew."""
 
@@ -124,23 +128,31 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         begin(state)
         ensemble = state.ensemble
         assert ensemble is not None
+        here = slice_of(state, ensemble)
+        shown = here.ensemble(ensemble)
+        draw_slice_fields(state, ensemble)
         with st.container(key="maps"):
-            left, middle, right = map_columns((1.0, 1.0, 1.0), 0, ensemble.grid)
+            left, middle, right = map_columns((1.0, 1.0, 1.0), 0, shown.grid)
         with left:
-            _draw_realization(state, ensemble, colours)
+            _draw_realization(state, shown, colours, here)
         with middle:
-            draw_e_type(state, ensemble, colours)
+            draw_e_type(state, shown, colours)
         with right:
             panel(state, "mds", patterns(ensemble), lambda found: _draw_mds(state, found))
 
 
 def _shown_elsewhere(state: State) -> tuple:
     """Return the choices made in the maps that the rest of the page depends on."""
-    follows = "reuse" in state.page(Validation).seen
-    return state.facies, state.shown if follows else None
+    seen, ensemble = state.page(Validation).seen, state.ensemble
+    here = None
+    if ensemble is not None and seen & SLICED:
+        here = slice_of(state, ensemble)
+    return state.facies, state.shown if "reuse" in seen else None, here
 
 
-def _draw_realization(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+def _draw_realization(
+    state: State, ensemble: Ensemble, colours: Sequence[str], here: Slice
+) -> None:
     image, r = ensemble.training_image, state.shown
 
     def step(way: int) -> None:
@@ -148,12 +160,15 @@ def _draw_realization(state: State, ensemble: Ensemble, colours: Sequence[str]) 
             state.shown = (state.shown + way) % state.ensemble.n
 
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
-        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}")
+        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
         step_buttons("shown", step, disabled=ensemble.n == 1)
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     file = f"realization_{r + 1}"
-    draw_map(shown, "map_realization", link="grid", scale="maps", name=file, max_height=MAP_HEIGHT)
+    # the E-type below a section has coordinates: both begin and end on one line
+    grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
+    options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
+    draw_map(shown, "map_realization", grid=grid, name=file, **options)
 
 
 def _draw_mds(state: State, found: Anodi) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -15,6 +18,7 @@ from ccwsim.figures import (
     Strip,
     curves_chart,
     divergence_chart,
+    geobody_sizes_chart,
     lag_map_chart,
     proportions_chart,
     ramp,
@@ -23,44 +27,55 @@ from ccwsim.figures import (
 )
 from ccwsim.metrics import Anodi, Copying, Diagnosis
 from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.lags import axes_of
+from ccwsim.model.arrays import describe_shape, listing
+from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
     SIGNS,
+    curve_title,
     describe_curve,
     describe_geobodies,
+    describe_patterns,
     describe_proportion,
+    describe_unseen,
+    size_text,
     way_name,
 )
-from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.results.curves import draw_band_key
+from ccwsim.ui.results.charts import draw_chart, titled_chart
+from ccwsim.ui.results.curves import draw_band_key, draw_layers
 from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
+from ccwsim.ui.validate.slices import middle_layer, slice_of
 from ccwsim.ui.validate.statistics import (
     CurveCompared,
     GeobodiesCompared,
     LagMaps,
+    LayersCompared,
+    PatternsCompared,
     ProportionsCompared,
     Validation,
     panel,
 )
 from ccwsim.ui.widgets.facts import three_digits
-from ccwsim.ui.widgets.fields import bound_to, field
+from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.maps import CellMap, draw_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-CURVES: tuple[tuple[Statistic, str], ...] = (
-    ("variogram", "E-W"),
-    ("variogram", "N-S"),
-    ("connectivity", "E-W"),
-    ("connectivity", "N-S"),
-)
-AREA = 10_000
+STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
+CURVE_HEIGHT = 190
+AREA, VOLUME = 10_000, 1_000_000
 """Counts are given for so many cells, since grid and training image differ in size."""
+TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
+"""Which neighbours connect the cells of volumes."""
+N_SIZES = 60
+"""Sizes of geobodies at which their shares are drawn."""
 MAX_TAILS = 3
 """Up to so many facies all pairs are drawn at once."""
 MAX_HEADS = 6
@@ -70,25 +85,76 @@ MAX_USES = 100
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
-    """Draw variograms and connectivity of the chosen facies along both axes, with their key."""
+    """Draw variograms and connectivity of the chosen facies along all axes, with their key.
+
+    Those of volumes take two rows, which end with the layers and with patterns never seen.
+    """
     draw_band_key(ensemble)
+    curves = [partial(draw_curve, state, ensemble, *which) for which in axis_curves(ensemble)]
+    rows = [curves]
+    if ensemble.grid.nz is not None:
+        n = len(curves) // 2
+        layers, unseen = (partial(draw, state, ensemble) for draw in (_draw_layers, _draw_unseen))
+        rows = [[*curves[:n], layers], [*curves[n:], unseen]]
     with st.container(key="charts"):
-        columns = st.columns(4, gap="medium")
-    for column, (statistic, way) in zip(columns, CURVES, strict=True):
-        with column:
-            draw_curve(state, ensemble, statistic, way)
+        places = [st.columns(len(row), gap="medium") for row in rows]
+    for row, columns in zip(rows, places, strict=True):
+        for draw, column in zip(row, columns, strict=True):
+            with column:
+                draw()
     step_note(HOW_JUDGED)
 
 
+def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
+    """Return the statistics that are judged along each axis: variograms first."""
+    return [(statistic, way) for statistic in STATISTICS for way in axes_of(ensemble.grid.shape)]
+
+
+def _draw_layers(state: State, ensemble: Ensemble) -> None:
+    k, height = state.facies, CURVE_HEIGHT
+
+    def draw(found: LayersCompared) -> None:
+        draw_layers(ensemble, k, found.bundle, found.fit, height)
+
+    panel(state, "layers", statistics.layers(ensemble, k), draw)
+
+
+def _draw_unseen(state: State, ensemble: Ensemble) -> None:
+    """Draw which share of the patterns of each realization the training image never has."""
+
+    def draw(found: PatternsCompared) -> None:
+        strips = [("unseen", "of all patterns (%)", found.unseen)]
+        if found.unseen_at_data is not None:
+            strips.append(("unseen_at_data", "of those at hard data (%)", found.unseen_at_data))
+        panel_title("Unseen patterns", describe_unseen_of(found))
+        for key, title, shares in strips:
+            strip = Strip(title, 100 * shares, np.nan)
+            chart = strip_chart(strip, chart_theme(), colour=chart_theme().ink)
+            draw_chart(chart, key, f"Patterns that the training image never has, {title}")
+
+    panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
+
+
+def describe_unseen_of(found: PatternsCompared) -> str:
+    """Say which share of the patterns the training image never has, mean over realizations."""
+    at_data = found.unseen_at_data
+    mean = None if at_data is None else float(np.nanmean(at_data))
+    return describe_unseen(float(found.unseen.mean()), mean, describe_shape(found.shape))
+
+
 def draw_curve(
-    state: State, ensemble: Ensemble, statistic: Statistic, way: str | float, height: int = 190
+    state: State,
+    ensemble: Ensemble,
+    statistic: Statistic,
+    way: str | float,
+    height: int = CURVE_HEIGHT,
 ) -> None:
     """Draw one statistic of the chosen facies along one direction."""
     name = ensemble.training_image.facies_names[state.facies]
     p = float(ensemble.training_image.proportions[state.facies])
     # one and a half times the sill, more than a variogram usually reaches: the same both ways
     top = 1.5 * p * (1 - p) or 0.5
-    title = f"{statistic.capitalize()} {way_name(way)}"
+    title = curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
 
     def draw(found: CurveCompared) -> None:
@@ -115,6 +181,9 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     for column, statistic in zip(st.columns(2, gap="medium"), SIGNS, strict=True):
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
+    if ensemble.grid.nz is not None:
+        step_note("Directions are within the layers. Variogram maps are drawn of maps only.")
+        return
     name = ensemble.training_image.facies_names[state.facies]
     task = statistics.lag_maps(ensemble, state.facies)
     panel(state, "lag_maps", task, lambda found: _draw_lag_maps(found, name, azimuth))
@@ -146,7 +215,9 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     n = len(names)
     tails, heads = list(range(n)), list(range(n))[:MAX_HEADS]
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
-        options = {"options": ["E-W", "N-S"], "format_func": way_name}
+        ways = axes_of(ensemble.grid.shape)
+        page_state.along = page_state.along if page_state.along in ways else ways[0]
+        options = {"options": list(ways), "format_func": way_name}
         along = bound_to(page_state, "along")
         field(st.segmented_control, "Along", key="transitions_along", **along, **options)
         if n > MAX_TAILS:
@@ -189,21 +260,50 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         for text in describe_geobodies(found.fit, names[k]):
             step_note(f"{text[:1].upper()}{text[1:]}.")
 
+    is_volume, page_state = ensemble.grid.nz is not None, state.page(Validation)
+    task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
     left, right = st.columns([1.0, 2.0], gap="large")
     with left:
         panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
+        if is_volume:
+            panel(state, "sizes", task, lambda found: _draw_sizes(found, names[k]))
     with right:
-        panel(state, "geobodies", statistics.geobodies(ensemble, k), draw_strips)
+        if is_volume:
+            options = {**bound_to(page_state, "neighbours"), **options_of(TOUCHING)}
+            field(st.segmented_control, "Cells are connected by", key="neighbours", **options)
+        panel(state, "geobodies", task, draw_strips)
+
+
+def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
+    """Draw which share of a facies is in geobodies of each size or larger."""
+    chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
+    alt = f"Share of {name} in geobodies of at least so many cells"
+    note = f"share of {name} in those of so many cells or more"
+    titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
+    if found.n_cells != found.n_cells_reference:
+        step_note(
+            f"The training image has {found.n_cells_reference:,} cells, a realization "
+            f"{found.n_cells:,}: the largest geobodies grow with the image."
+        )
+
+
+def sizes_of(found: GeobodiesCompared) -> Bundle:
+    """Return the shares of a facies in geobodies of at least so many cells."""
+    largest = [sizes[0] for sizes in (*found.each.sizes, *found.reference.sizes) if len(sizes)]
+    cells = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
+    each, reference = found.each.share_in(cells), found.reference.share_in(cells)[0]
+    return bundle_of_curves(cells, reference, each[:MAX_CURVES])
 
 
 def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     """Return the strips with their titles and keys."""
     each, image = found.each, found.reference
-    per, per_image = AREA / found.n_cells, AREA / found.n_cells_reference
+    unit = AREA if each.percolates_vertical is None else VOLUME
+    per, per_image = unit / found.n_cells, unit / found.n_cells_reference
     shares = np.array([sizes[0] / sizes.sum() if len(sizes) else np.nan for sizes in each.sizes])
     own = image.sizes[0]
     share = float(own[0] / own.sum()) if len(own) else np.nan
-    area = f"per {AREA:,} cells"
+    area = f"per {unit:,} cells"
     number, euler = (values.astype(np.float64) for values in (each.n_geobodies, each.euler_number))
     number_of_image, euler_of_image = float(image.n_geobodies[0]), float(image.euler_number[0])
     return [
@@ -217,23 +317,43 @@ def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
 def describe_percolation(found: GeobodiesCompared, name: str) -> str:
     """Say in how many realizations a facies percolates."""
     each, image, n = found.each, found.reference, len(found.each.n_geobodies)
-    ew, ns = int(each.percolates_ew.sum()), int(each.percolates_ns.sum())
-    ways = (("E–W", image.percolates_ew[0]), ("N–S", image.percolates_ns[0]))
-    own = " and ".join(way for way, percolates in ways if percolates)
-    of_image = f"in the training image {own}" if own else "not in the training image"
+    ways = {"E–W": (each.percolates_ew, image.percolates_ew)}
+    ways["N–S"] = each.percolates_ns, image.percolates_ns
+    touching = "sides or corners"
+    if each.percolates_vertical is not None and image.percolates_vertical is not None:
+        ways["vertically"] = each.percolates_vertical, image.percolates_vertical
+        touching = " or ".join(TOUCHING[each.neighbours].rsplit(", ", 1))
+    counts = listing(f"{way} in {int(found.sum())}" for way, (found, _) in ways.items())
+    own = [way for way, (_, of_image) in ways.items() if of_image[0]]
+    of_image = f"in the training image {listing(own)}" if own else "not in the training image"
     return (
-        f"{name[:1].upper()}{name[1:]} percolates E–W in {ew} and N–S in {ns} of {n} realizations, "
-        f"{of_image}. Cells that touch at sides or corners are connected. Edges cut geobodies, "
+        f"{name[:1].upper()}{name[1:]} percolates {counts} of {n} realizations, "
+        f"{of_image}. Cells that touch at {touching} are connected. Edges cut geobodies, "
         "more so in a smaller image."
     )
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw ANODI's between and within by resolution, with their ratio."""
-    panel(state, "anodi", statistics.patterns(ensemble), _draw_anodi)
+    """Draw ANODI's between and within by resolution, with their ratio; of volumes crops as well."""
+    draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
+    panel(state, "anodi", statistics.patterns(ensemble), draw)
+    if ensemble.grid.nz is not None:
+        panel(state, "crops", statistics.volume_patterns(ensemble), _draw_distances)
 
 
-def _draw_anodi(found: Anodi) -> None:
+def _draw_distances(found: PatternsCompared) -> None:
+    """Draw how far small patterns are from the training image's beside those of its crops."""
+    panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
+    for text, good in describe_patterns(found.fit):
+        st.html(f'<p class="{"fact" if good else "fact odd"}">{escape(text)}</p>')
+    if found.fit is not None:
+        step_note(
+            f"Pieces of the realizations and crops of the training image of {size_text(found.fit)} "
+            "cells: a crop is at some distance because it is small."
+        )
+
+
+def _draw_anodi(found: Anodi, n_axes: int) -> None:
     left, right = st.columns([1.6, 1.0], gap="large")
     between, within, ratios = found.between[0], found.within[0], found.ratio[0]
     with left:
@@ -248,10 +368,10 @@ def _draw_anodi(found: Anodi) -> None:
             for factor, *values in zip(found.factors, between, within, ratios, strict=True)
         ]
         st.html(numbers_table(rows, ("resolution", "between", "within", "ratio")))
-        size = found.pattern_size
+        size = describe_shape((found.pattern_size,) * n_axes)
         weights = ", ".join(three_digits(w) for w in found.weights)
         step_note(
-            f"ANODI (Tan et al. 2014) on exact histograms of all {size} × {size} patterns. "
+            f"ANODI (Tan et al. 2014) on exact histograms of all {size} patterns. "
             "Between: realizations from each other (discs), more is more varied. Within: from the "
             "training image (diamonds), less is more like it. A larger ratio is better. Over the "
             f"resolutions: Σ w · between / within with weights w of {weights}. The ratio grows as "
@@ -265,14 +385,19 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
 
     def draw(found: Copying) -> None:
         left, middle, right = st.columns([1.0, 1.0, 0.8], gap="medium")
+        here, of_image = slice_of(state, ensemble), middle_layer(ensemble.training_image.shape)
         with left:
             share = three_digits(100 * found.seams.mean())
-            panel_title("Seams", f"{share} % of the cells are at one")
-            shown = seam_map(found, ensemble, r, colours, chart_theme().reference)
+            panel_title("Seams", f"{share} % of the cells are at one{here.words}")
+            seams = found.seams if here.axis is None else found.seams_within(here.axis)
+            cut, own = replace(found, seams=here.of(seams)), here.ensemble(ensemble)
+            shown = seam_map(cut, own, r, colours, chart_theme().reference)
             draw_map(shown, "map_seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
-            panel_title("Where it came from", "uses of each cell of the training image")
-            draw_map(use_map(found), "map_uses", name="uses", max_height=COPYING_HEIGHT)
+            note = f"uses of each cell of the training image{of_image.words}"
+            panel_title("Where it came from", note)
+            uses = replace(found, uses=of_image.of(found.uses))
+            draw_map(use_map(uses), "map_uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))
@@ -281,6 +406,8 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
                 "training image. All kept would be a copy; few kept would be noise. A piece is "
                 "what holds together without a seam."
             )
+            if here.axis is not None:
+                step_note("The share of seams is of the volume, the map has those of the slice.")
 
     panel(state, "reuse", statistics.copied(ensemble, r), draw)
 
@@ -298,10 +425,13 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
 
 def meter_of(found: Copying) -> list[tuple[str, str]]:
     """Return the copy meter: what is measured, and how much it is."""
-    side = found.largest_square
+    side, n_axes = found.largest_square, len(found.square_at)
     return [
         ("neighbours kept", f"{100 * found.copied:.1f} %"),
-        ("largest square copied", f"{side} × {side} cells"),
+        (
+            f"largest {'square' if n_axes == 2 else 'cube'} copied",
+            f"{describe_shape((side,) * n_axes)} cells",
+        ),
         ("largest piece copied", f"{found.largest_block:,} cells"),
         ("training image used", f"{100 * found.used:.0f} %"),
         ("forced", f"{found.n_unknown:,} cells"),

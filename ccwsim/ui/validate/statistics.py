@@ -28,20 +28,24 @@ from ccwsim.metrics import (
     differing_share,
     fit_curve,
     fit_geobodies,
+    fit_patterns,
     fit_proportions,
+    fit_vertical_proportions,
     geobody_statistics,
     score_reference,
     transiograms,
+    unseen_patterns,
     variogram_map,
 )
 from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.fits import PATTERN_SIZES
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.stack import Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.report.pictures import bundle_of_curves
+from ccwsim.report.pictures import bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.jobs.job import PATIENCE
 from ccwsim.ui.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
@@ -98,6 +102,28 @@ class ProportionsCompared:
 
     each: NDArray[np.float64]
     fit: Fit | None
+
+
+@dataclass(frozen=True, eq=False)
+class LayersCompared:
+    """Shares of a facies by layer of volumes, and how crops of the training image compare."""
+
+    bundle: Bundle
+    fit: Fit | None
+
+
+@dataclass(frozen=True, eq=False)
+class PatternsCompared:
+    """Distances of patterns from the training image's beside those of its crops.
+
+    By realization, `unseen` is the share of the patterns of a `shape` that the image never has,
+    `unseen_at_data` that of those with hard data, None where there are none.
+    """
+
+    fit: Fit | None
+    shape: tuple[int, ...]
+    unseen: NDArray[np.float64]
+    unseen_at_data: NDArray[np.float64] | None
 
 
 def study_key(ensemble: Ensemble) -> tuple:
@@ -167,21 +193,54 @@ def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int
     return Task(("transitions", *study_key(ensemble), direction), work)
 
 
-def geobodies(ensemble: Ensemble, facies: int) -> Task[GeobodiesCompared]:
-    """Return the geobodies of a facies."""
+def layers(ensemble: Ensemble, facies: int) -> Task[LayersCompared]:
+    """Return the vertical proportion curves of a facies of volumes."""
+    code = int(ensemble.training_image.codes[facies])
+
+    def work(progress: Fraction) -> LayersCompared:
+        bundle = layers_bundle(ensemble, facies)
+        return LayersCompared(bundle, fit_vertical_proportions(ensemble, code))
+
+    return Task(("layers", *study_key(ensemble), ensemble.grid, facies), work)
+
+
+def volume_patterns(ensemble: Ensemble) -> Task[PatternsCompared]:
+    """Return how near the patterns of volumes are to the training image's, and which are new."""
+    image, data = ensemble.training_image, ensemble.hard_data
+    size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
+    sizes = [side for side in PATTERN_SIZES if side <= size]
+
+    def work(progress: Fraction) -> PatternsCompared:
+        some = Stack(ensemble.indices[:MAX_COMPARED], image.codes)
+        unseen = unseen_patterns(some, image, size, progress=progress)
+        at_data = None
+        if data.n:
+            mask = np.zeros(ensemble.grid.shape, bool)
+            mask[tuple(data.cells.T)] = True
+            at_data = unseen_patterns(some, image, size, mask, progress=progress)
+        shape = min(size, image.shape[0], ensemble.grid.shape[0]), size, size
+        return PatternsCompared(fit_patterns(ensemble, sizes), shape, unseen, at_data)
+
+    return Task(("volume patterns", *study_key(ensemble), data.digest), work)
+
+
+def geobodies(
+    ensemble: Ensemble, facies: int, neighbours: int | None = None
+) -> Task[GeobodiesCompared]:
+    """Return the geobodies of a facies; cells at corners touch unless `neighbours` says other."""
     image = ensemble.training_image
     code = int(image.codes[facies])
 
     def work(progress: Fraction) -> GeobodiesCompared:
         return GeobodiesCompared(
-            geobody_statistics(ensemble, code, progress=progress),
-            geobody_statistics(image, code),
-            ensemble.grid.ny * ensemble.grid.nx,
+            geobody_statistics(ensemble, code, neighbours, progress),
+            geobody_statistics(image, code, neighbours),
+            ensemble.grid.n_cells,
             image.indices.size,
-            fit_geobodies(ensemble, code),
+            fit_geobodies(ensemble, code, neighbours),
         )
 
-    return Task(("geobodies", *study_key(ensemble), facies), work)
+    return Task(("geobodies", *study_key(ensemble), facies, neighbours), work)
 
 
 def proportions(ensemble: Ensemble) -> Task[ProportionsCompared]:
@@ -226,8 +285,7 @@ def reference_scores(
     def work(progress: Fraction) -> tuple[ReferenceScores, Calibration]:
         found = e_type_of(ensemble)
         scored = np.ones(ensemble.grid.shape, bool)
-        rows, columns = ensemble.hard_data.cells.T
-        scored[rows, columns] = False
+        scored[tuple(ensemble.hard_data.cells.T)] = False
         scores = score_reference(found, reference, scored=scored)
         return scores, calibration(found, reference, scored=scored)
 
@@ -281,14 +339,19 @@ class Validation:
     """What the page remembers.
 
     `azimuth` is the direction of the third variogram, in degrees from north, `along` that of the
-    transiograms, `tail` the facies they start in where there are many. `seen` are the sections
-    that came into view; others are not worked out. By panel, `drawn` is what it drew last and
-    `waiting` what it waits for; until `deadline` this run of the page waits for quick statistics.
+    transiograms, `tail` the facies they start in where there are many. Maps of volumes show a
+    slice along `slice_axis`, by axis at `slice_at`; their geobodies have so many `neighbours`.
+    `seen` are the sections that came into view; others are not worked out. By panel, `drawn` is
+    what it drew last and `waiting` what it waits for; until `deadline` this run of the page waits
+    for quick statistics.
     """
 
     azimuth: int = 45
     along: str = "E-W"
     tail: int = 0
+    slice_axis: int = 0
+    slice_at: dict[int, int] = field(default_factory=dict)
+    neighbours: int = 26
     seen: set[str] = field(default_factory=set)
     drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
     waiting: dict[str, Task] = field(default_factory=dict)

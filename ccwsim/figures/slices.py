@@ -1,0 +1,132 @@
+"""Volumes as pictures: three slices side by side, a layer and a section along x and along y."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from ccwsim.figures.maps import WRONG, Dots, data_map
+from ccwsim.model.errors import CCWSIMError
+
+GAP, LABEL, TEXT = 12, 22, 13
+"""Pixels between two slices, of the line above them, and of its letters."""
+GREY = "#6B737C"
+"""Of the letters: read on paper and on ink."""
+INK = "#1B1F24"
+AXES = ("layer", "row", "column")
+
+
+class Slice(NamedTuple):
+    """A slice of a volume, what it is called, and its hard data, where there are some."""
+
+    indices: NDArray[np.uint8]
+    label: str
+    dots: Dots
+
+
+def slices_of(
+    indices: NDArray[np.uint8], at: Sequence[int] | None = None, dots: Dots | None = None
+) -> list[Slice]:
+    """Return the slices through a cell of a volume: a map, and sections along x and along y.
+
+    Parameters
+    ----------
+    indices : ndarray of uint8, shape (nz, ny, nx)
+        Layer 0 at the bottom, row 0 at the south.
+    at : triple of int, optional
+        Layer, row and column; the middle where left out.
+    dots : Dots, optional
+        Hard data, their cells as layer, row and column; a slice has those that lie in it.
+
+    Raises
+    ------
+    CCWSIMError
+        For a map, and for a cell outside the volume.
+
+    Examples
+    --------
+    >>> [(one.label, one.indices.shape) for one in slices_of(np.zeros((4, 6, 8), np.uint8))]
+    [('layer 2 (0 to 3)', (6, 8)), ('row 3 (0 to 5)', (4, 8)), ('column 4 (0 to 7)', (4, 6))]
+    """
+    shape = indices.shape
+    if indices.ndim != len(AXES):
+        raise CCWSIMError(f"slices need a volume, shape (nz, ny, nx), not {shape}")
+    cell = [n // 2 for n in shape] if at is None else list(at)
+    if len(cell) != len(AXES) or not all(0 <= k < n for k, n in zip(cell, shape, strict=True)):
+        raise CCWSIMError(f"cell {tuple(cell)} must lie in a volume of shape {shape}")
+    cells, wrong = np.empty((0, len(AXES)), np.int64), np.empty(0, bool)
+    data = Dots(cells, [], wrong) if dots is None else dots
+    found = []
+    for axis, (name, k, n) in enumerate(zip(AXES, cell, shape, strict=True)):
+        here = np.flatnonzero(data.cells[:, axis] == k)
+        flat = np.delete(data.cells[here], axis, axis=1)
+        own = Dots(flat, [data.colours[d] for d in here.tolist()], data.wrong[here])
+        found.append(Slice(np.take(indices, k, axis), f"{name} {k} (0 to {n - 1})", own))
+    return found
+
+
+def slices_png(
+    indices: NDArray[np.uint8],
+    colours: Sequence[str],
+    *,
+    at: Sequence[int] | None = None,
+    dots: Dots | None = None,
+    longest: int = 1280,
+) -> bytes:
+    """Return slices of a volume side by side as a PNG on a clear ground, each with its label.
+
+    Parameters
+    ----------
+    indices, at, dots
+        As in `slices_of`.
+    colours : sequence of str
+        One "#rrggbb" an index.
+    longest : int
+        Pixels of its width, about; cells are squares of whole pixels, as large in all slices.
+
+    Examples
+    --------
+    >>> volume = np.zeros((5, 40, 40), np.uint8)
+    >>> Image.open(BytesIO(slices_png(volume, ["#173F6B"], longest=744))).size
+    (744, 262)
+    """
+    slices = slices_of(indices, at, dots)
+    scale = max(1, round((longest - 2 * GAP) / sum(one.indices.shape[1] for one in slices)))
+    layer, *sections = slices
+    maps = [data_map(layer.indices, colours, layer.dots, scale)]
+    maps += [_with_wells(one, colours, scale) for one in sections]
+    font = ImageFont.load_default(TEXT)
+    widths = [
+        max(shown.width, int(font.getlength(one.label)) + 1)
+        for one, shown in zip(slices, maps, strict=True)
+    ]
+    size = sum(widths) + GAP * (len(maps) - 1), LABEL + max(shown.height for shown in maps)
+    picture = Image.new("RGBA", size)
+    pen, left = ImageDraw.Draw(picture), 0
+    for one, shown, width in zip(slices, maps, widths, strict=True):
+        pen.text((left, 2), one.label, fill=GREY, font=font)
+        picture.paste(shown, (left, LABEL))
+        left += width + GAP
+    written = BytesIO()
+    picture.save(written, "PNG", optimize=True)
+    return written.getvalue()
+
+
+def _with_wells(section: Slice, colours: Sequence[str], scale: int) -> Image.Image:
+    """A section with its data as cells in a frame: discs of a well would cover each other."""
+    nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
+    picture = data_map(section.indices, colours, nobody, scale)
+    pen, dots = ImageDraw.Draw(picture), section.dots
+    frames = ["#FFFFFF"] * len(dots.cells)
+    edges = [WRONG if wrong else INK for wrong in dots.wrong.tolist()]
+    for wider, fills in ((2, edges), (1, frames), (0, dots.colours)):
+        for (row, column), fill in zip(dots.cells.tolist(), fills, strict=True):
+            x, y = column * scale, (section.indices.shape[0] - row - 1) * scale
+            far = scale - 1 + wider
+            pen.rectangle((x - wider, y - wider, x + far, y + far), fill=fill)
+    return picture

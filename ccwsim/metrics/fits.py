@@ -1,0 +1,119 @@
+"""Patterns, and proportions by layer, of realizations beside those of crops of their image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.metrics.etype import vertical_proportions
+from ccwsim.metrics.patterns import pattern_distance
+from ccwsim.metrics.reference_band import (
+    CURVE_ERRORS,
+    MIN_GAP,
+    Fit,
+    ReferenceBand,
+    band_of_crops,
+    crop_shape,
+    fit_values,
+    kept_band,
+)
+from ccwsim.metrics.stack import N_AXES, Stack
+from ccwsim.model.arrays import check_int
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError
+
+PATTERN_SIZES = (2, 3)
+"""Sides of patterns in cells: 2 × 2 × 2 and 3 × 3 × 3 in volumes."""
+
+
+def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
+    """Compare how far the patterns of realizations and of crops are from the training image's.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    sizes : sequence of int
+        Sides of the patterns in cells.
+
+    Returns
+    -------
+    Fit, or None
+        Jensen–Shannon divergences in bits at full resolution, `at` the sizes; what crops have is
+        due to their size alone. None where the training image or the grid is too small for crops.
+
+    Raises
+    ------
+    CCWSIMError
+        For patterns that do not fit.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, TrainingImage, simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> fit_patterns(simulate(stripes, (40, 50), p)).at
+    array([2., 3.])
+    """
+    image, sides = ensemble.training_image, [check_int("pattern size", s, 1) for s in sizes]
+
+    def values(images: Stack) -> NDArray[np.float64]:
+        each = (pattern_distance(images, image, None, side, (1,)) for side in sides)
+        return np.column_stack([found[:, 0] for found in each])
+
+    at, least = np.array(sides, float), np.zeros(len(sides))
+    return fit_values(ensemble, ("patterns", *sides), at, values, least)
+
+
+def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
+    """Compare the share of a facies in each layer of volumes with that of the training image.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+        Of volumes.
+    facies : int
+        The code of one.
+
+    Returns
+    -------
+    Fit, or None
+        `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. None
+        where that has another number of layers, or is too small for crops.
+
+    Raises
+    ------
+    CCWSIMError
+        For maps and for an unknown facies.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, TrainingImage, simulate
+    >>> beds = TrainingImage(np.tile([[[0]], [[0]], [[1]], [[1]]], (2, 32, 32)))
+    >>> p = Parameters(template_size=8, overlap_size=2, wavelet_level=1)
+    >>> fit_vertical_proportions(simulate(beds, (8, 16, 16), p), 1).reference
+    array([0., 0., 1., 1., 0., 0., 1., 1.])
+    """
+    image, grid = ensemble.training_image, ensemble.indices.shape[1:]
+    index = image.index_of(facies)
+    if image.n_dimensions != len(grid) or len(grid) != N_AXES:
+        raise CCWSIMError("proportions by layer need volumes, not maps")
+    shape = crop_shape(image.shape, grid)
+    if shape is None or image.shape[0] != grid[0]:
+        return None
+
+    def values(images: Stack) -> NDArray[np.float64]:
+        return vertical_proportions(images)[:, index]
+
+    def make() -> ReferenceBand:
+        p = float(image.proportions[index])
+        least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
+        layers = np.arange(float(grid[0]))
+        return band_of_crops(image, shape, layers, values, CURVE_ERRORS, least)
+
+    found = vertical_proportions(ensemble)[:, index].mean(axis=0)
+    n_pieces = ensemble.n * prod(grid) / prod(shape)
+    fit = kept_band(image, ("layers", index, shape), make).compare(found, n_pieces)
+    return Fit(fit.at, found, vertical_proportions(image)[0, index], fit.tolerance, shape)

@@ -1,0 +1,117 @@
+"""Slices of volumes: the layer, or the section along x or y, that all maps of the page show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim.model.arrays import readonly
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.ui.session.state import State
+from ccwsim.ui.validate.statistics import Validation
+from ccwsim.ui.widgets.fields import field, options_of
+from ccwsim.ui.widgets.text import step_note
+
+AXES = ("layer", "row", "column")
+"""What an array is cut along."""
+KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
+HOVER = ("column, row", "column, layer", "row, layer")
+"""What the two numbers are that a map says of a cell."""
+
+
+@dataclass(frozen=True)
+class Slice:
+    """One layer (axis 0), row or column of a volume; without an axis all of a map."""
+
+    axis: int | None = None
+    at: int = 0
+
+    def __str__(self) -> str:
+        """Such as "layer 24", counted from 0; empty for a map."""
+        return "" if self.axis is None else f"{AXES[self.axis]} {self.at}"
+
+    @property
+    def words(self) -> str:
+        """What is said behind the note of a map; empty for a map."""
+        return "" if self.axis is None else f", {self}"
+
+    def of(self, array: NDArray) -> NDArray:
+        """Return its part of an array whose last axes are those of the volume."""
+        if self.axis is None:
+            return array
+        return np.take(array, self.at, self.axis - len(AXES))
+
+    def ensemble(self, ensemble: Ensemble) -> Ensemble:
+        """Return its part of realizations and data as an ensemble of maps."""
+        if self.axis is None:
+            return ensemble
+        data, grid, axis = ensemble.hard_data, ensemble.grid, self.axis
+        here = np.flatnonzero(data.cells[:, axis] == self.at)
+        cells = np.delete(data.cells[here], axis, axis=1)
+        rows, columns = np.delete(grid.shape, axis).tolist()
+        sizes, origin = (
+            tuple(np.delete(values, len(AXES) - 1 - axis).tolist())
+            for values in (grid.cell_size, grid.origin)
+        )
+        return replace(
+            ensemble,
+            grid=Grid(rows, columns, sizes, origin),
+            hard_data=HardData(cells, data.facies[here]),
+            indices=readonly(self.of(ensemble.indices)),
+            data_status=readonly(ensemble.data_status[:, here]),
+            sources=None,
+        )
+
+
+def middle_layer(shape: tuple[int, ...]) -> Slice:
+    """Return the middle layer of a volume, all of a map.
+
+    Examples
+    --------
+    >>> str(middle_layer((48, 160, 160))), str(middle_layer((160, 160)))
+    ('layer 24', '')
+    """
+    return Slice(0, shape[0] // 2) if len(shape) == len(AXES) else Slice()
+
+
+def slice_of(state: State, ensemble: Ensemble) -> Slice:
+    """Return what is shown of realizations: the slice that was chosen, all of a map."""
+    if ensemble.grid.nz is None:
+        return Slice()
+    page_state, shape = state.page(Validation), ensemble.grid.shape
+    axis = page_state.slice_axis
+    chosen = page_state.slice_at.get(axis, shape[axis] // 2)
+    return Slice(axis, min(chosen, shape[axis] - 1))
+
+
+def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
+    """Draw the choice of the slice that all maps show; nothing for maps."""
+    shown = slice_of(state, ensemble)
+    if shown.axis is None:
+        return
+    axis, page_state = shown.axis, state.page(Validation)
+
+    def turn(new: int) -> None:
+        page_state.slice_axis = new
+
+    def move(at: int) -> None:
+        page_state.slice_at[axis] = int(at)
+
+    with st.container(
+        horizontal=True, vertical_alignment="bottom", gap="medium", key="controls_slice"
+    ):
+        options = options_of(KINDS)
+        field(st.segmented_control, "Maps show", key="slice", value=axis, write=turn, **options)
+        last = ensemble.grid.shape[axis] - 1
+        if last:
+            label = (
+                f"{AXES[axis].capitalize()}, from {('the bottom', 'the south', 'the west')[axis]}"
+            )
+            bounds = {"min_value": 0, "max_value": last, "width": 320}
+            field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
+        step_note(f"A map says ({HOVER[axis]}) of the cell under the pointer.")
