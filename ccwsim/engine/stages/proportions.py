@@ -131,9 +131,8 @@ def proportions_of_data(
     counts = np.zeros((len(columns), len(proportions)))
     np.add.at(counts, (of_datum, facies), 1)
     step = max(int(np.sqrt(ny * nx / MAX_PLACES)), 1)
-    places = np.stack(np.mgrid[step // 2 : ny : step, step // 2 : nx : step], axis=-1).reshape(
-        -1, 2
-    )
+    rows, across = np.mgrid[step // 2 : ny : step, step // 2 : nx : step]
+    places = np.column_stack([rows.ravel(), across.ravel()])
     _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
     weights = np.bincount(nearest, minlength=len(columns)) / len(places)
     rng = np.random.default_rng(0)

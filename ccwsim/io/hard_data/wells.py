@@ -312,7 +312,8 @@ def _points(
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
     parts = [along_wells(_part(points, ~bent), grid)]
     if bent.any():
-        rows = zip(np.flatnonzero(bent), names[bent].tolist(), start[bent], end[bent], strict=True)
+        which = np.flatnonzero(bent).tolist()
+        rows = zip(which, names[bent].tolist(), start[bent], end[bent], strict=True)
         for k, name, first, last in rows:
             parts.append(_along_path(_part(points, [k]), wells[name], first, last, grid))
     empty = [name for name in wells if name not in set(names.tolist())]
@@ -393,7 +394,9 @@ def _along_path(
             f"{point.name}, {point.named(np.array([0]))}: the interval is {(end - start):g} long, "
             f"and cells {min(grid.cell_size):g}; correct its depths"
         )
-    depths = step * np.arange(first, first + n)  # the same of all intervals of a well
+    depths = step * np.arange(
+        first, first + n, dtype=np.float64
+    )  # the same of all intervals of a well
     path = positions(well.collar, stations, depths)
     cells = grid.cells_of(*path.T)
     changes = np.flatnonzero((np.diff(cells, axis=0) != 0).any(axis=1)) + 1
