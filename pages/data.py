@@ -6,4 +6,4 @@ from ccwsim.ui.hard_data.page import draw_editor
 from ccwsim.ui.page import show_page
 
 if __name__ == "__main__":
-    show_page("Hard data", draw_editor)
+    show_page("Hard data", draw_editor, volumes=False)
