@@ -130,7 +130,7 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
 
 def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:
     there = file.known(values)
-    there = there.all(axis=0) if there.ndim == 3 else there  # a piece has all layers
+    there = np.all(there, axis=0) if there.ndim == 3 else there  # a piece has all layers
     if there.all() or "part" in asked:
         return
     asked.append("gaps")

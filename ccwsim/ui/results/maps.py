@@ -39,8 +39,8 @@ WIDE = 2.0
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
 """Pixels that one row of tiles may take on a wide screen."""
-VOLUMES, IMAGE = "volumes", "volume-image"
-"""Links: volumes of one share the cursor, and the image has another size than the realizations."""
+VOLUMES = "volumes"
+"""The link of the volumes of a page, which share the cursor."""
 SMALLEST_IMAGE = 0.5
 """The training image is never narrower than this share of a realization on the page."""
 
@@ -172,7 +172,7 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str], **options:
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
     if image.n_dimensions == 3:
-        draw_volume(shown, "volume_image", link=IMAGE, name="training_image", body=False)
+        draw_volume(shown, "volume_image", link=VOLUMES, name="training_image", body=False)
     else:
         draw_map(shown, "map_image", name="training_image", **options)
 
@@ -199,7 +199,7 @@ def draw_gallery(
     longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
-        step_note(f"All realizations: layer {ensemble.grid.nz // 2 + 1} of {ensemble.grid.nz}")
+        step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
     png, columns = _sheet(ensemble.digest, tuple(colours), 2 * longest, ensemble)
     key = "gallery"
 

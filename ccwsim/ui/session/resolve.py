@@ -280,16 +280,14 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     values |= changes
     is_ccsim = values["method"] == "ccsim"
     asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
-    z, *horizontal = (
-        _fitted_axis(*sizes, is_ccsim, shape, along_z)
+    z, y, x = (
+        _fitted_axis(sizes, is_ccsim, shape, along_z)
         for sizes, along_z in zip(asked, (True, False, False), strict=True)
     )
-    if len(shape) == 3:
-        sizes = zip(z, *horizontal, strict=True)
-    else:
-        sizes = horizontal[-1]
+    values |= zip(PER_AXIS, zip(z, y, x, strict=True) if len(shape) == 3 else x, strict=True)
+    if len(shape) == 2:
         values["location_weight"] = _largest(values["location_weight"])
-    return Parameters(**values | dict(zip(PER_AXIS, sizes, strict=True)))
+    return Parameters(**values)
 
 
 def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
@@ -301,9 +299,10 @@ def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
 
 
 def _fitted_axis(
-    template: int, overlap: int, level: int, is_ccsim: bool, shape: Shape, along_z: bool
+    sizes: tuple[int, ...], is_ccsim: bool, shape: Shape, along_z: bool
 ) -> tuple[int, int, int]:
     """Return template, overlap and level along an axis, moved to the nearest legal ones."""
+    template, overlap, level = sizes
     along_z = along_z and len(shape) == 3
     possible = levels(shape, along_z)
     used = 0 if is_ccsim else level

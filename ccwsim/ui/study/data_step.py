@@ -54,7 +54,9 @@ def data_step(state: State) -> None:
             with st.popover("Change", key="data_menu"):
                 _menu(state)
             with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-                st.page_link("pages/data.py", label="Edit on a map")
+                volume = state.choices.grid.nz is not None
+                label = "Show as a table" if volume else "Edit on a map"
+                st.page_link("pages/data.py", label=label)
     if problem:
         st.error(plain(problem))
     if state.data_draft is not None:

@@ -25,7 +25,7 @@ from ccwsim.ui.study.data_step import data_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.text import pair, row_of, step_title
+from ccwsim.ui.widgets.text import pair, step_title
 
 WORLD = {
     "cell_size": ("Cell width (world units)", "Cell height (world units)"),
@@ -35,7 +35,7 @@ WORLD_OF_VOLUME = {
     "cell_size": ("Cell size E–W", "Cell size N–S", "Cell height along z"),
     "origin": ("West edge", "South edge", "Bottom"),
 }
-SIDES = {"nx": "E–W", "ny": "N–S", "nz": "layers"}
+SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
     "search_fraction": (0.01, 1.0, 0.01),
@@ -45,8 +45,8 @@ NUMBERS = {
 }
 """Minimum, maximum and step of the numbers behind the menu."""
 LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
-OF_VOLUME = {"template_size": "T", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""What the sizes of a volume are called, where three share a row."""
+OF_VOLUME = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
+"""What the sizes of a volume are called."""
 TREND_WEIGHT = 2.0
 """What a vertical trend starts with: twice an overlap of difference."""
 METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
@@ -68,14 +68,13 @@ def grid_step(state: State) -> None:
     grid = state.choices.grid
     change = partial(_change_grid, state)
     sides = SIDES if grid.nz is not None else {name: SIDES[name] for name in ("nx", "ny")}
-    for column, (name, label) in zip(row_of(len(sides)), sides.items(), strict=True):
+    places = [*pair(), *(pair()[:1] if grid.nz is not None else [])]
+    for column, (name, label) in zip(places, sides.items(), strict=True):
         with column:
             number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
-            number["help"] = f"Cells of the simulation grid {label}. Time grows with the cells."
-            if name == "nz":
-                number["help"] = "Layers of the simulation grid. Time grows with the cells."
-            field(st.number_input, "Layers" if name == "nz" else f"Cells {label}", **number)
+            number["help"] = f"{label} of the simulation grid. Time grows with the cells."
+            field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
         st.caption("Used for data in world units, for the axes of maps and in exported files.")
         for name, labels in (WORLD if grid.nz is None else WORLD_OF_VOLUME).items():
@@ -141,27 +140,26 @@ def _map_fields(p: Parameters, shape: Shape, change: Callable[..., None]) -> Non
 def _volume_fields(state: State, p: Parameters, shape: Shape) -> None:
     """Draw template, overlap and level, one number for the horizontal axes and one along z."""
     lengths, ccsim = p.along(shape), p.method == "ccsim"
-    own = dict(zip(PER_AXIS, lengths, strict=True))
-    for along_z, place in zip((False, True), ("", "_z"), strict=True):
-        axis = 0 if along_z else -1
-        level, template = lengths.level[axis], lengths.template[axis]
-        offered = {
-            "template_size": template_sizes(level, shape, along_z),
-            "overlap_size": overlap_sizes(level, template, along_z),
-            "wavelet_level": [0] if ccsim else levels(shape, along_z),
-        }
-        for column, (name, sizes) in zip(row_of(3), offered.items(), strict=True):
+    for name, own in zip(PER_AXIS, lengths, strict=True):
+        for column, along_z in zip(pair(), (False, True), strict=True):
+            axis = 0 if along_z else -1
+            level, template = lengths.level[axis], lengths.template[axis]
+            offered: dict[str, list[int]] = {
+                "template_size": template_sizes(level, shape, along_z),
+                "overlap_size": overlap_sizes(level, template, along_z),
+                "wavelet_level": [0] if ccsim else levels(shape, along_z),
+            }
 
-            def write(value: int, name: str = name, along_z: bool = along_z) -> None:
-                z, y, x = own[name]
+            def write(value: int, name=name, own=own, along_z=along_z) -> None:
+                z, y, x = own
                 set_parameters(state, **{name: (value, y, x) if along_z else (z, value, value)})
 
             with column:
                 label = f"{OF_VOLUME[name]}{' along z' if along_z else ''}"
-                chosen: dict[str, Any] = {"value": own[name][axis], "write": write}
-                chosen |= {"options": sizes, "help": help_of(name)}
+                chosen: dict[str, Any] = {"value": own[axis], "write": write}
+                chosen |= {"options": offered[name], "help": help_of(name)}
                 chosen["disabled"] = ccsim and name == "wavelet_level"
-                field(st.selectbox, label, key=f"{name}{place}", **chosen)
+                field(st.selectbox, label, key=f"{name}{'_z' if along_z else ''}", **chosen)
     number = bound_to(p, "n_candidates", partial(set_parameters, state))
     number |= {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
     tip = help_of("n_candidates")

@@ -33,12 +33,7 @@ def step_title(number: int, title: str) -> None:
 
 def pair() -> list[DeltaGenerator]:
     """Return two places side by side, on a phone too."""
-    return row_of(2)
-
-
-def row_of(n: int) -> list[DeltaGenerator]:
-    """Return places side by side, on a phone too."""
-    return list(st.columns(n, gap="small", wrap=False))
+    return list(st.columns(2, gap="small", wrap=False))
 
 
 def step_note(text: str) -> None:

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import CCWSIMError, Grid, Parameters, datasets
+from ccwsim import Grid, Parameters, datasets
 from ccwsim.io import project_as_bytes, read_realizations, training_image_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
-from ccwsim.sharing import link_of, read_link, reproduction_recipe
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.report import report_html
+from ccwsim.sharing import link_of, read_link, reproduction_recipe, study_report
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
@@ -80,16 +81,20 @@ def test_a_bundled_volume_is_chosen_run_and_shown() -> None:
     named(app.button, "run").click()
     at_rest(app)
     ensemble = app.session_state[KEY].ensemble
-    assert ensemble.grid.shape == (12, 30, 40) and ensemble.parameters.template_size[0] == 12
+    assert ensemble.grid.shape == (12, 30, 40)
+    assert ensemble.parameters.template_size[0] == 12
     said = html(app)
-    assert "160 × 160 × 48" in said and "Realization 1 of 2" in said and "Training image" in said
+    assert "160 × 160 × 48" in said
+    assert "Realization 1 of 2" in said
+    assert "Training image" in said
     assert not texts(app)
 
 
 def test_a_map_chosen_after_a_volume_is_a_map_again() -> None:
     state = State(choices=replace(Choices(), data=DataChoice()))
     use_image(state, ImageChoice("stacked_lenses"))
-    assert state.choices.parameters.template_size == (16, 32, 32) and not problem_of(state)
+    assert state.choices.parameters.template_size == (16, 32, 32)
+    assert not problem_of(state)
     use_image(state, ImageChoice("channels"))
     assert state.choices == replace(Choices(), data=DataChoice())
 
@@ -98,7 +103,8 @@ def test_a_map_chosen_after_a_volume_is_a_map_again() -> None:
 def test_sizes_of_thin_volumes_are_legal(nz: int) -> None:
     for level in range(4):
         p = fitted(Parameters(), (nz, 40, 50), wavelet_level=level)
-        assert p.template_size[0] <= nz and p.template_size[1:] == (32, 32)
+        assert p.template_size[0] <= nz
+        assert p.template_size[1:] == (32, 32)
         assert fitted(p, (nz, 40, 50)) == p
         for template in template_sizes(p.level[0], (nz, 40, 50), along_z=True):
             for overlap in overlap_sizes(p.level[0], template, along_z=True):
@@ -120,7 +126,8 @@ def test_a_template_larger_than_the_image_along_z_is_said(ran: State) -> None:
     state = State(choices=replace(VOLUME, parameters=replace(SIZES, template_size=(64, 16, 16))))
     assert "Template 64 along z is larger than the training image" in problem_of(state)
     app = opened("simulate", state).run()
-    assert not app.exception and named(app.button, "run").disabled
+    assert not app.exception
+    assert named(app.button, "run").disabled
 
 
 def test_all_cells_count() -> None:
@@ -133,11 +140,13 @@ def test_all_cells_count() -> None:
 def test_wells_of_a_volume_are_honoured_and_their_grid_is_taken() -> None:
     state = State(choices=VOLUME)
     use_data(state, DataChoice("bundled", "sinuous_channels_10_wells"))
-    assert state.choices.grid.shape == (48, 100, 100) and data_of(state.choices).n == 480
+    assert state.choices.grid.shape == (48, 100, 100)
+    assert data_of(state.choices).n == 480
     table = b"x,y,z,facies\n3.5,4.5,1.5,1\n30.5,20.5,11.5,0\n"
     state = State(choices=VOLUME)
     use_data(state, DataChoice("file", upload=Upload("wells.csv", table)))
-    assert not problem_of_data(state.choices) and data_of(state.choices).n == 2
+    assert not problem_of_data(state.choices)
+    assert data_of(state.choices).n == 2
     assert not finished(state).ensemble.n_mismatched.any()
 
 
@@ -145,7 +154,8 @@ def test_downloads_have_the_same_cells(ran: State) -> None:
     ensemble = ran.ensemble
     groups = download_groups(ensemble, COLOURS, 0, 1)
     files = {file.key: file for group in groups.values() for file in group}
-    assert "realizations_tif" not in files and "realizations_png" not in files
+    assert "realizations_tif" not in files
+    assert "realizations_png" not in files
     for kind in ("npz", "gslib", "vti"):
         content = BytesIO(files[f"realizations_{kind}"].content())
         content.name = f"a.{kind}"
@@ -166,7 +176,8 @@ def test_a_link_opens_the_same_study() -> None:
     ):
         query = parse_qs(urlencode(link_of(choices), doseq=True))
         again, _, notes = read_link(query)
-        assert again == choices and not notes
+        assert again == choices
+        assert not notes
 
 
 def test_data_of_a_volume_are_carried_by_a_link() -> None:
@@ -174,7 +185,8 @@ def test_data_of_a_volume_are_carried_by_a_link() -> None:
     few = replace(data, placed=type(data.placed)(data.placed.cells[:40], data.placed.facies[:40]))
     choices = replace(VOLUME, data=few)
     again, _, notes = read_link(link_of(choices))
-    assert not notes and again.data.placed.digest == few.placed.digest
+    assert not notes
+    assert again.data.placed.digest == few.placed.digest
 
 
 def test_a_link_with_a_volume_alone_opens_its_usual_study() -> None:
@@ -183,10 +195,12 @@ def test_a_link_with_a_volume_alone_opens_its_usual_study() -> None:
     app.query_params["realizations"] = "1"
     app.run()
     state = app.session_state[KEY]
-    assert not app.exception and not state.notes
+    assert not app.exception
+    assert not state.notes
     assert state.choices.grid.shape == (48, 100, 100)
     assert state.choices.parameters.template_size == (16, 32, 32)
-    state.job.cancel()
+    if state.job is not None:
+        state.job.cancel()
 
 
 @pytest.mark.parametrize("query", ["grid=10x10x10", "template=8x8x8", "ti=folded_layers&grid=9x9",
@@ -197,7 +211,8 @@ def test_a_link_that_does_not_go_together_is_said_and_runs(query: str) -> None:
         app.query_params[name] = values[-1]
     app.run()
     state = app.session_state[KEY]
-    assert not app.exception and not problem_of(state)
+    assert not app.exception
+    assert not problem_of(state)
     if state.job is not None:
         state.job.cancel()
 
@@ -208,7 +223,8 @@ def test_a_project_opens_the_same_study(ran: State) -> None:
         upload = Upload("a.ccwsim", project_as_bytes(project_of(saved)))
         state = State()
         open_project(state, upload)
-        assert state.job is not None and state.job.wait(120)
+        assert state.job is not None
+        assert state.job.wait(120)
         collect(state)
         assert (state.ensemble.realizations == ran.ensemble.realizations).all()
         assert state.choices.grid == VOLUME.grid
@@ -237,7 +253,7 @@ def test_an_uploaded_volume_asks_whether_all_of_it_is_meant() -> None:
     assert state.image_draft is not None
     app = opened("import", state).run()
     assert not app.exception
-    named(app.get("button_group"), "ask_layers").set_value(["the whole volume"]).run()
+    named(app.button_group, "ask_layers").set_value("the whole volume").run()
     assert not app.exception
     choice = app.session_state[KEY].image_draft
     assert (image_of(choice).array == array).all()
@@ -254,7 +270,8 @@ def test_arrays_are_asked_which_layer_is_the_bottom() -> None:
     top_first = ImageChoice(upload=upload, answers=(("volume", True), ("z_up", False)))
     state = State(choices=VOLUME, image_draft=top_first)
     app = opened("import", state).run()
-    assert not app.exception and named(app.selectbox, "ask_z_up")
+    assert not app.exception
+    assert named(app.selectbox, "ask_z_up")
     assert (image_of(top_first).array == array[::-1]).all()
 
 
@@ -264,16 +281,29 @@ def test_every_page_takes_a_volume_calmly(path: str, ran: State) -> None:
     app = AppTest.from_file(str(FOLDER.parent / path), default_timeout=180)
     app.session_state[KEY] = state
     app.run()
-    assert not app.exception and not app.error
+    assert not app.exception
+    assert not app.error
     if "shows maps so far" in html(app):
         named(app.button, "default_map").click().run()
-        assert not app.exception and app.session_state[KEY].choices == Choices()
+        assert not app.exception
+        assert app.session_state[KEY].choices == Choices()
 
 
 def test_earlier_runs_of_maps_and_volumes_are_gone_back_to(ran: State) -> None:
     state = State(choices=replace(VOLUME, seed=5), runs=ran.runs)
     finished(state)
     app = opened("simulate", state).run()
-    assert not app.exception and len(state.runs.runs) == 2
+    assert not app.exception
+    assert len(state.runs.runs) == 2
     go_back(state, state.runs.runs[1].key)
-    assert state.ensemble is ran.ensemble and state.choices == VOLUME
+    assert state.ensemble is ran.ensemble
+    assert state.choices == VOLUME
+
+
+def test_a_report_says_which_layers_it_shows(ran: State) -> None:
+    assert ran.ensemble is not None
+    how = reproduction_recipe(VOLUME, study_of(VOLUME), "a.ccwsim")
+    document = study_report(ran.ensemble, VOLUME, Shown(), COLOURS, ["done"], "?", how)
+    page = report_html(document)
+    assert "40 × 30 × 12 cells" in page
+    assert "layer 6 of 0 … 11, from the bottom" in page
