@@ -168,11 +168,14 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
 
 
 def draw_training_image(image: TrainingImage, colours: Sequence[str], **options: Any) -> None:
-    """Draw the training image under its name; `options` are those of `draw_map`."""
+    """Draw the training image under its name.
+
+    `options` are those of `draw_map`, of a volume those of `draw_volume`.
+    """
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
     if image.n_dimensions == 3:
-        draw_volume(shown, "volume_image", link=VOLUMES, name="training_image", body=False)
+        draw_volume(shown, "volume_image", name="training_image", body=False, **options)
     else:
         draw_map(shown, "map_image", name="training_image", **options)
 

@@ -141,7 +141,8 @@ def grid_for_data(choices: Choices) -> Grid | None:
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.upload is not None
-        points = points_of(choice) if file else placed_data(choices).points
+        own = None if grid.nz is None else grid  # a table has heights where the grid has layers
+        points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None and not _outside(points, grid):
             return None
         fitting = fit_grid(points, shape=grid.shape)

@@ -17,6 +17,7 @@ from ccwsim.ui.results.curves import draw_curves, draw_proportions
 from ccwsim.ui.results.maps import (
     MAP_WIDTHS,
     SMALLEST_IMAGE,
+    VOLUMES,
     colours_of_ran,
     draw_e_type,
     draw_gallery,
@@ -104,7 +105,7 @@ def _volumes(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     with st.container(key="volume_below"):
         left, right = st.columns(2, gap="medium")
     with left:
-        draw_training_image(ensemble.training_image, colours)
+        draw_training_image(ensemble.training_image, colours, link=VOLUMES)
     with right:
         draw_proportions(ensemble, colours)
     step_note("Variograms and connectivity of volumes are not drawn here yet.")

@@ -17,7 +17,14 @@ from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.report import report_html
 from ccwsim.sharing import link_of, read_link, reproduction_recipe, study_report
 from ccwsim.ui.page import OFF_MENU, PAGES
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, overlap_sizes, template_sizes
+from ccwsim.ui.session.resolve import (
+    data_of,
+    fitted,
+    grid_for_data,
+    image_of,
+    overlap_sizes,
+    template_sizes,
+)
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of, study_of
 from ccwsim.ui.simulate.history import go_back
@@ -148,6 +155,21 @@ def test_wells_of_a_volume_are_honoured_and_their_grid_is_taken() -> None:
     assert not problem_of_data(state.choices)
     assert data_of(state.choices).n == 2
     assert not finished(state).ensemble.n_mismatched.any()
+
+
+def test_wells_outside_the_volume_are_listed_and_a_grid_that_holds_them_is_offered() -> None:
+    table = b"x,y,z,facies\n3.5,4.5,1.5,1\n3.5,4.5,19.5,0\n"
+    draft = DataChoice("file", upload=Upload("wells.csv", table))
+    state = State(choices=VOLUME, data_draft=draft, ran=VOLUME, tried=VOLUME)
+    fitting = grid_for_data(replace(VOLUME, data=draft))
+    assert fitting is not None
+    assert data_of(replace(VOLUME, data=draft, grid=fitting)).n == 2
+    for page in ("simulate", "import"):
+        app = opened(page, replace(state)).run()
+        if page == "import":
+            app.button_group(key="import_subject").set_value("data").run()
+        assert not app.exception
+        assert "1 of 2 data outside the grid" in texts(app) + str(app.selectbox)
 
 
 def test_downloads_have_the_same_cells(ran: State) -> None:
