@@ -137,6 +137,27 @@ def test_a_template_larger_than_the_image_along_z_is_said(ran: State) -> None:
     assert named(app.button, "run").disabled
 
 
+def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
+    state = State(choices=VOLUME, ensemble=ran.ensemble, ran=VOLUME, tried=VOLUME)
+    app = opened("simulate", state).run()
+    named(app.checkbox, "p_vertical_trend").set_value(True).run()
+    assert state.choices.parameters.location_weight == (2.0, 0.0, 0.0)
+    named(app.slider, "p_location_weight").set_value(3.0).run()
+    assert state.choices.parameters.location_weight == (3.0, 0.0, 0.0)
+    named(app.checkbox, "p_vertical_trend").set_value(False).run()
+    assert state.choices.parameters.location_weight == 3.0
+    named(app.selectbox, "wavelet_level").set_value(2).run()
+    assert state.choices.parameters.wavelet_level == (1, 2, 2)
+    for method in ("ccsim", "ms-ccsim", "ccwsim"):
+        named(app.selectbox, "p_method").set_value(method).run()
+        assert not app.exception
+        assert state.choices.parameters.method == method
+        assert not problem_of(state)
+    named(app.number_input, "grid_cell_size_z").set_value(0.5).run()
+    assert state.choices.grid.cell_size == (1.0, 1.0, 0.5)
+    assert not app.exception
+
+
 def test_all_cells_count() -> None:
     state = State(choices=VOLUME)
     assert demand_of_run(state).n_cells == 12 * 30 * 40 * 2
