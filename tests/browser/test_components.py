@@ -26,7 +26,8 @@ BEGIN = """async ([html, js, data]) => {
   const { default: draw } = await import(url);
   window.told = [];
   const setTriggerValue = (kind, value) => window.told.push(structuredClone([kind, value]));
-  window.call = () => draw({ parentElement, setTriggerValue, data: structuredClone(data) });
+  window.callWith = (data) => draw({ parentElement, setTriggerValue, data: structuredClone(data) });
+  window.call = () => callWith(data);
 }"""
 FRAMES = "() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))"
 CALLS = {

@@ -6,25 +6,37 @@ const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
 const QUICK = 35; // milliseconds of a frame that moves; a slower machine draws it coarser
 const AT_REST = 180; // milliseconds after which the coarse frame is drawn finely
 const KEPT = 4; // volumes in the memory of the graphics card
+const BITS = 3, BRICK = 1 << BITS; // cells along an axis of a brick; rays pass one with nothing shown in a step
 
 const CORNERS = `#version 300 es
 in vec2 corner; out vec2 at; void main() { at = corner; gl_Position = vec4(corner, 0, 1); }`;
 const RAYS = `#version 300 es
 precision highp float; precision highp int; precision highp usampler3D;
+#define BITS ${BITS}
 uniform usampler3D cells; // index of the cell, and 1 + index of the colour of its datum
-uniform sampler2D looks;  // colours of the indices, opaque where they are shown; colours of data
+uniform usampler3D bricks; // 1 where a cell is shown for its index or its datum
+uniform sampler2D looks; // colours of the indices, and below them those of data
+uniform uvec2 range; // the indices that are shown, from and to
 uniform ivec3 n, cut, side; // the corner on this side of the cell \`cut\` is taken out
 uniform vec3 eye, right, up, along;
-uniform bool solid_block;
+uniform bool solid_block, fine;
 in vec2 at; out vec4 colour;
 
 bool within(ivec3 k) { return all(greaterThanEqual(k, ivec3(0))) && all(lessThan(k, n)); }
 
+bool taken_out(ivec3 k) { return solid_block && all(greaterThan((k - cut) * side, ivec3(0))); }
+
+bool empty(ivec3 brick) {
+  ivec3 low = brick << BITS, high = min(low + (1 << BITS) - 1, n - 1);
+  if (texelFetch(bricks, brick, 0).r > 0u) return false;
+  return !solid_block || taken_out(ivec3(side.x > 0 ? low.x : high.x, side.y > 0 ? low.y : high.y, side.z > 0 ? low.z : high.z));
+}
+
 bool shown(ivec3 k) {
-  if (solid_block && all(greaterThan((k - cut) * side, ivec3(0)))) return texelFetch(cells, k, 0).g > 0u;
+  if (taken_out(k)) return texelFetch(cells, k, 0).g > 0u;
   if (solid_block) return true;
   uvec2 cell = texelFetch(cells, k, 0).rg;
-  return cell.g > 0u || texelFetch(looks, ivec2(cell.r, 0), 0).a > 0.5;
+  return cell.g > 0u || (cell.r >= range.x && cell.r <= range.y);
 }
 
 float filled(ivec3 k) { return within(k) && shown(k) ? 1. : 0.; }
@@ -44,31 +56,46 @@ void main() {
   float enter = max(near.x, max(near.y, near.z)), leave = min(far.x, min(far.y, far.z));
   colour = vec4(0);
   if (enter >= leave) return;
-  int axis = enter == near.x ? 0 : enter == near.y ? 1 : 2;
-  vec3 place = from + along * enter;
-  ivec3 way = ivec3(sign(along));
-  ivec3 k = clamp(ivec3(floor(place)), ivec3(0), n - 1);
-  k[axis] = way[axis] > 0 ? 0 : n[axis] - 1;
+  bvec3 hit = equal(near, vec3(enter)); // the axes whose planes the ray went through last
+  ivec3 way = ivec3(sign(along)), first = (1 - way) / 2; // 1 where it goes down an axis
+  ivec3 k = clamp(ivec3(floor(from + along * enter)), ivec3(0), n - 1);
+  k = ivec3(mix(vec3(k), vec3(first * (n - 1)), hit));
   vec3 stride = abs(1. / along);
-  vec3 next = (vec3(k) + max(vec3(way), 0.) - from) / along; // where the ray leaves the cell
+  vec3 next = (vec3(k + 1 - first) - from) / along; // where the ray leaves the cell
   float now = enter;
+  ivec3 brick = ivec3(-1);
   for (int i = n.x + n.y + n.z; i >= 0; i--) {
+    if (any(notEqual(k >> BITS, brick))) {
+      brick = k >> BITS;
+      if (empty(brick)) {
+        ivec3 low = brick << BITS, high = min(low + (1 << BITS) - 1, n - 1);
+        vec3 wall = (vec3((brick + 1 - first) << BITS) - from) / along;
+        now = min(wall.x, min(wall.y, wall.z));
+        hit = equal(wall, vec3(now));
+        k = clamp(ivec3(floor(from + along * now)), low, high);
+        k = ivec3(mix(vec3(k), vec3(((brick + 1 - first) << BITS) - first), hit));
+        if (!within(k)) return;
+        next = (vec3(k + 1 - first) - from) / along;
+        continue;
+      }
+    }
     if (shown(k)) {
       uvec2 cell = texelFetch(cells, k, 0).rg;
       colour = cell.g > 0u ? texelFetch(looks, ivec2(cell.g - 1u, 1), 0) : texelFetch(looks, ivec2(cell.r, 0), 0);
-      ivec3 u = ivec3(0), v = ivec3(0), front = k;
-      u[(axis + 1) % 3] = 1; v[(axis + 2) % 3] = 1; front[axis] -= way[axis];
-      vec3 on = from + along * now - vec3(k);
-      vec2 f = clamp(vec2(on[(axis + 1) % 3], on[(axis + 2) % 3]), 0., 1.);
-      float light = axis == 2 ? (way.z < 0 ? 1. : 0.62) : axis == 1 ? 0.86 : 0.74;
-      colour = vec4(colour.rgb * light * open(front, u, v, f), 1);
+      float light = hit.z ? (way.z < 0 ? 1. : 0.62) : hit.y ? 0.86 : 0.74;
+      if (fine) {
+        ivec3 side_on = hit.z ? ivec3(0, 0, 1) : hit.y ? ivec3(0, 1, 0) : ivec3(1, 0, 0);
+        vec3 on = clamp(from + along * now - vec3(k), 0., 1.);
+        light *= open(k - side_on * way, side_on.zxy, side_on.yzx, hit.z ? on.xy : hit.y ? on.zx : on.yz);
+      }
+      colour = vec4(colour.rgb * light, 1);
       return;
     }
-    axis = next.x < next.y ? (next.x < next.z ? 0 : 2) : (next.y < next.z ? 1 : 2);
-    now = next[axis];
-    k[axis] += way[axis];
-    next[axis] += stride[axis];
-    if (k[axis] < 0 || k[axis] >= n[axis]) return;
+    now = min(next.x, min(next.y, next.z));
+    hit = equal(next, vec3(now));
+    k += ivec3(hit) * way;
+    next += vec3(hit) * stride;
+    if (!within(k)) return;
   }
 }`;
 
@@ -98,8 +125,9 @@ class Painter {
     gl.enableVertexAttribArray(corner);
     gl.vertexAttribPointer(corner, 2, gl.FLOAT, false, 0, 0);
     this.looks = this.texture(gl.TEXTURE_2D);
+    this.bricks = this.texture(gl.TEXTURE_3D);
     this.places = {};
-    for (const name of ['cells', 'looks', 'n', 'cut', 'side', 'eye', 'right', 'up', 'along', 'solid_block']) {
+    for (const name of ['cells', 'looks', 'n', 'cut', 'side', 'eye', 'right', 'up', 'along', 'solid_block', 'fine', 'bricks', 'range']) {
       this.places[name] = gl.getUniformLocation(this.program, name);
     }
     this.widest = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE);
@@ -116,6 +144,7 @@ class Painter {
   // The texture of a volume with its data, which is made where it is not there.
   hold(stamp, shape, cells, data) {
     const { gl, textures } = this;
+    gl.activeTexture(gl.TEXTURE0);
     const kept = textures.get(stamp) || this.texture(gl.TEXTURE_3D);
     gl.bindTexture(gl.TEXTURE_3D, kept);
     if (!textures.delete(stamp)) {
@@ -131,6 +160,28 @@ class Painter {
     textures.delete(oldest);
   }
 
+  // Which bricks have a cell whose index is shown, or a datum.
+  holdBricks(stamp, shape, cells, data, shown) {
+    if (this.bricked === stamp) return;
+    this.bricked = stamp;
+    const { gl } = this;
+    const [nx, ny, nz] = shape, [bx, by, bz] = shape.map((n) => Math.ceil(n / BRICK));
+    const bricks = new Uint8Array(bx * by * bz);
+    for (let z = 0, k = 0; z < nz; z++) {
+      for (let y = 0; y < ny; y++) {
+        const row = (Math.floor(z / BRICK) * by + Math.floor(y / BRICK)) * bx;
+        for (let x = 0; x < nx; x++, k++) bricks[row + Math.floor(x / BRICK)] |= shown[cells[k]];
+      }
+    }
+    for (const [k] of data) {
+      const [x, y, z] = [k % nx, Math.floor(k / nx) % ny, Math.floor(k / nx / ny)].map((c) => Math.floor(c / BRICK));
+      bricks[(z * by + y) * bx + x] = 1;
+    }
+    gl.activeTexture(gl.TEXTURE2);
+    gl.bindTexture(gl.TEXTURE_3D, this.bricks);
+    gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8UI, bx, by, bz, 0, gl.RED_INTEGER, gl.UNSIGNED_BYTE, bricks);
+  }
+
   // Wait until it is drawn: by then its time is known.
   wait() {
     const { gl } = this;
@@ -144,10 +195,9 @@ class Painter {
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.looks);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, looks);
-    gl.activeTexture(gl.TEXTURE0);
-    gl.uniform1i(places.cells, 0);
-    gl.uniform1i(places.looks, 1);
-    gl.uniform1i(places.solid_block, values.solid_block);
+    ['cells', 'looks', 'bricks'].forEach((name, k) => gl.uniform1i(places[name], k));
+    for (const name of ['solid_block', 'fine']) gl.uniform1i(places[name], values[name]);
+    gl.uniform2uiv(places.range, values.range);
     for (const name of ['n', 'cut', 'side']) gl.uniform3iv(places[name], values[name]);
     for (const name of ['eye', 'right', 'up', 'along']) gl.uniform3fv(places[name], values[name]);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
@@ -259,9 +309,14 @@ class Body {
     const began = performance.now();
     const painter = this.painter();
     const coarse = moving ? this.coarse : 1;
-    const points = view.dataShown ? data.points : [];
-    painter.hold(`${data.digest} ${data.shape} ${points.join()}`, data.shape, view.cells, points.map(
-      ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]));
+    const points = (view.dataShown ? data.points : []).map(
+      ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]);
+    const stamp = `${data.digest} ${data.shape} ${points.join()}`;
+    const [first, last] = values.range = this.range();
+    const shown = data.lut.map((_, k) => !block && k >= first && k <= last);
+    painter.hold(stamp, data.shape, view.cells, points);
+    painter.holdBricks(`${stamp} ${block} ${first} ${last}`, data.shape, view.cells, points, shown);
+    values.fine = coarse === 1;
     const scene = painter.paint(Math.ceil(wide * this.dots * coarse), Math.ceil(high * this.dots * coarse),
       this.looks(), values);
     if (moving) painter.wait();
@@ -276,19 +331,23 @@ class Body {
     this.drawEdges(pen, toCanvas, side, false);
     if (look.tilt >= 0) this.drawStems(pen, toCanvas, block, side);
     this.took = performance.now() - began;
-    if (!moving) return;
     this.coarse = Math.min(1, Math.max(0.25, coarse * Math.sqrt(QUICK / this.took)));
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => view.ask('body'), AT_REST);
+    if (coarse < 1) this.rest = setTimeout(() => view.ask('body'), AT_REST);
   }
 
-  // Two rows of 256 colours; those of indices that are not shown are transparent.
+  // The first and the last index that are shown.
+  range() {
+    const mode = this.mode.value;
+    if (mode === 'block') return [0, 255];
+    return mode === 'from' ? [+this.threshold.querySelector('input').value, 255] : [+mode, +mode];
+  }
+
+  // Two rows of 256 colours.
   looks() {
     const { data } = this.view;
     const looks = new Uint8Array(2 * 256 * 4);
-    const from = +this.threshold.querySelector('input').value, only = this.mode.value;
-    const shown = (k) => only === 'block' || (only === 'from' ? k >= from : k === +only);
-    data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), shown(k) ? 255 : 0], 4 * k));
+    data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * k));
     (data.point_lut || data.lut).forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * (256 + k)));
     return looks;
   }

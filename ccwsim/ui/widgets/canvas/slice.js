@@ -118,9 +118,10 @@ class Slice {
       (strip ? strips : circles).push({ x, y, radius, colour: colours[point[3]], wrong: point[4] });
     }
     const high = this.view.scale[this.up], half = Math.max(2.5, this.view.scale[this.right] / 2);
-    const box = ({ x, y, colour, wrong }, ring, own) => {
-      pen.fillStyle = own || (wrong ? wrongColour : colour);
-      pen.fillRect(x - half - ring, y - high / 2 - ring, 2 * (half + ring), high + 2 * ring);
+    const box = ({ x, y }, ring, colour) => { // whole pixels, so that cells of a well have no gap
+      const top = Math.round(y - high / 2) - ring, base = Math.round(y + high / 2) + ring;
+      pen.fillStyle = colour;
+      pen.fillRect(x - half - ring, top, 2 * (half + ring), base - top);
     };
     for (const strip of strips) box(strip, 2 * RING, strip.wrong ? wrongColour : INK);
     for (const strip of strips) box(strip, RING, PAPER);

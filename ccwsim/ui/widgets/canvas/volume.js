@@ -55,6 +55,7 @@ class VolumeView {
     this.body.panel.hidden = !data.body;
     this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
     fillLegend(this.legend, data);
+    this.say();
     this.layout();
   }
 
@@ -130,9 +131,9 @@ class VolumeView {
       this.frame = this.wanted = null;
       const began = performance.now();
       if (slices) this.slices.forEach((slice) => slice.draw());
-      this.took = { slices: performance.now() - began };
+      if (slices) this.took = performance.now() - began;
       if (body && this.data.body) this.body.draw(moves);
-      this.root.dataset.took = `${this.took.slices.toFixed(1)} ${this.body.took?.toFixed(1) ?? ''}`;
+      this.root.dataset.took = `${this.took?.toFixed(1)} ${this.body.took?.toFixed(1) ?? ''}`;
     });
   }
 
