@@ -243,7 +243,8 @@ def image_of(options: Any) -> TrainingImage:
     name = options.training_image
     reading = {key: getattr(options, key) for key in READING_IMAGE}
     reading = {key: value for key, value in reading.items() if value is not None}
-    if name in datasets.names():
+    bundled = *datasets.names(), *datasets.volume_names()
+    if name in bundled:
         if reading:
             raise CCWSIMError(
                 f"{name} is a bundled training image and needs no options for reading; "
@@ -251,7 +252,7 @@ def image_of(options: Any) -> TrainingImage:
             )
         return datasets.load(name)
     if not Path(name).exists():
-        there = ", ".join(datasets.names())
+        there = ", ".join(bundled)
         raise CCWSIMError(f"{name} is neither a file nor a bundled training image ({there})")
     if options.grid is not None and len(options.grid) == 3:
         reading["volume"] = True
@@ -263,7 +264,7 @@ def grid_of(options: Any) -> Grid:
     from ccwsim import datasets
 
     shape = options.grid or DEFAULT_SHAPE
-    if options.grid is None and options.hard_data in datasets.hard_data_names():
+    if options.grid is None and options.hard_data in _bundled_data():
         shape = datasets.hard_data_grid_shape(options.hard_data)
     cell, origin = options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0)
     height, bottom = options.cell_height, options.bottom
@@ -277,6 +278,12 @@ def grid_of(options: Any) -> Grid:
     return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0])
 
 
+def _bundled_data() -> tuple[str, ...]:
+    from ccwsim import datasets
+
+    return (*datasets.hard_data_names(), *datasets.wells_names())
+
+
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
@@ -284,7 +291,7 @@ def hard_data_of(
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 
-    name, bundled = options.hard_data, datasets.hard_data_names()
+    name, bundled = options.hard_data, _bundled_data()
     reading = {own: getattr(options, option) for option, own in READING_DATA.items()}
     reading = {key: value for key, value in reading.items() if value is not None}
     collars, surveys = options.collars, options.surveys

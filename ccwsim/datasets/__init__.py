@@ -18,6 +18,7 @@ from ccwsim.datasets.catalogue import (
     load_wells,
     names,
     volume_names,
+    wells_names,
 )
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "load_wells",
     "names",
     "volume_names",
+    "wells_names",
 ]
 
 MOVED = ("generate", "generate_truth", "generate_hard_data")

@@ -39,7 +39,7 @@ class Survey:
     """What is known of bundled hard data."""
 
     training_image: str
-    grid_shape: tuple[int, int]
+    grid_shape: tuple[int, ...]
     picture: str
 
 
@@ -130,6 +130,9 @@ SURVEYS = {
     "stone_wall_300_data": Survey("stone_wall", (512, 512), "300 scattered data"),
     "barchans_200_data": Survey("barchans", (512, 512), "200 scattered data of three facies"),
 }
+
+WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
+"""The wells of the volumes, by the names that hard data have."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
 """Sides of the square reference fields, each drawn as its training image is with another seed."""
@@ -231,6 +234,17 @@ def hard_data_names() -> tuple[str, ...]:
     return tuple(SURVEYS)
 
 
+def wells_names() -> tuple[str, ...]:
+    """Return the names of the wells of the bundled volumes, as `load_hard_data` takes them.
+
+    Examples
+    --------
+    >>> wells_names()[0]
+    'sinuous_channels_10_wells'
+    """
+    return tuple(WELLS)
+
+
 @cache
 def load_hard_data(name: str) -> HardData:
     """Read bundled hard data, which are placed on a grid of `hard_data_grid_shape(name)`.
@@ -245,11 +259,13 @@ def load_hard_data(name: str) -> HardData:
     >>> load_hard_data("channels_60_wells")
     HardData(n=60)
     """
-    return _read_hard_data(hard_data_path(name), _survey(name).grid_shape)
+    survey = _survey(name)
+    path = wells_path(survey.training_image) if name in WELLS else hard_data_path(name)
+    return _read_hard_data(path, survey.grid_shape)
 
 
-def hard_data_grid_shape(name: str) -> tuple[int, int]:
-    """Return rows and columns of the grid of bundled hard data.
+def hard_data_grid_shape(name: str) -> tuple[int, ...]:
+    """Return (layers,) rows and columns of the grid of bundled hard data.
 
     Examples
     --------
@@ -279,8 +295,8 @@ def describe_hard_data(name: str) -> str:
     '60 wells, none close to another (512 × 512 cells, for the training image channels).'
     """
     survey = _survey(name)
-    ny, nx = survey.grid_shape
-    return f"{survey.picture} ({nx} × {ny} cells, for the training image {survey.training_image})."
+    cells = describe_shape(survey.grid_shape)
+    return f"{survey.picture} ({cells} cells, for the training image {survey.training_image})."
 
 
 def load_reference_field(name: str) -> TrainingImage:
@@ -305,7 +321,10 @@ def load_reference_field(name: str) -> TrainingImage:
     0
     """
     survey = _survey(name)
-    return reference_field(survey.training_image, survey.grid_shape)
+    if name in WELLS:
+        raise CCWSIMError(f"the volume that {name} were read from is not bundled")
+    ny, nx = survey.grid_shape
+    return reference_field(survey.training_image, (ny, nx))
 
 
 @cache
@@ -385,6 +404,7 @@ def _dataset(name: str) -> Dataset:
 
 
 def _survey(name: str) -> Survey:
-    if name not in SURVEYS:
-        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(SURVEYS)}")
-    return SURVEYS[name]
+    known = SURVEYS | WELLS
+    if name not in known:
+        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(known)}")
+    return known[name]

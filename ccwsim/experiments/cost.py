@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from math import prod
+
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.engine.stages.resimulation import MAX_COMPARED
+from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 
 PER_CELL = 2.5e-8
@@ -20,14 +23,20 @@ PER_WINDOW_ROW = 5e-10
 """Seconds to compare a row of a window that is simulated anew with a location."""
 N_MISSED = 4
 """Data of a tile that need such a window, at most: more data split the tile."""
+PER_CELL_OF_VOLUME = 2.9e-7
+"""Seconds to cut, paste and repair a cell of a volume."""
+PER_LOCATION_OF_VOLUME = 4.2e-8
+"""Seconds to compare an overlap with a location of a volume, by Fourier transforms."""
+PER_DATUM_OF_VOLUME = 3e-4
+"""Seconds a datum of a volume."""
 PER_JUDGED_CELL = 1e-7
 """Seconds a cell to judge a realization, its copied pieces included."""
 
 
 def typical_seconds(
     parameters: Parameters,
-    image_shape: tuple[int, int],
-    grid_shape: tuple[int, int],
+    image_shape: Shape,
+    grid_shape: Shape,
     n_facies: int = 2,
     n_data: int = 0,
     judged: bool = False,
@@ -44,6 +53,8 @@ def typical_seconds(
     >>> seconds == sorted(seconds, reverse=True)
     True
     """
+    if len(grid_shape) == 3:
+        return _seconds_of_volume(parameters, image_shape, grid_shape, n_data, judged)
     p, block_size = parameters, 2**parameters.level
     size, overlap, step = p.template_size, p.overlap_size, p.step
     cells, locations = grid_shape[0] * grid_shape[1], 1.0
@@ -61,4 +72,20 @@ def typical_seconds(
         + image_shape[0] * image_shape[1] * PER_IMAGE_CELL
         + seen * locations * PER_DATUM_SEEN
         + min(n_data, N_MISSED * tiles) * MAX_COMPARED * size * PER_WINDOW_ROW
+    )
+
+
+def _seconds_of_volume(
+    parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
+) -> float:
+    """Return the seconds of a volume: its locations cost most at level 0, else its cells."""
+    lengths, cells = parameters.along(grid_shape), prod(grid_shape)
+    sides = zip(image_shape, lengths.template, lengths.level, strict=True)
+    locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)
+    steps = (t - overlap for t, overlap in zip(lengths.template, lengths.overlap, strict=True))
+    tiles = max(cells / prod(steps), 1.0)
+    return (
+        cells * (PER_CELL_OF_VOLUME + (PER_JUDGED_CELL if judged else 0.0))
+        + tiles * locations * PER_LOCATION_OF_VOLUME
+        + n_data * PER_DATUM_OF_VOLUME
     )

@@ -30,7 +30,7 @@ QUESTIONS = {
     "part": ("every", "crop"),
     "variable": ("variable",),
     "shape": ("shape",),
-    "slice": ("slice_index",),
+    "slice": ("volume", "slice_index", "z_up"),
     "up": ("up",),
     "gaps": ("crop",),
     "values": ("threshold", "classes"),
@@ -103,7 +103,10 @@ def guess_answers(
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
-    """The values of the variable and slice, row 0 in the south; asks for both where it must."""
+    """The values of the variable and slice, row 0 in the south; asks for both where it must.
+
+    Where the whole volume is meant, all layers.
+    """
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
     if len(names) > 1 and len(liked) != 1:
@@ -118,6 +121,8 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
     grid = file.grid_of(key, known.get("shape"))
     if len(grid) > 1 and 1 not in grid.shape[1:]:
         asked.append("slice")
+        if known.get("volume"):
+            return grid if known.get("up", file.south_first) else np.flip(grid, -2)
         known.setdefault("slice_index", len(grid) // 2)
     values = layer(file.name, grid, known.get("slice_index"))
     return values if known.get("up", file.south_first) else values[::-1]
@@ -125,6 +130,7 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
 
 def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:
     there = file.known(values)
+    there = np.all(there, axis=0) if there.ndim == 3 else there  # a piece has all layers
     if there.all() or "part" in asked:
         return
     asked.append("gaps")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from itertools import zip_longest
 from typing import Any, get_args
 
 import numpy as np
@@ -23,6 +24,8 @@ from ccwsim.model.parameters import PER_AXIS, Parameters, parameter_table
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
 """Of a word in a link, such as the name of a method or of a facies."""
+_PER_AXIS = "whole", "number"
+"""Kinds of which a parameter of a volume may have three."""
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 
@@ -36,9 +39,13 @@ class Setting:
     part: str
     """What holds it: "study", "data", "grid", "parameters" or "shown"."""
     fields: tuple[str, ...]
-    """There, and in a project file; two where a value is a pair of them."""
+    """There, and in a project file; several where a value has a number of each: those along x, y
+    and, of a volume, z."""
     kind: str
-    """count, whole, number (both checked by `Parameters`), sizes, lengths, choice or word."""
+    """count, whole, number (both checked by `Parameters`), sizes, lengths, choice or word.
+
+    Of a volume sizes and lengths have a third number, along z; a whole or a number may be three,
+    written along x, y and z and held along z, y and x."""
     low: float = 0
     high: float = 0
     """What a page, a link or an option takes."""
@@ -61,19 +68,21 @@ class Setting:
     def value_in(self, parts: Mapping[str, Any]) -> Any:
         """Return the value in the parts of a study."""
         values = [getattr(parts[self.part], name) for name in self.fields]
-        return tuple(values) if len(values) > 1 else values[0]
+        if len(values) == 1:
+            return values[0]
+        return tuple(value for value in values if value is not None)  # a map has no layers
 
     def as_fields(self, value: Any) -> dict[str, Any]:
         """Return a value by the fields that hold it."""
         values = value if len(self.fields) > 1 else (value,)
-        return dict(zip(self.fields, values, strict=True))
+        return dict(zip_longest(self.fields, values))
 
     def write(self, value: Any) -> str:
         """Return a value as a text that `read` understands."""
         if self.words:
             return next(word for word, own in self.words.items() if own == value)
         if isinstance(value, tuple):
-            return "x".join(map(format_number, value))
+            return "x".join(map(format_number, value[::-1] if self.kind in _PER_AXIS else value))
         if isinstance(value, int):
             return str(value + self.first)
         return format_number(value) if isinstance(value, float) else str(value)
@@ -87,7 +96,9 @@ class Setting:
         if self.kind == "word":
             return text[:MAX_LETTERS]
         if self.kind in ("sizes", "lengths"):
-            return self._pair(text)
+            return self._numbers(text)
+        if self.kind in _PER_AXIS and "x" in text:
+            return self._per_axis(text)
         matches = re.fullmatch(_PATTERNS[self.kind], text, re.ASCII)
         if self.kind == "count":
             value = int(text) - self.first if matches else -1
@@ -112,14 +123,22 @@ class Setting:
             raise CCWSIMError(f"{where}: {n} {name.removeprefix('n_')} are too many")
         return n
 
-    def _pair(self, text: str) -> tuple[Any, Any]:
+    def _numbers(self, text: str) -> tuple[Any, ...]:
+        """Two numbers, or of a volume three."""
         figure, kind = (r"[1-9]\d{0,4}", int) if self.kind == "sizes" else (_FIGURE, float)
-        match = re.fullmatch(f"({figure})[xX×]({figure})", text, re.ASCII)
-        if match:
-            pair = kind(match[1]), kind(match[2])
-            if self.low <= min(pair) and max(pair) <= self.high:
-                return pair
-        raise CCWSIMError("is no pair such as 640x480 that can be")
+        if re.fullmatch(f"{figure}([xX×]{figure}){{1,2}}", text, re.ASCII):
+            found = tuple(map(kind, re.split("[xX×]", text)))
+            if self.low <= min(found) and max(found) <= self.high:
+                return found
+        raise CCWSIMError("is no pair such as 640x480, or three such as 100x100x48, that can be")
+
+    def _per_axis(self, text: str) -> tuple[Any, ...]:
+        """Numbers along x, y and z as a parameter has them, along z, y and x."""
+        figure = _PATTERNS[self.kind]
+        if not re.fullmatch(f"{figure}(x{figure}){{2}}", text, re.ASCII):
+            raise CCWSIMError("is neither one number nor three, along x, y and z")
+        kind = int if self.kind == "whole" else float
+        return tuple(kind(part) for part in reversed(text.split("x")))
 
 
 def format_number(value: float) -> str:
@@ -216,7 +235,13 @@ SETTINGS = (
     Setting("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
     Setting("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
     Setting(
-        "grid", "grid", ("nx", "ny"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED, **_OPTIONS["grid"]
+        "grid",
+        "grid",
+        ("nx", "ny", "nz"),
+        "sizes",
+        1,
+        bounds.MAX_GRID_SIDE_OFFERED,
+        **_OPTIONS["grid"],
     ),
     Setting("cell", "grid", ("cell_size",), "lengths", *_LENGTHS, **_OPTIONS["cell"]),
     Setting("origin", "grid", ("origin",), "lengths", *_FLOATS, **_OPTIONS["origin"]),

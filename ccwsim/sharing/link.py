@@ -23,11 +23,14 @@ from ccwsim.model.bounds import MAX_LINK_DATA
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.model.codec import MAX_LETTERS, SETTINGS, Setting, parts_of, settings_of
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 
 MAX_PACKED_LETTERS = 8000
 """Of hard data in an address."""
+VOLUME = -3
+"""Begins packed data of a volume."""
 OWN = "own"
 """Begins the name of an image or data of the sender's own, which no address can carry."""
 Own = ImageChoice | DataChoice
@@ -132,7 +135,7 @@ def read_link(
     image = reader.image(usual.image)
     parameters = reader.parameters()
     data = reader.data(usual_data(image))
-    grid = replace(usual.grid, **reader.fields("grid", parts))
+    grid = reader.grid(usual.grid, parts)
     numbers = reader.fields("study", parts)
     choices = Choices(image, data, grid, parameters, **numbers)
     shown = replace(shown, **reader.fields("shown", parts))
@@ -223,6 +226,15 @@ class _Reader:
             found |= row.as_fields(self.value(row, row.value_in(parts)))
         return found
 
+    def grid(self, usual: Grid, parts: Mapping[str, Any]) -> Grid:
+        """Return the grid; numbers that do not go together leave the usual place in the world."""
+        fields = self.fields("grid", parts)
+        try:
+            return replace(usual, **fields)
+        except CCWSIMError as error:
+            self.notes.append(f"{error}. The usual world coordinates are taken.")
+            return replace(usual, **{name: fields[name] for name in ("nx", "ny", "nz")})
+
     def parameters(self) -> Parameters:
         """Return the parameters; sizes that do not go together keep their defaults together."""
         taken = Parameters()
@@ -253,8 +265,9 @@ class _Reader:
                 "project file, or the image again."
             )
             return usual
-        if name is not None and name not in datasets.names():
-            reason = f"is no bundled training image ({', '.join(datasets.names())})"
+        known = *datasets.names(), *datasets.volume_names()
+        if name is not None and name not in known:
+            reason = f"is no bundled training image ({', '.join(known)})"
             self.refuse("ti", reason, f"{usual.bundled} is taken")
             return usual
         bundled = name or usual.bundled
@@ -292,7 +305,7 @@ class _Reader:
 
     def data(self, usual: DataChoice) -> DataChoice:
         """Return the hard data."""
-        name, bundled = self.text("data"), datasets.hard_data_names()
+        name, bundled = self.text("data"), (*datasets.hard_data_names(), *datasets.wells_names())
         answers = tuple(sorted((own, "drop") for key, own in ANSWERS.items() if self._drops(key)))
         if isinstance(kept := self._own.get(name or ""), DataChoice):
             return kept
@@ -340,7 +353,8 @@ def packed(data: HardData) -> str:
     """Return hard data as letters, digits, - and _.
 
     First how many there are, then each facies in turn: its code, how many data it has, and the
-    steps from one cell to the next along rows and columns, all in as few bytes as they need.
+    steps from one cell to the next along (layers,) rows and columns, all in as few bytes as they
+    need. Data of a volume begin with -3, which is no number of data.
 
     Raises
     ------
@@ -356,14 +370,16 @@ def packed(data: HardData) -> str:
         raise CCWSIMError(
             f"{data.n} hard data are more than the {MAX_LINK_DATA} an address can carry"
         )
-    content = bytearray(_number(data.n))
+    volume = data.cells.shape[1] == 3
+    content = bytearray(_number(VOLUME) if volume else b"") + _number(data.n)
     for code in np.unique(data.facies).tolist():
         cells = data.cells[data.facies == code].tolist()
         content += _number(code) + _number(len(cells))
-        row, column = 0, 0
-        for own_row, own_column in cells:
-            content += _number(own_row - row) + _number(own_column - column)
-            row, column = own_row, own_column
+        before = [0] * data.cells.shape[1]
+        for cell in cells:
+            for own, last in zip(cell, before, strict=True):
+                content += _number(own - last)
+            before = cell
     return urlsafe_b64encode(content).decode().rstrip("=")
 
 
@@ -387,12 +403,14 @@ def unpacked(text: str) -> HardData:
     except (binascii.Error, ValueError):
         raise _broken() from None
     numbers = _numbers(content)
-    cells, facies, n = [], [], _next(numbers)
+    cells, facies, n, axes = [], [], _next(numbers), 2
+    if n == VOLUME:
+        n, axes = _next(numbers), 3
     for code in numbers:
-        row, column = 0, 0
+        cell = (0,) * axes
         for _ in range(_next(numbers)):
-            row, column = row + _next(numbers), column + _next(numbers)
-            cells.append((row, column))
+            cell = tuple(place + _next(numbers) for place in cell)
+            cells.append(cell)
             facies.append(code)
             if len(cells) > MAX_LINK_DATA:
                 raise _broken()

@@ -14,6 +14,8 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
 OUTPUT = "realizations.npz"
+ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
+"""Options of the command line for the third number of lengths."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,10 @@ def _image_lines(choices: Choices) -> list[str] | None:
     if choice.upload is not None:
         return None
     lines = [f"ti = datasets.load({choice.bundled!r})"]
-    turned = ".T" if choice.transpose else ""
+    turned = ".swapaxes(-1, -2)" if choice.transpose else ""
     if choice.flip_ew or choice.flip_ns:
-        turned += f"[{'::-1' if choice.flip_ns else ':'}, {'::-1' if choice.flip_ew else ':'}]"
+        rows, columns = ("::-1" if flips else ":" for flips in (choice.flip_ns, choice.flip_ew))
+        turned += f"[..., {rows}, {columns}]"
     named = choice.names if len(choice.names) == datasets.load(choice.bundled).n_facies else ()
     if turned or named:
         names = repr(list(named)) if named else "ti.facies_names"
@@ -120,10 +123,16 @@ def is_bundled(choices: Choices, study: Study) -> bool:
 
 
 def _grid(grid: Grid) -> str:
-    usual = Grid(1, 1)
+    usual = _usual(grid)
     unusual = [n for n in ("cell_size", "origin") if getattr(grid, n) != getattr(usual, n)]
-    parts = [f"{name}={getattr(grid, name)!r}" for name in ("ny", "nx", *unusual)]
+    names = ("ny", "nx", *unusual) if grid.nz is None else ("ny", "nx", "nz", *unusual)
+    parts = [f"{name}={getattr(grid, name)!r}" for name in names]
     return f"ccwsim.Grid({', '.join(parts)})"
+
+
+def _usual(grid: Grid) -> Grid:
+    """Return the grid whose world coordinates need not be written."""
+    return Grid(1, 1, nz=None if grid.nz is None else 1)
 
 
 def _parameters(parameters: Parameters) -> str:
@@ -142,7 +151,7 @@ def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], b
     words = ["python", "-m", "ccwsim", "simulate"]
     if not direct:
         return [*words, "--project", project, "--output", OUTPUT], True
-    words += [image.bundled, *_options("grid", study.grid, Grid(1, 1))]
+    words += [image.bundled, *_options("grid", study.grid, _usual(study.grid))]
     if study.hard_data.n:
         words += ["--hard-data", choices.data.bundled]
     words += _options("parameters", study.parameters, Parameters())
@@ -159,7 +168,10 @@ def _options(part: str, own: Grid | Parameters, usual: Grid | Parameters) -> lis
         if row.no_option:
             words.append(row.option if value else row.no_option)
         elif row.kind == "lengths":
-            words += [row.option, *map(format_number, value)]
+            words += [row.option, *map(format_number, value[:2])]
+            along_z = value[2:]
+            if along_z and along_z != row.value_in({part: usual})[2:]:
+                words += [ALONG_Z[row.key], format_number(along_z[0])]
         else:
             words += [row.option, row.write(value)]
     return words

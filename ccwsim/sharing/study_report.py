@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype, fit_curve
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import max_lag
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import (
     Block,
@@ -84,18 +88,14 @@ def study_report(
         (
             "Realizations",
             (maps, _small_maps(ensemble, colours)),
-            f"{ensemble.n} of {grid.nx} × {grid.ny} cells",
+            f"{ensemble.n} of {describe_shape(grid.shape)} cells",
         ),
         (
             "E-type",
             (_e_type_maps(ensemble, facies),),
             f"{of_facies}, over {ensemble.n} realizations",
         ),
-        (
-            "Variograms and connectivity",
-            _curve_charts(ensemble, facies),
-            f"{of_facies}, against the training image",
-        ),
+        *_curves(ensemble, facies),
         ("CPU time and proportions", counts, f"{mean:.3g} ms a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
@@ -113,13 +113,15 @@ def study_report(
 
 def _study(ensemble: Ensemble) -> Facts:
     image, grid, n = ensemble.training_image, ensemble.grid, ensemble.hard_data.n
-    ny, nx = image.shape
-    ti = f"{image.name or 'unnamed'}, {nx} × {ny} cells, {image.n_facies} facies"
-    cells = f"{grid.nx} × {grid.ny} cells of {grid.cell_size[0]:g} × {grid.cell_size[1]:g}"
+    ti = f"{image.name or 'unnamed'}, {describe_shape(image.shape)} cells"
+    ti += f", {image.n_facies} facies"
+    size = " × ".join(f"{side:g}" for side in grid.cell_size)
+    cells = f"{describe_shape(grid.shape)} cells of {size}"
+    corner = ", ".join(f"{place:g}" for place in grid.origin)
     return Facts(
         (
             ("Training image", f"{ti}, digest {image.digest}"),
-            ("Grid", f"{cells}, from ({grid.origin[0]:g}, {grid.origin[1]:g})"),
+            ("Grid", f"{cells}, from ({corner})"),
             ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
             ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
         )
@@ -143,29 +145,43 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
     if not 0 < data.n <= MAX_LISTED:
         return ()
     rows = []
-    for (x, y), cell, code in zip(
+    for place, cell, code in zip(
         ensemble.grid.centers_of(data.cells), data.cells, data.facies, strict=True
     ):
-        rows.append((f"{x:g}", f"{y:g}", *map(str, cell), str(code)))
-    return (Table(("x", "y", "row", "column", "facies"), tuple(rows), "Hard data"),)
+        rows.append((*(f"{at:g}" for at in place), *map(str, cell), str(code)))
+    n = ensemble.grid.n_dimensions
+    header = (*("x", "y", "z")[:n], *("layer", "row", "column")[-n:], "facies")
+    return (Table(header, tuple(rows), "Hard data"),)
 
 
 def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
     """Return the training image, at the scale of the realizations where it can be, and one."""
     image, data = ensemble.training_image, ensemble.hard_data
-    ny, nx = image.shape
-    share = min(max(nx / ensemble.grid.nx, 0.5), 2.0)
-    caption = f"Training image {image.name or ''}, {nx} × {ny} cells"
-    ti = map_picture(image.indices, image, colours, caption, share=share)
+    share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
+    caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"
+    cells, layer = _layer(image.indices)
+    ti = map_picture(cells, image, colours, caption + layer, share=share)
     caption = f"Realization {number + 1} of {ensemble.n}"
+    cells, layer = _layer(ensemble.indices[number])
+    if layer:  # the data of that layer
+        own = data.cells[:, 0] == ensemble.grid.shape[0] // 2
+        data = HardData(data.cells[own, 1:], data.facies[own])
     caption += f", with {data.n} hard data" if data.n else ""
-    return Row((ti, map_picture(ensemble.indices[number], image, colours, caption, data)))
+    return Row((ti, map_picture(cells, image, colours, caption + layer, data)))
+
+
+def _layer(cells: NDArray[Any]) -> tuple[NDArray[Any], str]:
+    """Return the middle layer of a volume, and words that say so; a map as it is."""
+    if cells.ndim == 2:
+        return cells, ""
+    middle = len(cells) // 2
+    return cells[middle], f"; layer {middle} of 0 … {len(cells) - 1}, from the bottom"
 
 
 def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
     shown = ensemble.indices[:MAX_MAPS]
     items = tuple(
-        Picture(map_png(one, colours), str(r), f"Realization {r}", 0.6, pixelated=True)
+        Picture(map_png(_layer(one)[0], colours), str(r), f"Realization {r}", 0.6, pixelated=True)
         for r, one in enumerate(shown, start=1)
     )
     return Row(items, _first(len(shown), ensemble), columns=6)
@@ -181,8 +197,17 @@ def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
     found = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
     entropy = "Entropy: dark blue where all agree, yellow where none knows"
-    likely = share_picture(found.probability[facies], probability)
-    return Row((likely, share_picture(found.entropy, entropy)))
+    likely, layer = _layer(found.probability[facies])
+    likely = share_picture(likely, probability + layer)
+    return Row((likely, share_picture(_layer(found.entropy)[0], entropy + layer)))
+
+
+def _curves(ensemble: Ensemble, facies: int) -> list[tuple[str, tuple[Row, ...], str]]:
+    """Return the section of curves; those of volumes are not judged yet."""
+    if ensemble.grid.nz is not None:
+        return []
+    gist = f"of {ensemble.training_image.facies_names[facies]}, against the training image"
+    return [("Variograms and connectivity", _curve_charts(ensemble, facies), gist)]
 
 
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:

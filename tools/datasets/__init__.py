@@ -190,7 +190,7 @@ def write_assets() -> None:
             field = generate_reference_field(name, side)
             write_image(catalogue.field_path(name, side), field.array)
     for name in datasets.hard_data_names():
-        grid = Grid(*datasets.hard_data_grid_shape(name))
+        grid = Grid.of(datasets.hard_data_grid_shape(name))
         write_hard_data(catalogue.hard_data_path(name), generate_hard_data(name), grid)
     grid = Grid.of(catalogue.WELLS_SHAPE)
     for name in datasets.volume_names():

@@ -14,11 +14,12 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import datasets
 from ccwsim.figures import facies_colours
 from ccwsim.metrics import Diagnosis, diagnose
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.uploads import file_uploader
-from ccwsim.ui.results.maps import pretty
+from ccwsim.ui.results.maps import middle_layer, pretty
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_advice
@@ -41,6 +42,7 @@ from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, share_map
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
+from ccwsim.ui.widgets.volumes import draw_volume
 
 MAX_FACIES = 12
 """Facies that can be named and coloured one by one."""
@@ -133,11 +135,14 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
             _file_map(choice)
     if image is not None:
         with places[-1]:
-            ny, nx = image.shape
-            panel_title("As facies", f"{nx} × {ny} cells, {image.n_facies} facies")
+            size = describe_shape(image.shape)
+            panel_title("As facies", f"{size} cells, {image.n_facies} facies")
             colours = facies_colours(image, dict(choice.colours))
             shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-            draw_map(shown, "map_import", link="import", name="training_image")
+            if image.n_dimensions == 3:
+                draw_volume(shown, "volume_import", name="training_image")
+            else:
+                draw_map(shown, "map_import", link="import", name="training_image")
 
 
 def _file_map(choice: ImageChoice) -> None:
@@ -148,7 +153,7 @@ def _file_map(choice: ImageChoice) -> None:
     if picture is not None:
         shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
     else:
-        values = grid_of_file(*key)
+        values = middle_layer(grid_of_file(*key))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
         shown = share_map(shares, "", "Values of the file")

@@ -127,7 +127,7 @@ def demand_of(
     At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment there
     are so many `copies` of them.
     """
-    cells, image = study.grid.ny * study.grid.nx, study.training_image
+    cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)
     in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
     run = footprint(study, kept, n_workers) + cells * kept * (copies - 1 + in_codes)

@@ -8,6 +8,7 @@ from html import escape
 from typing import Any
 
 import streamlit as st
+from numpy.typing import NDArray
 from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import datasets
@@ -28,7 +29,8 @@ from ccwsim.ui.widgets.maps import (
     reported,
     share_map,
 )
-from ccwsim.ui.widgets.text import panel_title
+from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.volumes import draw_volume
 
 MAP_WIDTHS = (1.08, 1.0)
 """Of a realization, which has coordinates beside it, and of the E-type."""
@@ -37,6 +39,8 @@ WIDE = 2.0
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
 """Pixels that one row of tiles may take on a wide screen."""
+VOLUMES = "volumes"
+"""The link of the volumes of a page, which share the cursor."""
 SMALLEST_IMAGE = 0.5
 """The training image is never narrower than this share of a realization on the page."""
 
@@ -65,6 +69,23 @@ def is_wide(grid: Grid) -> bool:
     return grid.nx >= WIDE * grid.ny
 
 
+def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
+    """Return the middle layer of a volume, for a small picture; a map as it is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> middle_layer(np.arange(12).reshape(3, 2, 2)).tolist()
+    [[4, 5], [6, 7]]
+    """
+    return cells[len(cells) // 2] if cells.ndim == 3 else cells
+
+
+def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
+    """Return the middle layer of each volume of a stack; maps as they are."""
+    return stack[:, stack.shape[1] // 2] if stack.ndim == 4 else stack
+
+
 def colours_of(state: State) -> list[str]:
     """Return the colours of the facies, the user's own where there are some."""
     choice = state.choices.image
@@ -73,7 +94,8 @@ def colours_of(state: State) -> list[str]:
 
 def pretty(name: str) -> str:
     """Return a bundled data set's name as words, and the name of a file as it is."""
-    bundled = {*datasets.names(), *datasets.hard_data_names()}
+    bundled = {*datasets.names(), *datasets.volume_names()}
+    bundled |= {*datasets.hard_data_names(), *datasets.wells_names()}
     return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 
@@ -94,6 +116,9 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
     shown = uncertainty_map(state, ensemble, colours)
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
+    if ensemble.grid.nz is not None:
+        draw_volume(shown, "volume_e_type", grid=ensemble.grid, link=VOLUMES, name=name)
+        return
     # below a realization it has coordinates too, so that both begin and end on one line
     grid = ensemble.grid if is_wide(ensemble.grid) else None
     draw_map(shown, "map_e_type", grid=grid, link="grid", scale="maps", name=name)
@@ -143,10 +168,16 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
 
 
 def draw_training_image(image: TrainingImage, colours: Sequence[str], **options: Any) -> None:
-    """Draw the training image under its name; `options` are those of `draw_map`."""
+    """Draw the training image under its name.
+
+    `options` are those of `draw_map`, of a volume those of `draw_volume`.
+    """
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-    draw_map(shown, "map_image", name="training_image", **options)
+    if image.n_dimensions == 3:
+        draw_volume(shown, "volume_image", name="training_image", body=False, **options)
+    else:
+        draw_map(shown, "map_image", name="training_image", **options)
 
 
 def draw_realization(
@@ -158,7 +189,10 @@ def draw_realization(
     shown = facies_map(ensemble.indices[r], image, colours, title)
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     name = f"realization_{r + 1}"
-    draw_map(shown, "map_realization", grid=grid, link="grid", scale="maps", name=name)
+    if ensemble.grid.nz is None:
+        draw_map(shown, "map_realization", grid=grid, link="grid", scale="maps", name=name)
+    else:
+        draw_volume(shown, "volume_realization", grid=grid, link=VOLUMES, name=name)
 
 
 def draw_gallery(
@@ -166,7 +200,9 @@ def draw_gallery(
 ) -> None:
     """Draw all realizations; `choose` is called with the number of the one that is clicked."""
     longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
-    width, height = tile_size(ensemble.grid.shape, longest)
+    width, height = tile_size(ensemble.grid.shape[-2:], longest)
+    if ensemble.grid.nz is not None:
+        step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
     png, columns = _sheet(ensemble.digest, tuple(colours), 2 * longest, ensemble)
     key = "gallery"
 
@@ -184,7 +220,7 @@ def draw_gallery(
 def _sheet(
     digest: str, colours: tuple[str, ...], longest: int, _ensemble: Ensemble
 ) -> tuple[str, int]:
-    png, columns = contact_sheet(_ensemble.indices, colours, longest=longest)
+    png, columns = contact_sheet(middle_layers(_ensemble.indices), colours, longest=longest)
     return b64encode(png).decode(), columns
 
 

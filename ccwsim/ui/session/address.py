@@ -9,9 +9,11 @@ from urllib.parse import urlencode
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.parameters import Parameters
 from ccwsim.sharing import link_of, meant, read_link
 from ccwsim.ui.session.kept import keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
@@ -49,8 +51,13 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     """Return choices whose parts go together, and what had to be changed for it."""
     notes = []
     fitting = fitted_to_image(choices, image_of(choices.image))
-    if fitting != choices:
-        own, other = choices.parameters, fitting.parameters
+    if fitting.grid != choices.grid and choices.grid != Choices().grid:
+        notes.append(
+            f"The grid of {describe_shape(choices.grid.shape)} cells does not suit the training "
+            f"image: {describe_shape(fitting.grid.shape)} are taken."
+        )
+    own, other = choices.parameters, fitting.parameters
+    if own != other and own != Parameters():
         notes.append(
             f"Template {own.template_size} and overlap {own.overlap_size} do not suit the training "
             f"image at level {own.level}: {other.template_size} and {other.overlap_size} are taken "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
@@ -29,13 +30,18 @@ def grid_part(image: TrainingImage, grid: Grid) -> str:
     >>> grid_part(TrainingImage([[0, 1]], name="channels"), Grid(100, 200))
     'channels_200x100'
     """
-    return f"{image_part(image)}_{grid.nx}x{grid.ny}"
+    return f"{image_part(image)}_{'x'.join(map(str, grid.shape[::-1]))}"
 
 
 def study_part(ensemble: Ensemble) -> str:
     """Return what was simulated as part of the name of a file: image, grid, T, L and seed."""
     p = ensemble.parameters
     return (
-        f"{grid_part(ensemble.training_image, ensemble.grid)}_T{p.template_size}"
-        f"_L{p.wavelet_level}_seed{ensemble.seed}"
+        f"{grid_part(ensemble.training_image, ensemble.grid)}_T{_sizes(p.template_size)}"
+        f"_L{_sizes(p.wavelet_level)}_seed{ensemble.seed}"
     )
+
+
+def _sizes(value: Any) -> str:
+    """Return a size, that of a volume along x, y and z."""
+    return "x".join(map(str, value[::-1])) if isinstance(value, tuple) else str(value)

@@ -27,12 +27,13 @@ from ccwsim.io import (
     resolve_points,
 )
 from ccwsim.io.limits import limited, upload_limits
+from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Answers, Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters, legal_sizes
+from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -46,6 +47,8 @@ READING = (*COLUMNS, "variable", "up", "slice_index")
 PLACING = ("facies_names", "threshold", "classes")
 SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Answers to what a file of hard data leaves open, by what they decide."""
+USUAL_VOLUME = 100, 100
+"""Rows and columns of the grid of a volume; it has as many layers as its training image."""
 SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""
 
@@ -60,11 +63,11 @@ def _image(digest: str, _choice: ImageChoice) -> TrainingImage:
     read = _read_image(_choice)
     array = read.array
     if _choice.transpose:
-        array = array.T
+        array = np.swapaxes(array, -1, -2)
     if _choice.flip_ew:
-        array = array[:, ::-1]
+        array = array[..., ::-1]
     if _choice.flip_ns:
-        array = array[::-1]
+        array = array[..., ::-1, :]
     names = _choice.names if len(_choice.names) == read.n_facies else read.facies_names
     return TrainingImage(array, name=read.name, facies_names=names)
 
@@ -113,6 +116,8 @@ def placed_data(choices: Choices) -> PlacedPoints:
         data = _sampled((image.digest, grid.shape, p.digest, n, seed), image, grid, p)
     else:
         data = choice.placed if choice.source == "placed" and choice.placed else HardData()
+    if not data.n:  # none have as many axes as the grid
+        data = HardData(np.empty((0, grid.n_dimensions)), ())
     cells, values = data.cells.astype(float), data.facies.astype(float)
     named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
     lines = np.arange(1, data.n + 1)
@@ -136,14 +141,15 @@ def grid_for_data(choices: Choices) -> Grid | None:
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.upload is not None
-        points = points_of(choice) if file else placed_data(choices).points
+        own = None if grid.nz is None else grid  # a table has heights where the grid has layers
+        points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None and not _outside(points, grid):
             return None
         fitting = fit_grid(points, shape=grid.shape)
     except CCWSIMError:
         return None
     if not points.world and points.grid is None:
-        fitting = replace(grid, ny=fitting.ny, nx=fitting.nx)
+        fitting = replace(grid, ny=fitting.ny, nx=fitting.nx, nz=fitting.nz)
     if points.grid is not None and fitting.shape == grid.shape:
         return None
     return fitting if max(fitting.shape) <= MAX_GRID_SIDE_OFFERED else None
@@ -181,7 +187,7 @@ def _preview(key: tuple, _choice: DataChoice) -> PointsPreview:
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
-def _points(key: tuple, _choice: DataChoice, _shape: tuple[int, int] | None) -> ImportedPoints:
+def _points(key: tuple, _choice: DataChoice, _shape: Shape | None) -> ImportedPoints:
     with opened(_choice.upload) as file:
         return read_points(file, grid_shape=_shape, **_only(_choice.answers, READING))
 
@@ -228,50 +234,90 @@ def _what_decides(choices: Choices) -> tuple[object, ...]:
     return image.digest, data.digest, *settings
 
 
-def template_sizes(level: int, shape: tuple[int, int]) -> list[int]:
-    """Return the template sizes that a level and a training image of (ny, nx) cells allow.
+def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
+    """Return the template sizes that a level and a training image allow, of a volume also along z.
 
     Examples
     --------
     >>> template_sizes(3, (40, 60))
     [16, 24, 32, 40]
+    >>> template_sizes(1, (9, 40, 60), along_z=True)
+    [2, 4, 6, 8]
     """
+    if along_z:
+        sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
+        return [size for size in sizes if overlap_sizes(level, size, along_z=True)]
     smallest = max(MIN_TEMPLATE, 2 * 2**level)
-    return legal_sizes(level, smallest, min(*shape, MAX_TEMPLATE))
+    return legal_sizes(level, smallest, min(*shape[-2:], MAX_TEMPLATE))
 
 
-def overlap_sizes(level: int, template_size: int) -> list[int]:
-    """Return the overlap sizes that a level and a template allow."""
-    return legal_sizes(level, 1, template_size // 2)
+def overlap_sizes(level: int, template_size: int, along_z: bool = False) -> list[int]:
+    """Return the overlap sizes that a level and a template allow; one that is thin needs none."""
+    thin = along_z and template_size < MIN_TEMPLATE
+    return legal_sizes(level, 0 if thin else 1, template_size // 2)
 
 
-def levels(shape: tuple[int, int]) -> list[int]:
-    """Return the levels for which a training image of (ny, nx) cells has a template."""
-    return [level for level in range(MAX_LEVEL + 1) if template_sizes(level, shape)]
+def levels(shape: Shape, along_z: bool = False) -> list[int]:
+    """Return the levels for which a training image has a template."""
+    return [level for level in range(MAX_LEVEL + 1) if template_sizes(level, shape, along_z)]
 
 
-def fitted(parameters: Parameters, shape: tuple[int, int], **changes: Any) -> Parameters:
+def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     """Return parameters with some changed, and the sizes moved to the nearest legal ones.
+
+    For a volume they become triples, half of the horizontal sizes and a level less along z where
+    they were numbers; for a map, the number along x.
 
     Examples
     --------
     >>> p = fitted(Parameters(overlap_size=12), (256, 256), wavelet_level=3)
     >>> p.template_size, p.overlap_size
     (32, 8)
+    >>> p = fitted(Parameters(), (9, 160, 160))
+    >>> p.template_size, p.overlap_size, p.wavelet_level
+    ((8, 32, 32), (4, 8, 8), (1, 2, 2))
     """
     values = {name: getattr(parameters, name) for name in Parameters.__dataclass_fields__}
     values |= changes
-    possible = levels(shape)
-    level = 0 if values["method"] == "ccsim" else values["wavelet_level"]
-    if possible and level not in possible:
-        level = values["wavelet_level"] = max(possible)
-    template = _nearest(template_sizes(level, shape), values["template_size"])
-    values["template_size"] = template
-    values["overlap_size"] = _nearest(overlap_sizes(level, template), values["overlap_size"])
+    is_ccsim = values["method"] == "ccsim"
+    asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
+    z, y, x = (
+        _fitted_axis(sizes, is_ccsim, shape, along_z)
+        for sizes, along_z in zip(asked, (True, False, False), strict=True)
+    )
+    values |= zip(PER_AXIS, zip(z, y, x, strict=True) if len(shape) == 3 else x, strict=True)
+    if len(shape) == 2:
+        values["location_weight"] = _largest(values["location_weight"])
     return Parameters(**values)
 
 
-def refitted(p: Parameters, shape: tuple[int, int], moved: Moved) -> tuple[Parameters, Moved]:
+def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
+    """Return a size or level along z, y and x; of one number along z what suits most volumes."""
+    if isinstance(size, tuple):
+        return size
+    along_z = max(size - 1, 0) if name == "wavelet_level" else max(size // 2, 1)
+    return along_z, size, size
+
+
+def _fitted_axis(
+    sizes: tuple[int, ...], is_ccsim: bool, shape: Shape, along_z: bool
+) -> tuple[int, int, int]:
+    """Return template, overlap and level along an axis, moved to the nearest legal ones."""
+    template, overlap, level = sizes
+    along_z = along_z and len(shape) == 3
+    possible = levels(shape, along_z)
+    used = 0 if is_ccsim else level
+    if possible and used not in possible:
+        used = level = max(possible)
+    template = _nearest(template_sizes(used, shape, along_z), template)
+    return template, _nearest(overlap_sizes(used, template, along_z), overlap), level
+
+
+def _largest(weight: Any) -> float:
+    return max(weight) if isinstance(weight, tuple) else weight
+
+
+def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:
     """Return parameters for another image, and which of them it has no room for.
 
     What an image before had no room for (`moved`) comes back, unless it was changed since.
@@ -292,8 +338,24 @@ def refitted(p: Parameters, shape: tuple[int, int], moved: Moved) -> tuple[Param
 
 
 def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
-    """Return choices whose parameters suit another training image."""
-    return replace(choices, parameters=fitted(choices.parameters, image.shape))
+    """Return choices whose grid and parameters suit another training image."""
+    grid = fitted_grid(choices.grid, image.shape)
+    return replace(choices, grid=grid, parameters=fitted(choices.parameters, image.shape))
+
+
+def fitted_grid(grid: Grid, shape: Shape) -> Grid:
+    """Return a grid of as many axes as a training image: the usual one, where it has others.
+
+    Examples
+    --------
+    >>> fitted_grid(Grid(512, 512), (48, 160, 160)).shape
+    (48, 100, 100)
+    >>> fitted_grid(Grid(50, 60), (256, 256)).shape
+    (50, 60)
+    """
+    if grid.n_dimensions == len(shape):
+        return grid
+    return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid
 
 
 def _nearest(sizes: list[int], wanted: int) -> int:

@@ -12,7 +12,6 @@ import ccwsim
 from ccwsim.figures import facies_colours
 from ccwsim.io import Project, project_as_bytes, read_project, training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
-from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
@@ -206,12 +205,6 @@ def open_project(state: State, upload: Upload) -> None:
     """
     with opened(upload) as file:
         project = read_project(file)
-    grid = project.study.grid
-    if grid.n_dimensions == 3:
-        raise CCWSIMError(
-            f"{upload.name} is a study of a volume, {describe_shape(grid.shape)} cells; "
-            "pages show maps: open it in Python with ccwsim.read_project"
-        )
     choices = choices_of(project)
     _check(choices)
     study_of(choices)
@@ -251,6 +244,8 @@ def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
         return replace(by_link, colours=project.colours)
     upload = Upload(f"{image.name or 'image'}.npy", training_image_as_bytes(image, "npy"))
     answers = (("classes", "codes"),) if image.n_facies > MAX_CODES else ()
+    if image.n_dimensions == 3:
+        answers += (("volume", True),)
     return ImageChoice(
         upload=upload, answers=answers, names=image.facies_names, colours=project.colours
     )

@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.figures import contact_sheet, facies_colours, tile_size
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.results.maps import middle_layers
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import stop_run
@@ -65,7 +66,7 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     run = runs[k]
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []
-    width, height = tile_size(ensemble.grid.shape, LONGEST)
+    width, height = tile_size(ensemble.grid.shape[-2:], LONGEST)
     colours = facies_colours(ensemble.training_image, dict(run.choices.image.colours))
     missing = run.choices.n_realizations - ensemble.n
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
@@ -81,5 +82,5 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
 
 @st.cache_data(max_entries=64, show_spinner=False)
 def _picture(digest: str, colours: tuple[str, ...], _ensemble: Ensemble) -> str:
-    png, _ = contact_sheet(_ensemble.indices[:1], colours, longest=2 * LONGEST)
+    png, _ = contact_sheet(middle_layers(_ensemble.indices[:1]), colours, longest=2 * LONGEST)
     return b64encode(png).decode()

@@ -17,6 +17,7 @@ from ccwsim.ui.results.curves import draw_curves, draw_proportions
 from ccwsim.ui.results.maps import (
     MAP_WIDTHS,
     SMALLEST_IMAGE,
+    VOLUMES,
     colours_of_ran,
     draw_e_type,
     draw_gallery,
@@ -25,6 +26,7 @@ from ccwsim.ui.results.maps import (
     draw_training_image,
     is_wide,
     map_columns,
+    middle_layer,
 )
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part
@@ -40,6 +42,8 @@ PROPORTIONS_TITLE = 40
 OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
 """Formats of maps that are offered, where their packages are installed."""
+MAPS_ALONE = ("tif",)
+"""Of these the ones that hold no volumes."""
 MIME = {
     "npz": "application/octet-stream",
     "gslib": "text/plain",
@@ -69,6 +73,9 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
+    if ensemble.grid.nz is not None:
+        _volumes(state, ensemble, colours)
+        return
     below = room_below_image(ensemble)
     widths = (image_width(ensemble), *MAP_WIDTHS)
     with st.container(key="maps"):
@@ -84,6 +91,24 @@ def _results(state: State, ensemble: Ensemble) -> None:
             draw_proportions(ensemble, colours)
     draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
     draw_curves(ensemble, state.facies, None if below else colours)
+
+
+def _volumes(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the results of a volume: realization and E-type side by side, the image below."""
+    with st.container(key="volumes"):
+        left, right = st.columns(2, gap="medium")
+    with left:
+        draw_realization(ensemble, colours, state.shown, ensemble.grid)
+    with right:
+        draw_e_type(state, ensemble, colours)
+    draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
+    with st.container(key="volume_below"):
+        left, right = st.columns(2, gap="medium")
+    with left:
+        draw_training_image(ensemble.training_image, colours, link=VOLUMES)
+    with right:
+        draw_proportions(ensemble, colours)
+    step_note("Variograms and connectivity of volumes are not drawn here yet.")
 
 
 def image_width(ensemble: Ensemble) -> float:
@@ -130,7 +155,10 @@ def download_groups(
     ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int
 ) -> dict[str, list[Download]]:
     """Return the files of an ensemble, those that this machine can write, by what is in them."""
+    volume = ensemble.grid.nz is not None
     kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind)}
+    kinds = {kind: label for kind, label in kinds.items() if not (volume and kind in MAPS_ALONE)}
+    sheet = {} if volume else {"png": "PNG"}
 
     def maps(kind: str) -> bytes:
         return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
@@ -139,7 +167,7 @@ def download_groups(
         return realizations_as_bytes(ensemble, kind, colours=colours)
 
     def picture() -> bytes:
-        return map_png(ensemble.indices[shown], colours, scale=2)
+        return map_png(middle_layer(ensemble.indices[shown]), colours, scale=2)
 
     def parameters() -> bytes:
         return parameters_to_json(ensemble.parameters).encode()
@@ -147,10 +175,11 @@ def download_groups(
     code, one = ensemble.training_image.codes[facies], f"realization_{shown + 1}"
     curves, table = partial(curves_csv, ensemble, facies), partial(realizations_csv, ensemble)
     name = ensemble.training_image.facies_names[facies]
+    of = "Middle layer of " if volume else ""
     return {
         "All realizations": [
             Download(label, f"realizations_{kind}", f".{kind}", partial(all_as, kind))
-            for kind, label in {**kinds, "png": "PNG"}.items()
+            for kind, label in {**kinds, **sheet}.items()
         ],
         "Probability of facies (E-type), most likely facies, entropy": [
             Download(label, f"etype_{kind}", f"_etype.{kind}", partial(maps, kind))
@@ -160,6 +189,6 @@ def download_groups(
             Download(plain(f"Curves of {name}, CSV"), "curves_csv", f"_curves_{code}.csv", curves),
             Download("Times and proportions, CSV", "realizations_csv", "_statistics.csv", table),
             Download("Parameters, JSON", "parameters_json", "_parameters.json", parameters),
-            Download(f"Realization {shown + 1}, PNG", f"{one}_png", f"_{one}.png", picture),
+            Download(f"{of}Realization {shown + 1}, PNG", f"{one}_png", f"_{one}.png", picture),
         ],
     }

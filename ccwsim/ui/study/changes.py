@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
@@ -50,7 +51,8 @@ def study_name(choices: Choices) -> str:
     >>> study_name(Choices())
     'channels, level 2, seed 0'
     """
-    return f"{image_name(choices.image)}, level {choices.parameters.level}, seed {choices.seed}"
+    level = _shown(choices.parameters.level)
+    return f"{image_name(choices.image)}, level {level}, seed {choices.seed}"
 
 
 def image_name(choice: ImageChoice) -> str:
@@ -86,7 +88,7 @@ def _data_name(choice: DataChoice) -> str:
 def _grid(before: Grid, after: Grid) -> str:
     if before.shape == after.shape:
         return "other world coordinates"
-    return f"grid {before.nx} × {before.ny} → {after.nx} × {after.ny}"
+    return f"grid {describe_shape(before.shape)} → {describe_shape(after.shape)}"
 
 
 def _parameters(before: Parameters, after: Parameters) -> list[str]:
@@ -106,4 +108,6 @@ def _value(p: Parameters, name: str) -> object:
 def _shown(value: object) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
+    if isinstance(value, tuple):  # along z, y and x
+        return " × ".join(map(_shown, value[::-1]))
     return f"{value:g}" if isinstance(value, float) else str(value)

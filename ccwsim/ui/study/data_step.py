@@ -33,6 +33,8 @@ SOURCES: dict[DataSource, str] = {
     "sampled": "sampled from a realization",
     "placed": "placed by hand",
 }
+OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
+"""Sources of the data of a volume; those placed by hand come with a project or a link."""
 TYPES = "csv txt dat tsv xyz las prn sgems gslib out asc npy npz mat json geojson gpkg zip"
 FORMATS = (
     "A table with x, y and facies as codes or names, in any columns; GSLIB, SGeMS; GeoJSON, "
@@ -52,7 +54,9 @@ def data_step(state: State) -> None:
             with st.popover("Change", key="data_menu"):
                 _menu(state)
             with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-                st.page_link("pages/data.py", label="Edit on a map")
+                volume = state.choices.grid.nz is not None
+                label = "Show as a table" if volume else "Edit on a map"
+                st.page_link("pages/data.py", label=label)
     if problem:
         st.error(plain(problem))
     if state.data_draft is not None:
@@ -91,7 +95,8 @@ def thumbnail(state: State, longest: int) -> bytes:
     choices = state.choices
     data, image = data_of(choices), image_of(choices.image)
     places = np.searchsorted(image.codes, data.facies)
-    return data_png(data.cells, places, choices.grid.shape, colours_of(state), longest=longest)
+    shape = choices.grid.shape[-2:]  # a volume is seen from above
+    return data_png(data.cells[:, -2:], places, shape, colours_of(state), longest=longest)
 
 
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
@@ -115,8 +120,8 @@ def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None
 
 
 def _grown(grid: Grid, survey: str) -> Grid:
-    ny, nx = datasets.hard_data_grid_shape(survey)
-    return replace(grid, ny=max(grid.ny, ny), nx=max(grid.nx, nx))
+    *layers, ny, nx = map(max, zip(grid.shape, datasets.hard_data_grid_shape(survey), strict=True))
+    return replace(grid, ny=ny, nx=nx, nz=layers[0] if layers else None)
 
 
 def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
@@ -155,18 +160,20 @@ def _menu(state: State) -> None:
         choice = replace(current, source=source)
         if source == "placed" and not problem_of_data(state.choices):
             choice = replace(choice, placed=data_of(state.choices))
-        if source == "bundled" and not choice.bundled:
-            choice = replace(choice, bundled=datasets.hard_data_names()[0])
+        if source == "bundled" and choice.bundled not in bundled_data(state):
+            choice = replace(choice, bundled=bundled_data(state)[0])
         use_data(state, choice)
 
     def use_upload(upload: Upload | None) -> None:
         if upload is not None:
             use_data(state, replace(state.choices.data, source="file", upload=upload, answers=()))
 
-    chosen = {"value": current.source, "write": switch, **options_of(SOURCES)}
+    volume = state.choices.grid.nz is not None
+    sources = {k: v for k, v in SOURCES.items() if not volume or k in OF_VOLUMES}
+    chosen = {"value": current.source, "write": switch, **options_of(sources)}
     field(st.selectbox, "Where from", key="data_source", **chosen)
     if current.source == "bundled":
-        surveys = options_of({name: pretty(name) for name in datasets.hard_data_names()})
+        surveys = options_of({name: pretty(name) for name in bundled_data(state)})
         survey = bound_to(current, "bundled", change)
         field(st.selectbox, "Survey", key="data_bundled", **survey, **surveys)
         st.caption(datasets.describe_hard_data(current.bundled))
@@ -185,6 +192,15 @@ def _menu(state: State) -> None:
         field(st.number_input, "Their own seed", key="data_seed", **seed)
     if current.source != "none" and not (current.source == "file" and current.upload is None):
         _report(state, current)
+
+
+def bundled_data(state: State) -> tuple[str, ...]:
+    """Return the bundled hard data that suit the study: of a volume its own wells come first."""
+    if state.choices.grid.nz is None:
+        return datasets.hard_data_names()
+    own = state.choices.image.bundled
+    wells = datasets.wells_names()
+    return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != own))
 
 
 def keep_data_button(state: State, key: str) -> None:

@@ -32,6 +32,7 @@ from ccwsim.ui.widgets.maps import canvas_component, reported
 from ccwsim.ui.widgets.text import step_note
 
 BINS = 96
+VOLUME, LAYER = "the whole volume", "one layer"
 ALL, PIECE = "all of it, thinned", "a piece"
 THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
 Write = Callable[[ImageChoice], None]
@@ -134,7 +135,7 @@ def ask_about_image(choice: ImageChoice, write: Write) -> None:
     if "shape" in asked:
         _ask_shape(summary, known["shape"], answer)
     if "slice" in asked:
-        _ask_slice(summary.n_slices, known["slice_index"], answer)
+        _ask_layers(summary, known, answer)
     if "up" in asked or summary.is_picture or "up" in known:
         ask_up(known.get("up"), lambda up: answer("up", up=up))
     if "gaps" in asked:
@@ -193,7 +194,7 @@ def _ask_gaps(choice: ImageChoice, answer: Callable[..., None]) -> None:
         f"{n:,} of {values.size:,} cells have no value, and a training image has no gaps: the "
         "largest piece without any is taken."
     )
-    _crop(crop, values.shape, lambda crop: answer("gaps", crop=crop))
+    _crop(crop, (values.shape[-2], values.shape[-1]), lambda crop: answer("gaps", crop=crop))
 
 
 def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..., None]) -> None:
@@ -204,6 +205,27 @@ def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..
     chosen |= {"value": shape[1], "write": lambda nx: answer("shape", shape=(n // nx, nx))}
     label = f"The file has {n:,} values: how many cells E–W?"
     field(st.selectbox, label, key="ask_columns", **chosen)
+
+
+def _ask_layers(
+    summary: FileSummary, known: Mapping[str, Any], answer: Callable[..., None]
+) -> None:
+    """Ask whether the whole volume is meant or one layer, and which; and which end is the top."""
+    volume = bool(known.get("volume"))
+
+    def choose(way: str) -> None:
+        answer("slice", **({"volume": True} if way == VOLUME else {}))
+
+    chosen = {"value": VOLUME if volume else LAYER, "write": choose, "options": [VOLUME, LAYER]}
+    label = f"The file has {summary.n_slices} layers. Take"
+    field(st.segmented_control, label, key="ask_layers", **chosen)
+    if not volume:
+        _ask_slice(summary.n_slices, known["slice_index"], answer)
+    elif summary.asks_up:
+        ends = options_of({True: "the bottom", False: "the top"})
+        ends |= {"value": known.get("z_up", True), "key": "ask_z_up"}
+        ends["write"] = lambda up: answer("slice", volume=True, z_up=up)
+        field(st.selectbox, "The first layer of the file is", **ends)
 
 
 def _ask_slice(n: int, index: int, answer: Callable[..., None]) -> None:

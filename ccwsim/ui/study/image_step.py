@@ -9,12 +9,13 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import map_png
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.jobs.uploads import file_uploader
-from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.resolve import fitted, image_of, refitted
+from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
+from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
 from ccwsim.ui.widgets.fields import button, field, options_of
@@ -34,8 +35,8 @@ def image_step(state: State) -> None:
     with st.container(horizontal=True, gap="small", key="image_row"):
         st.image(thumbnail(image, colours_of(state)), width=THUMB, alt=f"{image.name}, small")
         with st.container(gap="small"):
-            ny, nx = image.shape
-            step_note(f"{pretty(image.name)}\n{nx} × {ny}, {image.n_facies} facies")
+            size = describe_shape(image.shape)
+            step_note(f"{pretty(image.name)}\n{size}, {image.n_facies} facies")
             with st.popover("Change", key="image_menu"):
                 _menu(state)
     draft = state.image_draft
@@ -69,9 +70,12 @@ def problem_of_image(choice: ImageChoice) -> str:
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
-    """Return a training image as a small picture with whole pixels a cell where it can."""
-    scale = max(1, pixels // max(image.shape))
-    return map_png(image.indices, colours, scale=scale)
+    """Return a training image as a small picture with whole pixels a cell where it can.
+
+    Of a volume it is the middle layer.
+    """
+    cells = middle_layer(image.indices)
+    return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 
 
 def import_image(state: State, upload: Upload) -> None:
@@ -95,8 +99,10 @@ def use_image(state: State, choice: ImageChoice) -> None:
     shape = image_of(choice).shape
     parameters, state.moved = refitted(state.choices.parameters, shape, state.moved)
     before = state.choices
-    state.change(image=choice, parameters=parameters)
-    if (choice.bundled, choice.upload) != (before.image.bundled, before.image.upload):
+    grid = fitted_grid(before.grid, shape)
+    state.change(image=choice, parameters=parameters, grid=grid)
+    same_file = (choice.bundled, choice.upload) == (before.image.bundled, before.image.upload)
+    if not same_file or grid.n_dimensions != before.grid.n_dimensions:
         _part_from_data(state, before.data)
 
 
@@ -111,6 +117,8 @@ def _part_from_data(state: State, data: DataChoice) -> None:
         if image.upload is not None or image.bundled != own:
             state.change(data=DataChoice())
             st.toast(f"{pretty(data.bundled)} left with their training image, {pretty(own)}.")
+    elif data.source == "sampled" and state.choices.grid.nz is not None:
+        state.change(data=DataChoice())  # they are sampled from maps
 
 
 def _menu(state: State) -> None:
@@ -124,7 +132,9 @@ def _menu(state: State) -> None:
             import_image(state, upload)
 
     chosen = {"value": None if current.upload else current.bundled, "write": use_bundled}
-    bundled = options_of({name: pretty(name) for name in datasets.names()})
+    maps = {name: pretty(name) for name in datasets.names()}
+    volumes = {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
+    bundled = options_of(maps | volumes)
     bundled |= {"placeholder": "choose one"}
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
@@ -135,7 +145,8 @@ def _menu(state: State) -> None:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
     name = image_of(state.choices.image).name
-    st.image(preview, width="stretch", alt=f"Preview of {name}, north at the top")
+    of = "Preview" if state.choices.grid.nz is None else "The middle layer"
+    st.image(preview, width="stretch", alt=f"{of} of {name}, north at the top")
     _import_link("Facies, colours, turns, advice")
 
 

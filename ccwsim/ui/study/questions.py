@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, inspect
 from ccwsim.io.part import Part
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -294,9 +295,10 @@ def described(grid: Grid) -> str:
     >>> described(Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0)))
     '256 × 512 cells of 10 from (436000, 4505000)'
     """
-    (width, height), (x, y) = grid.cell_size, grid.origin
-    size = f"{width:g}" if width == height else f"{width:g} × {height:g}"
-    return f"{grid.nx} × {grid.ny} cells of {size} from ({x:.12g}, {y:.12g})"
+    sizes = [f"{side:g}" for side in grid.cell_size]
+    size = sizes[0] if len({*sizes}) == 1 else " × ".join(sizes)
+    corner = ", ".join(f"{place:.12g}" for place in grid.origin)
+    return f"{describe_shape(grid.shape)} cells of {size} from ({corner})"
 
 
 def _ask_troubles(placed: PlacedPoints, answers: Answers, write: Write, wide: bool) -> None:
@@ -319,15 +321,16 @@ def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> No
     if not wide:
         st.caption(plain(points.named(which).capitalize()))
         return
-    places = ("x", "y") if points.world else ("row", "column")
+    axes, n = ("layer", "row", "column"), points.places.shape[1]
+    names = ("x", "y", "z")[:n] if points.world else axes[-n:]
     first = which[:MAX_LISTED]
-    rows = {
-        points.counted: points.lines[first],
-        places[0]: points.places[first, 0],
-        places[1]: points.places[first, 1],
-        "facies": [points.said(int(k)) for k in first],
-        "cell": [f"row {row}, column {column}" for row, column in placed.cells[first].tolist()],
-    }
+    rows = {points.counted: points.lines[first]}
+    rows |= {name: points.places[first, k] for k, name in enumerate(names)}
+    rows["facies"] = [points.said(int(k)) for k in first]
+    rows["cell"] = [
+        ", ".join(f"{axis} {k}" for axis, k in zip(axes[-len(cell) :], cell, strict=True))
+        for cell in placed.cells[first].tolist()
+    ]
     st.dataframe(pd.DataFrame(rows), hide_index=True, height="content" if len(first) < 8 else 280)
     if len(which) > len(first):
         st.caption(f"The first {len(first)} of {len(which)} rows.")

@@ -83,8 +83,7 @@ def problem_of(state: State) -> str:
     try:
         data = data_of(choices)
         Study(image_of(choices.image), choices.grid, choices.parameters, data, choices.seed)
-        cells = choices.grid.ny * choices.grid.nx
-        check_limits(Demand(cells * choices.n_realizations, data.n))
+        check_limits(Demand(choices.grid.n_cells * choices.n_realizations, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -234,8 +233,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
     """Return how many realizations are likely to be finished at once, by the pace of the latest."""
     if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
-    cells = choices.grid.ny * choices.grid.nx
-    each = latest.wall_seconds / latest.n * cells / (latest.grid.ny * latest.grid.nx)
+    each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
     return part_size(choices.n_realizations, AT_ONCE / each)
 
 

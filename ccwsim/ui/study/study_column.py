@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import streamlit as st
 
+from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import (
     MAX_CANDIDATES_OFFERED,
     MAX_CO_TEMPLATE,
@@ -15,7 +17,7 @@ from ccwsim.model.bounds import (
     MAX_LOCATION_WEIGHT,
     MAX_TEMPLATE_VARIATION,
 )
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import fitted, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
@@ -29,6 +31,11 @@ WORLD = {
     "cell_size": ("Cell width (world units)", "Cell height (world units)"),
     "origin": ("West edge (world units)", "South edge (world units)"),
 }
+WORLD_OF_VOLUME = {
+    "cell_size": ("Cell size E–W", "Cell size N–S", "Cell height along z"),
+    "origin": ("West edge", "South edge", "Bottom"),
+}
+SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
     "search_fraction": (0.01, 1.0, 0.01),
@@ -38,6 +45,10 @@ NUMBERS = {
 }
 """Minimum, maximum and step of the numbers behind the menu."""
 LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
+OF_VOLUME = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
+"""What the sizes of a volume are called."""
+TREND_WEIGHT = 2.0
+"""What a vertical trend starts with: twice an overlap of difference."""
 METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
 VALUES = {**METHODS, "ssd": "squared difference"}
 """What parameters and their values are called on the screen; the others by their own names."""
@@ -56,22 +67,23 @@ def grid_step(state: State) -> None:
     step_title(3, "Grid")
     grid = state.choices.grid
     change = partial(_change_grid, state)
-    for column, name, label in zip(pair(), ("nx", "ny"), ("E–W", "N–S"), strict=True):
+    sides = SIDES if grid.nz is not None else {name: SIDES[name] for name in ("nx", "ny")}
+    places = [*pair(), *(pair()[:1] if grid.nz is not None else [])]
+    for column, (name, label) in zip(places, sides.items(), strict=True):
         with column:
             number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
-            tip = f"Cells of the simulation grid {label}. Time grows with the cells."
-            field(
-                st.number_input, f"Cells {label}", key=f"grid_{name}", step=32, help=tip, **number
-            )
+            number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
+            number["help"] = f"{label} of the simulation grid. Time grows with the cells."
+            field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
         st.caption("Used for data in world units, for the axes of maps and in exported files.")
-        for name, labels in WORLD.items():
+        for name, labels in (WORLD if grid.nz is None else WORLD_OF_VOLUME).items():
             for k, label in enumerate(labels):
                 _world_field(state, name, k, label)
 
 
 def _world_field(state: State, name: str, k: int, label: str) -> None:
-    """Draw the field of one of the pair (x, y) that is called `name` in the grid."""
+    """Draw the field of one number, along x, y or z, of what is called `name` in the grid."""
 
     def write(value: float) -> None:
         numbers = list(getattr(state.choices.grid, name))
@@ -80,7 +92,7 @@ def _world_field(state: State, name: str, k: int, label: str) -> None:
 
     number = {"value": getattr(state.choices.grid, name)[k], "write": write, "format": "%g"}
     number["min_value"] = 1e-9 if name == "cell_size" else None
-    field(st.number_input, label, key=f"grid_{name}_{'xy'[k]}", **number)
+    field(st.number_input, label, key=f"grid_{name}_{'xyz'[k]}", **number)
 
 
 def _change_grid(state: State, **changes: object) -> None:
@@ -92,6 +104,21 @@ def method_step(state: State) -> None:
     step_title(4, "Method")
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
+    if len(shape) == 3:
+        _volume_fields(state, p, shape)
+    else:
+        _map_fields(p, shape, change)
+    with st.popover("Advanced", key="method_menu"):
+        for name in PARAMETERS:
+            if name not in ON_TOP:
+                parameter_field(p, name, bound_to(p, name, change)["write"])
+        if len(shape) == 3:
+            _trend_field(p, change)
+        button("Back to the defaults", on_click=lambda: _reset(state))
+
+
+def _map_fields(p: Parameters, shape: Shape, change: Callable[..., None]) -> None:
+    """Draw the sizes of a map, one number each."""
 
     def draw(widget, label: str, name: str, **options: Any) -> None:
         options = bound_to(p, name, change) | options
@@ -108,11 +135,48 @@ def method_step(state: State) -> None:
     with right:
         draw(st.selectbox, "Overlap (cells)", "overlap_size", options=sizes[1])
         draw(st.number_input, "Candidates K", "n_candidates", **candidates)
-    with st.popover("Advanced", key="method_menu"):
-        for name in PARAMETERS:
-            if name not in ON_TOP:
-                parameter_field(p, name, bound_to(p, name, change)["write"])
-        button("Back to the defaults", on_click=lambda: _reset(state))
+
+
+def _volume_fields(state: State, p: Parameters, shape: Shape) -> None:
+    """Draw template, overlap and level, one number for the horizontal axes and one along z."""
+    lengths, ccsim = p.along(shape), p.method == "ccsim"
+    for name, own in zip(PER_AXIS, lengths, strict=True):
+        for column, along_z in zip(pair(), (False, True), strict=True):
+            axis = 0 if along_z else -1
+            level, template = lengths.level[axis], lengths.template[axis]
+            offered: dict[str, list[int]] = {
+                "template_size": template_sizes(level, shape, along_z),
+                "overlap_size": overlap_sizes(level, template, along_z),
+                "wavelet_level": [0] if ccsim else levels(shape, along_z),
+            }
+
+            def write(value: int, name=name, own=own, along_z=along_z) -> None:
+                z, y, x = own
+                set_parameters(state, **{name: (value, y, x) if along_z else (z, value, value)})
+
+            with column:
+                label = f"{OF_VOLUME[name]}{' along z' if along_z else ''}"
+                chosen: dict[str, Any] = {"value": own[axis], "write": write}
+                chosen |= {"options": offered[name], "help": help_of(name)}
+                chosen["disabled"] = ccsim and name == "wavelet_level"
+                field(st.selectbox, label, key=f"{name}{'_z' if along_z else ''}", **chosen)
+    number = bound_to(p, "n_candidates", partial(set_parameters, state))
+    number |= {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+    tip = help_of("n_candidates")
+    field(st.number_input, "Candidates K", key="n_candidates", help=tip, **number)
+
+
+def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
+    """Draw the choice to let the location weight hold along z alone."""
+    weight = max(p.location_weights)
+
+    def write(alone: bool) -> None:
+        change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if alone else weight)
+
+    alone = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
+    tip = "The location weight holds along z alone: patches keep to their height in the image."
+    options = {"key": "p_vertical_trend", "value": alone, "write": write, "help": tip}
+    field(st.checkbox, "Location weight along z alone", **options)
 
 
 def set_parameters(state: State, **changes: object) -> None:
@@ -133,6 +197,12 @@ def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None
         offered = options_of({value: VALUES.get(value, value) for value in allowed})
         field(st.selectbox, label, **offered, **options)
     else:
+        if isinstance(value, tuple):  # a location weight along z alone keeps its axis
+
+            def write_per_axis(new: float) -> None:
+                write(tuple(new if own else 0.0 for own in value) if any(value) else new)
+
+            options |= {"value": max(value), "write": write_per_axis}
         low, high, step = NUMBERS[name]
         field(st.slider, label, min_value=low, max_value=high, step=step, **options)
 

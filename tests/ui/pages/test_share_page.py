@@ -127,10 +127,10 @@ def test_a_project_that_cannot_be_opened_leaves_the_study(tmp_path):
     state, choices = State(), Choices()
     large = Project(Study(TrainingImage(np.eye(40)), Grid(2, 20_000)))
     layers = TrainingImage(np.arange(40 * 40 * 40).reshape(40, 40, 40) % 2)
-    volume = Project(Study(layers, Grid(40, 50, nz=30)))
+    volume = Project(Study(layers, Grid(2, 2, nz=20_000), Parameters((8, 16, 16), (2, 4, 4), 1)))
     for content, said in (
         (b"no", "is no project"),
-        (project_as_bytes(volume), "study of a volume, 50 × 40 × 30 cells"),
+        (project_as_bytes(volume), "20000 cells along a side"),
         (project_as_bytes(large), "command line|--proj"),
     ):
         with pytest.raises(CCWSIMError, match=said):

@@ -1,0 +1,352 @@
+"""A study of a volume: set up, run, shown, taken home, and opened again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+from urllib.parse import parse_qs, urlencode
+
+import numpy as np
+import pytest
+from streamlit.testing.v1 import AppTest
+
+from ccwsim import Grid, Parameters, datasets
+from ccwsim.io import project_as_bytes, read_realizations, training_image_as_bytes
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.report import report_html
+from ccwsim.sharing import link_of, read_link, reproduction_recipe, study_report
+from ccwsim.ui.page import OFF_MENU, PAGES
+from ccwsim.ui.session.resolve import (
+    data_of,
+    fitted,
+    grid_for_data,
+    image_of,
+    overlap_sizes,
+    template_sizes,
+)
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.share.menu import open_project, project_of, study_of
+from ccwsim.ui.simulate.history import go_back
+from ccwsim.ui.simulate.results import download_groups
+from ccwsim.ui.study.data_step import problem_of_data, use_data
+from ccwsim.ui.study.image_step import import_image, use_image
+from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, problem_of, start_run
+from tests.ui.widgets import PAGES as FOLDER
+from tests.ui.widgets import html, named, opened, texts
+
+SIZES = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
+VOLUME = Choices(
+    ImageChoice("sinuous_channels"),
+    DataChoice(),
+    Grid(30, 40, nz=12),
+    SIZES,
+    n_realizations=2,
+)
+COLOURS = ["#111111", "#eeeeee"]
+
+
+def finished(state: State) -> State:
+    """The state after its run."""
+    start_run(state)
+    assert state.job is not None, state.message
+    assert state.job.wait(120)
+    collect(state)
+    assert state.ensemble is not None, state.message
+    return state
+
+
+@pytest.fixture(scope="module")
+def ran() -> State:
+    """A small volume with its results."""
+    return finished(State(choices=VOLUME))
+
+
+def at_rest(app: AppTest) -> AppTest:
+    """The page after its run, without any exception."""
+    app.run()
+    job = app.session_state[KEY].job
+    if job is not None:
+        assert job.wait(120)
+        app.run()
+    assert not app.exception
+    return app
+
+
+def test_a_bundled_volume_is_chosen_run_and_shown() -> None:
+    app = at_rest(opened("simulate", State(choices=replace(VOLUME, image=ImageChoice("channels"),
+        grid=Grid(32, 32), parameters=Parameters(template_size=16, overlap_size=4)))))  # fmt: skip
+    named(app.selectbox, "image_bundled").set_value("sinuous_channels").run()
+    state = app.session_state[KEY]
+    assert state.choices.grid.shape == (48, 100, 100)
+    assert state.choices.parameters.template_size == (8, 16, 16)
+    named(app.number_input, "grid_nx").set_value(40).run()
+    named(app.number_input, "grid_ny").set_value(30).run()
+    named(app.number_input, "grid_nz").set_value(12).run()
+    named(app.selectbox, "template_size_z").set_value(12).run()
+    assert state.choices.parameters.template_size == (12, 16, 16)
+    named(app.button, "run").click()
+    at_rest(app)
+    ensemble = app.session_state[KEY].ensemble
+    assert ensemble.grid.shape == (12, 30, 40)
+    assert ensemble.parameters.template_size[0] == 12
+    said = html(app)
+    assert "160 × 160 × 48" in said
+    assert "Realization 1 of 2" in said
+    assert "Training image" in said
+    assert not texts(app)
+
+
+def test_a_map_chosen_after_a_volume_is_a_map_again() -> None:
+    state = State(choices=replace(Choices(), data=DataChoice()))
+    use_image(state, ImageChoice("stacked_lenses"))
+    assert state.choices.parameters.template_size == (16, 32, 32)
+    assert not problem_of(state)
+    use_image(state, ImageChoice("channels"))
+    assert state.choices == replace(Choices(), data=DataChoice())
+
+
+@pytest.mark.parametrize("nz", [1, 2, 3, 4, 5, 7, 9, 48])
+def test_sizes_of_thin_volumes_are_legal(nz: int) -> None:
+    for level in range(4):
+        p = fitted(Parameters(), (nz, 40, 50), wavelet_level=level)
+        assert p.template_size[0] <= nz
+        assert p.template_size[1:] == (32, 32)
+        assert fitted(p, (nz, 40, 50)) == p
+        for template in template_sizes(p.level[0], (nz, 40, 50), along_z=True):
+            for overlap in overlap_sizes(p.level[0], template, along_z=True):
+                Parameters((template, 32, 32), (overlap, 8, 8), p.wavelet_level)
+
+
+def test_a_thin_volume_runs() -> None:
+    image = datasets.load("folded_layers").array[:2, :40, :40]
+    content = BytesIO()
+    np.save(content, image)
+    choice = ImageChoice(upload=Upload("thin.npy", content.getvalue()), answers=(("volume", True),))
+    state = State(choices=replace(VOLUME, grid=Grid(20, 20, nz=2)))
+    use_image(state, choice)
+    assert state.choices.image == choice
+    assert finished(state).ensemble.indices.shape == (2, 2, 20, 20)
+
+
+def test_a_template_larger_than_the_image_along_z_is_said(ran: State) -> None:
+    state = State(choices=replace(VOLUME, parameters=replace(SIZES, template_size=(64, 16, 16))))
+    assert "Template 64 along z is larger than the training image" in problem_of(state)
+    app = opened("simulate", state).run()
+    assert not app.exception
+    assert named(app.button, "run").disabled
+
+
+def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
+    state = State(choices=VOLUME, ensemble=ran.ensemble, ran=VOLUME, tried=VOLUME)
+    app = opened("simulate", state).run()
+    named(app.checkbox, "p_vertical_trend").set_value(True).run()
+    assert state.choices.parameters.location_weight == (2.0, 0.0, 0.0)
+    named(app.slider, "p_location_weight").set_value(3.0).run()
+    assert state.choices.parameters.location_weight == (3.0, 0.0, 0.0)
+    named(app.checkbox, "p_vertical_trend").set_value(False).run()
+    assert state.choices.parameters.location_weight == 3.0
+    named(app.selectbox, "wavelet_level").set_value(2).run()
+    assert state.choices.parameters.wavelet_level == (1, 2, 2)
+    for method in ("ccsim", "ms-ccsim", "ccwsim"):
+        named(app.selectbox, "p_method").set_value(method).run()
+        assert not app.exception
+        assert state.choices.parameters.method == method
+        assert not problem_of(state)
+    named(app.number_input, "grid_cell_size_z").set_value(0.5).run()
+    assert state.choices.grid.cell_size == (1.0, 1.0, 0.5)
+    assert not app.exception
+
+
+def test_all_cells_count() -> None:
+    state = State(choices=VOLUME)
+    assert demand_of_run(state).n_cells == 12 * 30 * 40 * 2
+    more = replace(VOLUME, grid=replace(VOLUME.grid, nz=24))
+    assert estimated_seconds(more) > estimated_seconds(VOLUME) > 0
+
+
+def test_wells_of_a_volume_are_honoured_and_their_grid_is_taken() -> None:
+    state = State(choices=VOLUME)
+    use_data(state, DataChoice("bundled", "sinuous_channels_10_wells"))
+    assert state.choices.grid.shape == (48, 100, 100)
+    assert data_of(state.choices).n == 480
+    table = b"x,y,z,facies\n3.5,4.5,1.5,1\n30.5,20.5,11.5,0\n"
+    state = State(choices=VOLUME)
+    use_data(state, DataChoice("file", upload=Upload("wells.csv", table)))
+    assert not problem_of_data(state.choices)
+    assert data_of(state.choices).n == 2
+    assert not finished(state).ensemble.n_mismatched.any()
+
+
+def test_wells_outside_the_volume_are_listed_and_a_grid_that_holds_them_is_offered() -> None:
+    table = b"x,y,z,facies\n3.5,4.5,1.5,1\n3.5,4.5,19.5,0\n"
+    draft = DataChoice("file", upload=Upload("wells.csv", table))
+    state = State(choices=VOLUME, data_draft=draft, ran=VOLUME, tried=VOLUME)
+    fitting = grid_for_data(replace(VOLUME, data=draft))
+    assert fitting is not None
+    assert data_of(replace(VOLUME, data=draft, grid=fitting)).n == 2
+    for page in ("simulate", "import"):
+        app = opened(page, replace(state)).run()
+        if page == "import":
+            app.button_group(key="import_subject").set_value("data").run()
+        assert not app.exception
+        assert "1 of 2 data outside the grid" in texts(app) + str(app.selectbox)
+
+
+def test_downloads_have_the_same_cells(ran: State) -> None:
+    ensemble = ran.ensemble
+    groups = download_groups(ensemble, COLOURS, 0, 1)
+    files = {file.key: file for group in groups.values() for file in group}
+    assert "realizations_tif" not in files
+    assert "realizations_png" not in files
+    for kind in ("npz", "gslib", "vti"):
+        content = BytesIO(files[f"realizations_{kind}"].content())
+        content.name = f"a.{kind}"
+        read = read_realizations(content, training_image=ensemble.training_image)
+        assert (read.realizations == ensemble.realizations).all(), kind
+        assert files[f"etype_{kind}"].content()
+    assert all(file.content() for file in files.values())
+
+
+def test_a_link_opens_the_same_study() -> None:
+    weights = replace(SIZES, location_weight=(2.0, 0.0, 0.0))
+    world = Grid(30, 40, (10.0, 10.0, 0.5), (100.0, 0.0, -20.0), nz=12)
+    wells = DataChoice("bundled", "stacked_lenses_10_wells")
+    for choices in (
+        VOLUME,
+        replace(VOLUME, parameters=weights, grid=world),
+        replace(VOLUME, image=ImageChoice("stacked_lenses", flip_ns=True), data=wells),
+    ):
+        query = parse_qs(urlencode(link_of(choices), doseq=True))
+        again, _, notes = read_link(query)
+        assert again == choices
+        assert not notes
+
+
+def test_data_of_a_volume_are_carried_by_a_link() -> None:
+    data = replace(DataChoice("placed"), placed=datasets.load_wells("sinuous_channels"))
+    few = replace(data, placed=type(data.placed)(data.placed.cells[:40], data.placed.facies[:40]))
+    choices = replace(VOLUME, data=few)
+    again, _, notes = read_link(link_of(choices))
+    assert not notes
+    assert again.data.placed.digest == few.placed.digest
+
+
+def test_a_link_with_a_volume_alone_opens_its_usual_study() -> None:
+    app = opened("simulate")
+    app.query_params["ti"] = "sinuous_channels"
+    app.query_params["realizations"] = "1"
+    app.run()
+    state = app.session_state[KEY]
+    assert not app.exception
+    assert not state.notes
+    assert state.choices.grid.shape == (48, 100, 100)
+    assert state.choices.parameters.template_size == (16, 32, 32)
+    if state.job is not None:
+        state.job.cancel()
+
+
+@pytest.mark.parametrize("query", ["grid=10x10x10", "template=8x8x8", "ti=folded_layers&grid=9x9",
+    "ti=folded_layers&cell=1x1", "cell=1x1x1", "ti=folded_layers&template=8x8x900"])  # fmt: skip
+def test_a_link_that_does_not_go_together_is_said_and_runs(query: str) -> None:
+    app = opened("simulate")
+    for name, values in parse_qs(query).items():
+        app.query_params[name] = values[-1]
+    app.run()
+    state = app.session_state[KEY]
+    assert not app.exception
+    assert not problem_of(state)
+    if state.job is not None:
+        state.job.cancel()
+
+
+def test_a_project_opens_the_same_study(ran: State) -> None:
+    for image in (VOLUME.image, ImageChoice("sinuous_channels", names=("a", "b"))):
+        saved = State(choices=replace(VOLUME, image=image))
+        upload = Upload("a.ccwsim", project_as_bytes(project_of(saved)))
+        state = State()
+        open_project(state, upload)
+        assert state.job is not None
+        assert state.job.wait(120)
+        collect(state)
+        assert (state.ensemble.realizations == ran.ensemble.realizations).all()
+        assert state.choices.grid == VOLUME.grid
+
+
+def test_the_script_gives_the_same_cells(ran: State, tmp_path: Path, monkeypatch) -> None:
+    recipe = reproduction_recipe(VOLUME, study_of(VOLUME), "a.ccwsim")
+    monkeypatch.chdir(tmp_path)
+    found: dict = {}
+    exec(recipe.python, found)
+    assert (found["e"].realizations == ran.ensemble.realizations).all()
+    assert "--grid 40x30x12 --template 16x16x8" in recipe.command
+
+
+def sgems(image: np.ndarray) -> bytes:
+    """A volume as an SGeMS file."""
+    from ccwsim import TrainingImage
+
+    return training_image_as_bytes(TrainingImage(image), "sgems")
+
+
+def test_an_uploaded_volume_asks_whether_all_of_it_is_meant() -> None:
+    array = datasets.load("sinuous_channels").array[:20, :40, :50]
+    state = State(choices=replace(VOLUME, data=DataChoice()))
+    import_image(state, Upload("volume.sgems", sgems(array)))
+    assert state.image_draft is not None
+    app = opened("import", state).run()
+    assert not app.exception
+    named(app.button_group, "ask_layers").set_value("the whole volume").run()
+    assert not app.exception
+    choice = app.session_state[KEY].image_draft
+    assert (image_of(choice).array == array).all()
+    named(app.button, "image_take").click().run()
+    assert not app.exception
+    assert (image_of(app.session_state[KEY].choices.image).array == array).all()
+
+
+def test_arrays_are_asked_which_layer_is_the_bottom() -> None:
+    array = datasets.load("sinuous_channels").array[:20, :40, :50]
+    content = BytesIO()
+    np.save(content, array)
+    upload = Upload("volume.npy", content.getvalue())
+    top_first = ImageChoice(upload=upload, answers=(("volume", True), ("z_up", False)))
+    state = State(choices=VOLUME, image_draft=top_first)
+    app = opened("import", state).run()
+    assert not app.exception
+    assert named(app.selectbox, "ask_z_up")
+    assert (image_of(top_first).array == array[::-1]).all()
+
+
+@pytest.mark.parametrize("path", [path for _, path in (*PAGES, *OFF_MENU)])
+def test_every_page_takes_a_volume_calmly(path: str, ran: State) -> None:
+    state = State(choices=VOLUME, ensemble=ran.ensemble, ran=VOLUME, tried=VOLUME)
+    app = AppTest.from_file(str(FOLDER.parent / path), default_timeout=180)
+    app.session_state[KEY] = state
+    app.run()
+    assert not app.exception
+    assert not app.error
+    if "shows maps so far" in html(app):
+        named(app.button, "default_map").click().run()
+        assert not app.exception
+        assert app.session_state[KEY].choices == Choices()
+
+
+def test_earlier_runs_of_maps_and_volumes_are_gone_back_to(ran: State) -> None:
+    state = State(choices=replace(VOLUME, seed=5), runs=ran.runs)
+    finished(state)
+    app = opened("simulate", state).run()
+    assert not app.exception
+    assert len(state.runs.runs) == 2
+    go_back(state, state.runs.runs[1].key)
+    assert state.ensemble is ran.ensemble
+    assert state.choices == VOLUME
+
+
+def test_a_report_says_which_layers_it_shows(ran: State) -> None:
+    assert ran.ensemble is not None
+    how = reproduction_recipe(VOLUME, study_of(VOLUME), "a.ccwsim")
+    document = study_report(ran.ensemble, VOLUME, Shown(), COLOURS, ["done"], "?", how)
+    page = report_html(document)
+    assert "40 × 30 × 12 cells" in page
+    assert "layer 6 of 0 … 11, from the bottom" in page
