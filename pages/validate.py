@@ -6,4 +6,4 @@ from ccwsim.ui.page import show_page
 from ccwsim.ui.validate.page import draw_page
 
 if __name__ == "__main__":
-    show_page("Validate", draw_page, volumes=False)
+    show_page("Validate", draw_page)

@@ -394,9 +394,7 @@ def _along_path(
             f"{point.name}, {point.named(np.array([0]))}: the interval is {(end - start):g} long, "
             f"and cells {min(grid.cell_size):g}; correct its depths"
         )
-    depths = step * np.arange(
-        first, first + n, dtype=np.float64
-    )  # the same of all intervals of a well
+    depths = step * np.arange(first, first + n, dtype=np.float64)  # the same of each interval
     path = positions(well.collar, stations, depths)
     cells = grid.cells_of(*path.T)
     changes = np.flatnonzero((np.diff(cells, axis=0) != 0).any(axis=1)) + 1
