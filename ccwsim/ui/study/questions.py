@@ -324,7 +324,7 @@ def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> No
     axes, n = ("layer", "row", "column"), points.places.shape[1]
     names = ("x", "y", "z")[:n] if points.world else axes[-n:]
     first = which[:MAX_LISTED]
-    rows = {points.counted: points.lines[first]}
+    rows: dict[str, Any] = {points.counted: points.lines[first]}
     rows |= {name: points.places[first, k] for k, name in enumerate(names)}
     rows["facies"] = [points.said(int(k)) for k in first]
     rows["cell"] = [
