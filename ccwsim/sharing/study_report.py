@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype, fit_curve
 from ccwsim.metrics.bands import Statistic
-from ccwsim.metrics.lags import max_lag
+from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import (
     Block,
@@ -95,7 +92,11 @@ def study_report(
             (_e_type_maps(ensemble, facies),),
             f"{of_facies}, over {ensemble.n} realizations",
         ),
-        *_curves(ensemble, facies),
+        (
+            "Variograms and connectivity",
+            _curve_charts(ensemble, facies),
+            f"{of_facies}, against the training image",
+        ),
         ("CPU time and proportions", counts, f"{mean:.3g} ms a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
@@ -159,32 +160,25 @@ def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
     image, data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"
-    cells, layer = _layer(image.indices)
-    ti = map_picture(cells, image, colours, caption + layer, share=share)
+    ti = map_picture(image.indices, image, colours, caption, share=share)
     caption = f"Realization {number + 1} of {ensemble.n}"
-    cells, layer = _layer(ensemble.indices[number])
-    if layer:  # the data of that layer
-        own = data.cells[:, 0] == ensemble.grid.shape[0] // 2
-        data = HardData(data.cells[own, 1:], data.facies[own])
     caption += f", with {data.n} hard data" if data.n else ""
-    return Row((ti, map_picture(cells, image, colours, caption + layer, data)))
-
-
-def _layer(cells: NDArray[Any]) -> tuple[NDArray[Any], str]:
-    """Return the middle layer of a volume, and words that say so; a map as it is."""
-    if cells.ndim == 2:
-        return cells, ""
-    middle = len(cells) // 2
-    return cells[middle], f"; layer {middle} of 0 … {len(cells) - 1}, from the bottom"
+    return Row((ti, map_picture(ensemble.indices[number], image, colours, caption, data)))
 
 
 def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
     shown = ensemble.indices[:MAX_MAPS]
+    layer, said = "", ""
+    if ensemble.grid.nz is not None:
+        middle = ensemble.grid.nz // 2
+        shown, said = shown[:, middle], f"layer {middle}, from the bottom"
+        layer = f", {said}"
     items = tuple(
-        Picture(map_png(_layer(one)[0], colours), str(r), f"Realization {r}", 0.6, pixelated=True)
+        Picture(map_png(one, colours), str(r), f"Realization {r}{layer}", 0.6, pixelated=True)
         for r, one in enumerate(shown, start=1)
     )
-    return Row(items, _first(len(shown), ensemble), columns=6)
+    words = "; ".join(filter(None, [_first(len(shown), ensemble), said]))
+    return Row(items, words[:1].upper() + words[1:], columns=6)
 
 
 def _first(n: int, ensemble: Ensemble) -> str:
@@ -197,27 +191,18 @@ def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
     found = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
     entropy = "Entropy: dark blue where all agree, yellow where none knows"
-    likely, layer = _layer(found.probability[facies])
-    likely = share_picture(likely, probability + layer)
-    return Row((likely, share_picture(_layer(found.entropy)[0], entropy + layer)))
-
-
-def _curves(ensemble: Ensemble, facies: int) -> list[tuple[str, tuple[Row, ...], str]]:
-    """Return the section of curves; those of volumes are not judged yet."""
-    if ensemble.grid.nz is not None:
-        return []
-    gist = f"of {ensemble.training_image.facies_names[facies]}, against the training image"
-    return [("Variograms and connectivity", _curve_charts(ensemble, facies), gist)]
+    likely = share_picture(found.probability[facies], probability)
+    return Row((likely, share_picture(found.entropy, entropy)))
 
 
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
-    """Return variograms, then connectivity, of a facies, each E–W and N–S."""
+    """Return variograms, then connectivity, of a facies along each axis."""
     image = ensemble.training_image
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
     images = Stack(ensemble.indices[:MAX_CURVES], image.codes)
     for statistic in STATISTICS:
         bundles, said = {}, []
-        for way in ("E-W", "N-S"):
+        for way in axes_of(ensemble.grid.shape):
             lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
             bundles[way] = bundle_of(statistic, images, image, code, way, lags)
             fit = fit_curve(ensemble, statistic, code, way)

@@ -108,7 +108,7 @@ def _volumes(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         draw_training_image(ensemble.training_image, colours, link=VOLUMES)
     with right:
         draw_proportions(ensemble, colours)
-    step_note("Variograms and connectivity of volumes are not drawn here yet.")
+    draw_curves(ensemble, state.facies)
 
 
 def image_width(ensemble: Ensemble) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -343,10 +344,13 @@ def test_earlier_runs_of_maps_and_volumes_are_gone_back_to(ran: State) -> None:
     assert state.choices == VOLUME
 
 
-def test_a_report_says_which_layers_it_shows(ran: State) -> None:
+def test_a_report_of_a_volume_says_which_slices_it_shows_and_judges_all_axes(ran: State) -> None:
     assert ran.ensemble is not None
     how = reproduction_recipe(VOLUME, study_of(VOLUME), "a.ccwsim")
     document = study_report(ran.ensemble, VOLUME, Shown(), COLOURS, ["done"], "?", how)
     page = report_html(document)
     assert "40 × 30 × 12 cells" in page
-    assert "layer 6 of 0 … 11, from the bottom" in page
+    assert "slices through the middle, counted from the bottom, south and west" in page
+    assert "Realization 1, layer 6, from the bottom" in page
+    charts = (f"{way}: " in page for way in ("E–W", "N–S", "vertical"))
+    assert all(charts), re.findall(r"Variogram of [^<]*", page)
