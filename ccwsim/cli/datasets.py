@@ -18,20 +18,24 @@ from ccwsim.model.errors import CCWSIMError
     "or dat for hard data.",
 )
 def command(name: str | None, output: str | None) -> None:
-    """List the bundled training images and hard data, or write one of them to a file."""
+    """List the bundled training images, volumes and hard data, or write one of them to a file."""
     from ccwsim import datasets
 
-    described = {name: datasets.describe(name) for name in datasets.names()}
-    data = {name: datasets.describe_hard_data(name) for name in datasets.hard_data_names()}
+    images = {name: datasets.describe(name) for name in datasets.names()}
+    volumes = {name: datasets.describe(name) for name in datasets.volume_names()}
+    surveys = (*datasets.hard_data_names(), *datasets.wells_names())
+    data = {name: datasets.describe_hard_data(name) for name in surveys}
+    described = images | volumes | data
     if name is None:
         if output is not None:
             raise click.UsageError("--output needs the NAME of what to write")
-        for title, texts in (("Training images:", described), ("\nHard data:", data)):
+        titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": data}
+        for title, texts in titles.items():
             click.echo("\n".join([title, *(f"  {own:20} {text}" for own, text in texts.items())]))
-    elif name not in described | data:
-        raise CCWSIMError(f"there is no {name}; there are {', '.join(described | data)}")
+    elif name not in described:
+        raise CCWSIMError(f"there is no {name}; there are {', '.join(described)}")
     elif output is None:
-        click.echo((described | data)[name])
+        click.echo(described[name])
     else:
         check_writable(output)
         _write(name, output)
@@ -42,7 +46,7 @@ def _write(name: str, output: str) -> None:
     from ccwsim import datasets
     from ccwsim.io import write_hard_data, write_training_image
 
-    if name in datasets.names():
+    if name in (*datasets.names(), *datasets.volume_names()):
         write_training_image(output, datasets.load(name))
     else:
         write_hard_data(output, datasets.load_hard_data(name))

@@ -511,7 +511,13 @@ def test_help_writes_nothing(tmp_path, monkeypatch, capsys, name):
 def test_datasets_are_listed_and_written(tmp_path, capsys):
     assert run("datasets") == 0
     listed = capsys.readouterr().out
-    assert all(name in listed for name in (*datasets.names(), *datasets.hard_data_names()))
+    volumes = (*datasets.volume_names(), *datasets.wells_names())
+    assert all(n in listed for n in (*datasets.names(), *datasets.hard_data_names(), *volumes))
+    volume = tmp_path / "volume.sgems"
+    assert run("datasets", "folded_layers", "--output", volume) == 0
+    np.testing.assert_array_equal(
+        read_training_image(volume, volume=True).array, datasets.load("folded_layers").array
+    )
     image, data = tmp_path / "ti.png", tmp_path / "wells.csv"
     assert run("datasets", "levees", "--output", image) == 0
     assert run("datasets", "channels_60_wells", "--output", data) == 0

@@ -60,8 +60,8 @@ def errors(app: AppTest) -> list[str]:
 def break_body(monkeypatch) -> None:
     """Let the body of each page raise an error after it is drawn."""
 
-    def shown(title, body):
-        show_page(title, lambda state: (body(state), boom()))
+    def shown(title, body, **options):
+        show_page(title, lambda state: (body(state), boom()), **options)
 
     monkeypatch.setattr("ccwsim.ui.page.show_page", shown)
 
