@@ -59,6 +59,17 @@ def test_the_cluster_gives_the_same(client):
 
 
 @pytest.mark.slow
+def test_the_cluster_gives_the_same_volumes(client):
+    image = TrainingImage(blobs((9, 45, 61), 3))
+    wells = [(z, y, x) for z in range(7) for y, x in ((3, 4), (20, 30), (39, 49))]
+    data = HardData(wells, [z // 3 for z, *_ in wells])
+    given = image, (7, 40, 50), Parameters((4, 16, 16), (2, 4, 4), (0, 1, 1)), data, 5
+    found = simulate(*given, seed=3, executor=client)
+    assert same(found, simulate(*given, seed=3))
+    assert not found.n_mismatched.any()
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes cannot be killed here")
 @pytest.mark.parametrize("which", ["one", "all"])
 def test_realizations_of_a_killed_worker_are_done_again(client, which):
