@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from html import escape
+from typing import Any
 
 import streamlit as st
 
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
@@ -31,7 +33,9 @@ def draw_diagnosis(
     with left:
         draw_advice(found, image, parameters, use)
     with middle:
-        marks = {f"T {parameters.template_size}": parameters.template_size}
+        template = parameters.template_size
+        horizontal = template[1:] if isinstance(template, tuple) else (template,)
+        marks = {f"T {size}": size for size in horizontal}
         ew, ns = found.spacing_ew, found.spacing_ns
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
         alt = "Correlation of the training image with itself over the lag, E–W and N–S"
@@ -77,8 +81,8 @@ def draw_advice(
 def advice_table(found: Diagnosis, parameters: Parameters) -> str:
     """Return advice, what is set, and the reason, as an HTML table."""
     rows = "".join(
-        f"<tr><th>{NAMES[advice.parameter]}</th><td><b>{advice.value}</b></td>"
-        f"<td>{getattr(parameters, advice.parameter)}</td>"
+        f"<tr><th>{NAMES[advice.parameter]}</th><td><b>{_size(advice.value)}</b></td>"
+        f"<td>{_size(getattr(parameters, advice.parameter))}</td>"
         f'<td class="reason">{escape(advice.reason)}</td></tr>'
         for advice in found.advice
     )
@@ -86,8 +90,15 @@ def advice_table(found: Diagnosis, parameters: Parameters) -> str:
     return f'<table class="numbers">{head}{rows}</table>'
 
 
+def _size(value: Any) -> str:
+    """A number, or those of a volume along x, y and z."""
+    return describe_shape(value) if isinstance(value, tuple) else str(value)
+
+
 def describe_repetition(found: Diagnosis) -> str:
     """Say how far features are from each other."""
     ways = (("E–W", found.spacing_ew), ("N–S", found.spacing_ns))
     said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
+    if found.vertical_spacing is not None and found.vertical_spacing.spacing is not None:
+        said.append(f"every {found.vertical_spacing.spacing} layers")
     return ", ".join(said) if said else "no rhythm"

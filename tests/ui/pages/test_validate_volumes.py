@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.metrics import (
     connectivity,
+    diagnose,
     etype,
     fit_curve,
     fit_patterns,
@@ -18,6 +19,8 @@ from ccwsim.metrics import (
     unseen_patterns,
     vertical_proportions,
 )
+from ccwsim.model.arrays import describe_shape
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import FORCED, Ensemble
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import (
@@ -96,6 +99,22 @@ def test_every_section_is_drawn_without_wells(unconditional):
     assert "unseen" in charts(app)
     assert not {"unseen_at_data", "data_status"} & charts(app)
     assert "No hard data" in html(app)
+
+
+def test_the_study_of_a_volume_is_judged_and_takes_advice():
+    choices = Choices(
+        ImageChoice("sinuous_channels"), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2
+    )
+    ti = datasets.load("sinuous_channels")
+    e = simulate(ti, choices.grid, P, n_realizations=2)
+    app = launched(choices, ensemble=e, ran=choices, tried=choices, seen=ALL)
+    assert not app.error
+    assert charts(app) >= CURVES | {"repetition", "quarters"}
+    advised = diagnose(ti).advised("template_size")
+    assert describe_shape(advised) in html(app)
+    named(app.button, "use_advice").click().run()
+    assert not app.error
+    assert app.session_state[KEY].choices.parameters.template_size == advised
 
 
 def test_verdicts_are_those_of_the_metrics(app, ensemble):
