@@ -42,6 +42,18 @@ def test_one_depth_a_row_is_a_point():
     assert "Wells without intervals: 1 (B)." in found.notes
 
 
+@pytest.mark.parametrize(
+    "names", [("42501201300001", "42501201300002"), ("007", "B"), ("1.5", "A")]
+)
+def test_names_of_wells_may_be_numbers(names):
+    one, other = (name.encode() for name in names)
+    collars = b"well,x,y,z\n%b,110.5,222,12.5\n %b ,131,250,12.5\n" % (one, other)
+    alone = b"well,depth,facies\n%b,0.2,1\n" % one  # a column of numbers, beside one of words
+    assert imported(collars, alone).hard_data.triples == ((38, 5, 5, 1),)
+    both = alone + b"%b,0.2,0\n" % other
+    assert imported(collars, both).hard_data.triples == ((38, 5, 5, 1), (38, 12, 15, 0))
+
+
 @pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])  # degrees for each 30 m
 @pytest.mark.parametrize("azimuth", [0.0, 65.0, 200.0])
 def test_a_well_that_builds_at_a_constant_rate_is_a_circle(rate, azimuth):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes
 from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.columns import (
     interval_columns,
     place_columns,
@@ -191,10 +192,18 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 
 
 def _names(file: DataFile, column: str) -> list[str]:
-    """The names of wells in a column of words or of numbers."""
+    """The names of wells, equal for a number in a column of words and in one of numbers."""
     if column in file.words:
-        return [name.strip() for name in file.words[column]]
-    return ["" if v != v else f"{v:.12g}" for v in file.variables[column].tolist()]
+        words = [name.strip() for name in file.words[column]]
+        return [(is_number(word) and _name_of(float(word))) or word for word in words]
+    return [_name_of(value) for value in file.variables[column].tolist()]
+
+
+def _name_of(number: float) -> str:
+    """A number as the name of a well, with all its digits: those of a sidetrack are the last."""
+    if not np.isfinite(number):
+        return ""
+    return str(int(number)) if number.is_integer() else repr(number)
 
 
 def _number(file: DataFile, column: str) -> NDArray[np.float64]:
