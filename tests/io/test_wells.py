@@ -185,6 +185,14 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ({"surveys": b"well,depth,azimuth,dip\nC,1,2,-3\n"}, "no collar of the well 'C'"),
         ({"surveys": b"well,depth,azimuth,dip\nB,1,2,60\n"}, "dip is 60 to 60, above the horizon"),
         (
+            {"surveys": b"well,depth,azimuth,dip\nB,1,2,60\nA-1,1,2,0\n"},
+            "dip is 0 to 60, above the horizon",
+        ),
+        (
+            {"surveys": b"well,depth,azimuth,inclination\nB,9,200,80\nB,1,20,100\n"},
+            "lines 3 and 2: 'B' turns back on itself",
+        ),
+        (
             {"surveys": b"well,depth,azimuth,dip\nB,1,2,-95\n"},
             "line 2: dip -95 is not from -90 to 90",
         ),

@@ -39,6 +39,8 @@ STEPS_A_CELL = 16
 """Points of a deviated well along the shortest side of a cell."""
 STRAIGHT = 1e-6
 """A smaller bend between two stations, in radians, is none."""
+MAX_BEND = np.radians(179.0)
+"""Beyond it directions are opposite, and the plane of the arc between them is unclear."""
 
 
 def import_wells(
@@ -174,7 +176,7 @@ def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.
     if k + 1 == len(stations.depths):
         return along[:, None] * first
     second, length = stations.directions[k + 1], stations.depths[k + 1] - stations.depths[k]
-    bend = 2 * np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0))
+    bend = _bend(first, second)
     if bend < STRAIGHT:
         return along[:, None] * first
     share = along / length
@@ -182,6 +184,11 @@ def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.
     by_second = 1 - np.cos(share * bend)
     sums = by_first[:, None] * first + by_second[:, None] * second
     return length / (bend * np.sin(bend)) * sums
+
+
+def _bend(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the angle between two unit vectors, exact for small ones."""
+    return 2 * float(np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0)))
 
 
 def _table(path_or_file: PathOrFile) -> DataFile:
@@ -247,7 +254,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
     depths, bearings, tilts = (_number(file, name) for name in (depth, azimuth, tilt))
     lines = _lines(file)
     if is_dip:
-        if (tilts > 0).all() and len(tilts):
+        if tilts.max(initial=0) > 0 and tilts.min() >= 0:
             raise CCWSIMError(
                 f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
                 "give dips of wells that go down below 0, or call the column inclination if 0 is "
@@ -283,6 +290,12 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
                 f"{file.name}, line {lines[k]}: a station of {shown(name)} at depth {depths[k]:g} "
                 f"is {said}; correct it"
             )
+        for k, after in pairwise(own):
+            if _bend(ways[k], ways[after]) > MAX_BEND:
+                raise CCWSIMError(
+                    f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} turns back "
+                    f"on itself between these stations; correct {azimuth} or {tilt} of one"
+                )
         start = depths[own][:1] > 0
         stations = Stations(
             np.concatenate([np.zeros(int(start.sum())), depths[own]]),
