@@ -54,6 +54,33 @@ def test_names_of_wells_may_be_numbers(names):
     assert imported(collars, both).hard_data.triples == ((38, 5, 5, 1), (38, 12, 15, 0))
 
 
+def test_what_was_taken_for_granted_of_paths_is_said():
+    surveys = b"well,depth,azimuth,dip\nA-1,0,90,-80\nA-1,5,90,-70\n"
+    found = imported(surveys=surveys)
+    assert found.notes[:2] == (
+        "Wells without stations, taken as vertical: 1 (B).",
+        "Below its last station a well keeps its direction; depths there have line 3.",
+    )
+    deeper = imported(surveys=surveys + b"A-1,7.1,90,-70\nB,30,0,-90\n")
+    assert deeper.hard_data.digest == found.hard_data.digest
+    assert not any("station" in note for note in deeper.notes)
+
+
+@pytest.mark.parametrize("tilt", [None, 30])
+def test_an_interval_without_length_has_no_cells(tilt):
+    surveys = None if tilt is None else b"well,depth,azimuth,inclination\nB,0,9,%d\n" % tilt
+    found = imported(intervals=b"well,from,to,facies\nB,2.4,2.4,1\n", surveys=surveys)
+    assert found.hard_data.n == 0
+    assert any(note.startswith("Intervals") and "1." in note for note in found.notes)
+
+
+def test_a_length_may_be_known_of_some_wells_alone():
+    some = COLLARS.replace(b"12,5;30", b"12,5;")
+    assert imported(some).hard_data.digest == imported().hard_data.digest
+    with pytest.raises(CCWSIMError, match="below the end of 'B' at 30"):
+        imported(some, b"well,from,to,facies\nA-1,1,31,1\nB,1,31,1\n")
+
+
 @pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])  # degrees for each 30 m
 @pytest.mark.parametrize("azimuth", [0.0, 65.0, 200.0])
 def test_a_well_that_builds_at_a_constant_rate_is_a_circle(rate, azimuth):

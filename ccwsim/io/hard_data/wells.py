@@ -233,7 +233,10 @@ def _collars(file: DataFile) -> dict[str, Well]:
             f"{', '.join(file.names)}: call them x and y"
         )
     places = np.column_stack([_number(file, name) for name in (x, y, z)])
-    lengths = _number(file, length) if length else np.full(len(places), np.inf)
+    lengths = np.full(len(places), np.inf)
+    if length:
+        lengths = place_numbers(file, length, np.array(_lines(file)))
+        lengths = np.where(np.isnan(lengths), np.inf, lengths)  # not known of this well
     found: dict[str, Well] = {}
     rows = zip(_lines(file), _names(file, well), places, lengths, strict=True)
     for line, name, place, own in rows:
@@ -333,16 +336,14 @@ def _points(
     names, start, end = np.array(names)[known], start[known], end[known]
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
     parts = [along_wells(_part(points, ~bent), grid)]
-    if bent.any():
-        which = np.flatnonzero(bent).tolist()
-        rows = zip(which, names[bent].tolist(), start[bent], end[bent], strict=True)
-        for k, name, first, last in rows:
-            parts.append(_along_path(_part(points, [k]), wells[name], first, last, grid))
-    empty = [name for name in wells if name not in set(names.tolist())]
+    for k in np.flatnonzero(bent).tolist():
+        own = _part(points, [k]), wells[names[k]], start[k], end[k], grid
+        parts.append(_along_path(*own))
+    n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
-    if empty:
-        listed = ", ".join(empty[:6]) + (" …" if len(empty) > 6 else "")
-        notes += (f"Wells without intervals: {len(empty)} ({listed}).",)
+    if n_empty:
+        notes += (f"Intervals that hold no middle of a well's way through a cell: {n_empty}.",)
+    notes += _notes_on_paths(points, names, end, wells)
     return replace(
         parts[0],
         places=np.concatenate([part.places for part in parts]),
@@ -350,6 +351,36 @@ def _points(
         lines=np.concatenate([part.lines for part in parts]),
         notes=notes,
     )
+
+
+def _notes_on_paths(
+    points: ImportedPoints,
+    names: NDArray[np.str_],
+    end: NDArray[np.float64],
+    wells: dict[str, Well],
+) -> tuple[str, ...]:
+    """Say which wells have no data, and where paths were taken for granted."""
+    logged = set(names.tolist())
+    surveyed = any(well.stations for well in wells.values())
+    empty = [name for name in wells if name not in logged]
+    straight = [name for name in wells if name in logged and not wells[name].stations and surveyed]
+    notes = [
+        f"{what}: {len(which)} ({', '.join(which[:6])}{' …' if len(which) > 6 else ''})."
+        for what, which in (
+            ("Wells without intervals", empty),
+            ("Wells without stations, taken as vertical", straight),
+        )
+        if which
+    ]
+    surveys = [wells[name].stations for name in names.tolist()]
+    last = np.array([own[0].depths[-1] if own else np.inf for own in surveys])
+    below = np.flatnonzero(end > last)
+    if len(below):
+        notes.append(
+            "Below its last station a well keeps its direction; depths there have "
+            f"{points.named(below)}."
+        )
+    return tuple(notes)
 
 
 def _check(
@@ -404,7 +435,7 @@ def _along_path(
     The middle of the way through the cell decides: it is in one interval alone.
     """
     (stations,) = well.stations
-    if start == end:
+    if point.spans is None:
         places = positions(well.collar, stations, np.array([start]))
         return replace(point, places=places, spans=None)
     step = min(grid.cell_size) / STEPS_A_CELL
