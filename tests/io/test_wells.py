@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
-from ccwsim.io import import_wells
-from ccwsim.io.hard_data.wells import Stations, positions
+from ccwsim.io import import_wells, read_wells
+from ccwsim.io.hard_data.paths import Stations, positions
 from tests.small_images import blobs
 
 GRID = Grid(20, 30, (2.0, 4.0, 0.5), (100.0, 200.0, -7.0), nz=40)
@@ -33,6 +33,17 @@ def test_vertical_wells_are_those_of_one_table():
     assert found.digest == read_hard_data(BytesIO(one), GRID).digest
     straight = b"hole,depth,azimuth,inclination\nA-1,0,77,0\nB,5,0,0\n"
     assert imported(surveys=straight).hard_data.digest == found.digest
+
+
+def test_data_alone_are_those_of_the_report():
+    options = {"on_outside": "drop", "on_unknown": "drop", "on_collision": "majority"}
+    image = TrainingImage([[0, 7]])
+    tables = COLLARS, INTERVALS, b"well,depth,azimuth,dip\nB,0,90,-20\n"
+    files = [BytesIO(table) for table in tables]
+    wanted = imported(*tables, training_image=image, **options).hard_data
+    found = read_wells(*files[:2], GRID, image, surveys=files[2], **options)
+    assert found.n > 0
+    assert found.digest == wanted.digest
 
 
 def test_one_depth_a_row_is_a_point():
@@ -59,7 +70,7 @@ def test_what_was_taken_for_granted_of_paths_is_said():
     found = imported(surveys=surveys)
     assert found.notes[:2] == (
         "Wells without stations, taken as vertical: 1 (B).",
-        "Below its last station a well keeps its direction; depths there have line 3.",
+        "Below its last station a well keeps its direction (line 3).",
     )
     deeper = imported(surveys=surveys + b"A-1,7.1,90,-70\nB,30,0,-90\n")
     assert deeper.hard_data.digest == found.hard_data.digest

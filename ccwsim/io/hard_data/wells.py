@@ -22,6 +22,7 @@ from ccwsim.io.hard_data.columns import (
     well_columns,
 )
 from ccwsim.io.hard_data.depths import along_wells
+from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
     FaciesNames,
     HardDataImport,
@@ -33,12 +34,11 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16
 """Points of a deviated well along the shortest side of a cell."""
-STRAIGHT = 1e-6
-"""A smaller bend between two stations, in radians, is none."""
 MAX_BEND = np.radians(179.0)
 """Beyond it directions are opposite, and the plane of the arc between them is unclear."""
 
@@ -75,9 +75,9 @@ def import_wells(
     surveys : path or binary file, optional
         A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
         north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
-        horizontal, negative below it). Between stations a well is an arc, by the method of minimum
-        curvature [1]_; before the first and after the last it keeps its direction. Wells without
-        stations are vertical.
+        horizontal, negative below it; dips of which none is negative are refused). Between
+        stations a well is an arc, by the method of minimum curvature [1]_; before the first and
+        after the last it keeps its direction. Wells without stations are vertical.
     facies : str, optional
         The column of facies, where its name does not tell.
     on_collision, on_outside, on_unknown
@@ -127,11 +127,57 @@ def import_wells(
     )
 
 
-class Stations(NamedTuple):
-    """Where the direction of a well is known."""
+def read_wells(
+    collars: PathOrFile,
+    intervals: PathOrFile,
+    grid: Grid | Sequence[int],
+    training_image: TrainingImage | None = None,
+    *,
+    surveys: PathOrFile | None = None,
+    facies: str | None = None,
+    facies_names: FaciesNames | None = None,
+    threshold: float | None = None,
+    classes: Classes = None,
+    on_collision: str = "error",
+    on_outside: str = "error",
+    on_unknown: str = "error",
+) -> HardData:
+    """Return the hard data of wells; `import_wells` also says what happened on the way.
 
-    depths: NDArray[np.float64]  # shape (n,): along the well, the first 0
-    directions: NDArray[np.float64]  # shape (n, 3): unit vectors along x, y and z
+    Parameters
+    ----------
+    collars, intervals, grid, training_image, surveys, facies
+        As in `import_wells`.
+    facies_names, threshold, classes, on_collision, on_outside, on_unknown
+        As in `import_wells`.
+
+    Raises
+    ------
+    CCWSIMError
+        For tables that cannot be read or contradict each other; the message names their rows.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> collars = BytesIO(b"well,x,y,z\\nA,10.5,2.5,8\\n")
+    >>> read_wells(collars, BytesIO(b"well,depth,facies\\nA,1.2,1\\n"), (8, 8, 16)).triples
+    ((6, 2, 10, 1),)
+    """
+    imported = import_wells(
+        collars,
+        intervals,
+        grid,
+        training_image,
+        surveys=surveys,
+        facies=facies,
+        facies_names=facies_names,
+        threshold=threshold,
+        classes=classes,
+        on_collision=on_collision,
+        on_outside=on_outside,
+        on_unknown=on_unknown,
+    )
+    return imported.hard_data
 
 
 class Well(NamedTuple):
@@ -141,54 +187,6 @@ class Well(NamedTuple):
     collar: NDArray[np.float64]  # x, y, z
     length: float
     stations: list[Stations]  # none where it is vertical
-
-
-def positions(
-    collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return where a well is at some depths along it, shape (n, 3), by minimum curvature.
-
-    Between stations with tangents t₁ and t₂ that are L apart and bend by β, it is on an arc: at a
-    share f of L it has gone L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
-
-    Examples
-    --------
-    >>> down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
-    >>> quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
-    >>> positions(np.zeros(3), quarter, np.array([50 * np.pi])).round(6).tolist()
-    [[100.0, 0.0, -100.0]]
-    """
-    starts = [collar]
-    for k in range(1, len(stations.depths)):
-        start, end = stations.depths[k - 1 : k + 1]
-        starts.append(starts[-1] + _gone(stations, k - 1, np.array([end - start]))[0])
-    which = np.maximum(np.searchsorted(stations.depths, depths, side="right") - 1, 0)
-    found = np.empty((len(depths), 3))
-    for k in np.unique(which):
-        own = which == k
-        found[own] = starts[k] + _gone(stations, k, depths[own] - stations.depths[k])
-    return found
-
-
-def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far a well has gone some lengths after station k."""
-    first = stations.directions[k]
-    if k + 1 == len(stations.depths):
-        return along[:, None] * first
-    second, length = stations.directions[k + 1], stations.depths[k + 1] - stations.depths[k]
-    bend = _bend(first, second)
-    if bend < STRAIGHT:
-        return along[:, None] * first
-    share = along / length
-    by_first = np.cos((1 - share) * bend) - np.cos(bend)
-    by_second = 1 - np.cos(share * bend)
-    sums = by_first[:, None] * first + by_second[:, None] * second
-    return length / (bend * np.sin(bend)) * sums
-
-
-def _bend(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the angle between two unit vectors, exact for small ones."""
-    return 2 * float(np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0)))
 
 
 def _table(path_or_file: PathOrFile) -> DataFile:
@@ -294,7 +292,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
                 f"is {said}; correct it"
             )
         for k, after in pairwise(own):
-            if _bend(ways[k], ways[after]) > MAX_BEND:
+            if bend_between(ways[k], ways[after]) > MAX_BEND:
                 raise CCWSIMError(
                     f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} turns back "
                     f"on itself between these stations; correct {azimuth} or {tilt} of one"
@@ -376,10 +374,7 @@ def _notes_on_paths(
     last = np.array([own[0].depths[-1] if own else np.inf for own in surveys])
     below = np.flatnonzero(end > last)
     if len(below):
-        notes.append(
-            "Below its last station a well keeps its direction; depths there have "
-            f"{points.named(below)}."
-        )
+        notes.append(f"Below its last station a well keeps its direction ({points.named(below)}).")
     return tuple(notes)
 
 
