@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from ccwsim import TrainingImage
 from ccwsim.metrics import copying, crop_shape, fit_curve, fit_geobodies, fit_proportions
 from ccwsim.metrics.reference_band import crops_of, largest_crop, pieces_of
 from ccwsim.model.errors import CCWSIMError
-from tests.metrics.volumes import a_volume, ensemble_of, training_image_of
+from tests.metrics.ensembles import ensemble_of
+from tests.metrics.volumes import a_volume
 
 TI = (6, 9, 11)
 
@@ -108,7 +110,7 @@ def test_crops_have_all_layers_and_pieces_do_not_overlap():
 @pytest.mark.parametrize("direction", ["E-W", "N-S", "vertical", 45.0, (1, 0, 1)])
 @pytest.mark.parametrize("statistic", ["variogram", "connectivity"])
 def test_bands_of_volumes_hold_what_is_alike_and_not_what_is_rough(statistic, direction):
-    image = training_image_of(a_volume(1, (12, 64, 64), smooth=1.5))
+    image = TrainingImage(a_volume(1, (12, 64, 64), smooth=1.5))
     alike = np.array([a_volume(seed, (12, 32, 32), smooth=1.5) for seed in range(2, 8)])
     assert fit_curve(ensemble_of(image, alike), statistic, 1, direction).fits
     rough = np.array([a_volume(seed, (12, 32, 32), smooth=0.4) for seed in range(2, 8)])
@@ -119,7 +121,7 @@ def test_bands_of_volumes_hold_what_is_alike_and_not_what_is_rough(statistic, di
 
 
 def test_geobodies_and_proportions_of_volumes_are_compared():
-    image = training_image_of(a_volume(1, (12, 64, 64), smooth=1.5))
+    image = TrainingImage(a_volume(1, (12, 64, 64), smooth=1.5))
     alike = np.array([a_volume(seed, (12, 32, 32), smooth=1.5) for seed in range(2, 8)])
     found = fit_geobodies(ensemble_of(image, alike), 1)
     assert found.found.shape == (4,)

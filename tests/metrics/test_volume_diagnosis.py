@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from ccwsim import TrainingImage
 from ccwsim.metrics import (
     diagnose,
     feature_spacing,
@@ -14,7 +15,7 @@ from ccwsim.metrics import (
     templates_that_fit,
 )
 from ccwsim.metrics.diagnosis import advise_along_z
-from tests.metrics.volumes import a_volume, training_image_of
+from tests.metrics.volumes import a_volume
 
 
 def lenses(nz=40, side=96, height=4, length=12, seed=1):
@@ -49,7 +50,7 @@ def test_spacing_along_z_is_that_of_the_layers():
 
 
 def test_advice_of_a_volume_is_along_each_axis_and_fits_together():
-    found = diagnose(training_image_of(lenses()))
+    found = diagnose(TrainingImage(lenses()))
     level, template, overlap = (
         found.advised(name) for name in ("wavelet_level", "template_size", "overlap_size")
     )
@@ -86,7 +87,7 @@ def test_few_layers_give_templates_of_all_of_them():
     found = diagnose(lenses(nz=6, height=2))
     assert found.advised("template_size")[0] == 6
     assert found.advised("wavelet_level")[0] == 0
-    one = diagnose(training_image_of(lenses(nz=6)[:1]))
+    one = diagnose(TrainingImage(lenses(nz=6)[:1]))
     assert (one.advised("template_size")[0], one.advised("overlap_size")[0]) == (1, 0)
     as_map = diagnose(lenses(nz=6)[0])
     assert as_map.advised("template_size") == one.advised("template_size")[1]
@@ -116,6 +117,6 @@ def test_quarters_of_a_volume_have_all_layers():
     volume[:, :, 20:] = 1
     assert stationarity(volume).drifting.any()
     flat = a_volume(4, (40, 44), smooth=1.5)
-    one, other = stationarity(training_image_of(flat[None])), stationarity(flat)
+    one, other = stationarity(TrainingImage(flat[None])), stationarity(flat)
     np.testing.assert_array_equal(one.errors, other.errors)
     np.testing.assert_array_equal(one.variogram_scores, other.variogram_scores)

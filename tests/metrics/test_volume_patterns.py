@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.distance import jensenshannon
 from skimage.transform import resize
 
+from ccwsim import TrainingImage
 from ccwsim.metrics import (
     anodi,
     coarsened,
@@ -20,7 +21,7 @@ from ccwsim.metrics import (
 )
 from ccwsim.metrics import pattern_codes as own
 from ccwsim.model.errors import CCWSIMError
-from tests.metrics.volumes import a_volume, training_image_of
+from tests.metrics.volumes import a_volume
 
 
 def patterns(image, size):
@@ -106,11 +107,11 @@ def test_distances_of_volumes():
     assert near.shape == (3, 3)
     assert (near.max(axis=0) < far.min(axis=0))[:2].all()
     np.testing.assert_array_equal(pattern_distance(image[None], image), 0)
-    found = anodi({"likes": likes, "rough": rough}, training_image_of(image))
+    found = anodi({"likes": likes, "rough": rough}, TrainingImage(image))
     assert found.pattern_size == 3
     np.testing.assert_allclose(found.within[0], near.mean(axis=0))
     np.testing.assert_allclose(found.within[1], far.mean(axis=0))
-    one_layer = pattern_distance(likes[:, :1], training_image_of(image[:1]))
+    one_layer = pattern_distance(likes[:, :1], TrainingImage(image[:1]))
     np.testing.assert_array_equal(one_layer, pattern_distance(likes[:, 0], image[0], size=3))
 
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ccwsim import TrainingImage
 from ccwsim.metrics import connectivity, copying, differing_share, judge, pattern_distance
-from tests.metrics.volumes import a_volume, ensemble_of, training_image_of
+from tests.metrics.ensembles import ensemble_of
+from tests.metrics.volumes import a_volume
 
 
 def test_an_ensemble_of_volumes_is_judged_along_three_axes():
-    image = training_image_of(a_volume(1, (10, 40, 42), (0, 3, 7), 1.5))
+    image = TrainingImage(a_volume(1, (10, 40, 42), (0, 3, 7), 1.5))
     volumes = np.array([a_volume(k, (9, 20, 24), (0, 3, 7), 1.2) for k in range(2, 6)])
     sources = np.random.default_rng(1).integers(-1, image.indices.size, volumes.shape)
-    ensemble = ensemble_of(image, volumes, sources.astype(np.int32))
+    ensemble = ensemble_of(image, np.searchsorted(image.codes, volumes), sources.astype(np.int32))
     found = judge(ensemble, 3)
     distances = pattern_distance(volumes, image)
     np.testing.assert_allclose(found.pattern_distances, distances.mean(axis=0))
@@ -35,7 +37,7 @@ def test_an_ensemble_of_volumes_is_judged_along_three_axes():
 
 
 def test_a_thin_volume_is_judged_without_lags_along_z():
-    image = training_image_of(a_volume(1, (6, 40, 42), smooth=1.5))
+    image = TrainingImage(a_volume(1, (6, 40, 42), smooth=1.5))
     volumes = np.array([a_volume(k, (1, 24, 24), smooth=1.5) for k in (2, 3)])
     found = judge(ensemble_of(image, volumes))
     assert np.isnan(found.tau_errors[2])

@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 from skimage.measure import euler_number
 
+from ccwsim import HardData, TrainingImage
 from ccwsim.metrics import (
     EType,
     RunningStatistics,
@@ -28,7 +29,8 @@ from ccwsim.metrics import (
 from ccwsim.metrics.lags import lag_offsets
 from ccwsim.metrics.stack import as_image, as_stack
 from ccwsim.model.errors import CCWSIMError
-from tests.metrics.volumes import a_volume, ensemble_of, hard_data_of, training_image_of
+from tests.metrics.ensembles import ensemble_of
+from tests.metrics.volumes import a_volume
 
 STEPS = {
     "E-W": (0, 0, 1),
@@ -59,7 +61,7 @@ def test_what_is_taken_as_maps_and_what_as_volumes():
     assert as_stack(three[None]).shape == as_image(three).shape == (4, 5, 6)
     assert as_image(three[:1]).shape == (5, 6)
     assert as_image(three[:1], n_axes=3).shape == (1, 5, 6)
-    image = training_image_of(a_volume(1))
+    image = TrainingImage(a_volume(1))
     assert as_stack(image).shape == as_image(image).shape == (7, 11, 13)
     assert as_stack(ensemble_of(image, a_volume(2)[None])).shape == (7, 11, 13)
     np.testing.assert_array_equal(as_stack(image, [0, 1, 2]).indices[0], image.indices)
@@ -80,7 +82,7 @@ def test_shares_and_probabilities_are_those_of_counting(codes):
     layers = [[[(z == code).mean() for z in v] for code in codes] for v in volumes]
     np.testing.assert_allclose(vertical_proportions(volumes), layers)
     np.testing.assert_allclose(vertical_proportions(volumes[0], codes)[0], layers[0])
-    np.testing.assert_allclose(vertical_proportions(training_image_of(volumes[0]))[0], layers[0])
+    np.testing.assert_allclose(vertical_proportions(TrainingImage(volumes[0]))[0], layers[0])
     found = etype(volumes)
     each = np.array([(volumes == code).mean(axis=0) for code in codes])
     np.testing.assert_allclose(found.probability, each)
@@ -90,7 +92,7 @@ def test_shares_and_probabilities_are_those_of_counting(codes):
     assert scores.accuracy == (found.most_likely == volumes[0]).mean()
     layered = EType(each.reshape(len(codes), 77, 13), 5, found.codes)
     assert scores.brier == score_reference(layered, volumes[0].reshape(77, 13)).brier
-    table = calibration(found, training_image_of(volumes[0]))
+    table = calibration(found, TrainingImage(volumes[0]))
     assert table.error == calibration(layered, volumes[0].reshape(77, 13)).error
 
 
@@ -193,7 +195,7 @@ def test_running_statistics_of_volumes_are_those_of_all_at_once():
 def test_data_in_layers_are_compared_with_their_cells():
     volumes = np.array([a_volume(seed) for seed in range(4)])
     cells = np.array([[0, 0, 0], [3, 5, 7], [6, 10, 12]])
-    data = hard_data_of(cells, [1, 0, 1])
+    data = HardData(cells, [1, 0, 1])
     match = data_match(volumes, data)
     wrong = volumes[:, cells[:, 0], cells[:, 1], cells[:, 2]] != [1, 0, 1]
     np.testing.assert_array_equal(match.wrong, wrong)
@@ -201,10 +203,10 @@ def test_data_in_layers_are_compared_with_their_cells():
     assert (match.map >= 0).sum() == 3
     np.testing.assert_array_equal(data_match(volumes[0], data).wrong[0], wrong[0])
     with pytest.raises(CCWSIMError, match=r"layer 7, row 0, column 1 .* 7 layers, 11 rows and 13"):
-        data_match(volumes, hard_data_of([[7, 0, 1]], [1]))
+        data_match(volumes, HardData([[7, 0, 1]], [1]))
     with pytest.raises(CCWSIMError, match="give row, column of each"):
         data_match(volumes[0, 0], data)
-    assert data_match(volumes, hard_data_of(np.empty((0, 2)), [])).wrong.shape == (4, 0)
+    assert data_match(volumes, HardData(np.empty((0, 2)), [])).wrong.shape == (4, 0)
 
 
 def test_bad_input_is_explained():
