@@ -15,7 +15,7 @@ from ccwsim.metrics import (
     vertical_proportions,
 )
 from ccwsim.metrics.reference_band import crop_shape, crops_of, pieces_of
-from tests.metrics.ensembles import ensemble_of
+from tests.metrics.test_reference_band import ensemble_of
 from tests.metrics.volumes import a_volume
 
 GRID = (12, 24, 24)

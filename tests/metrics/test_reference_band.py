@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, read_training_image, simulate
 from ccwsim.metrics import (
@@ -28,7 +29,8 @@ from ccwsim.metrics.reference_band import (
     pieces_of,
 )
 from ccwsim.model.ensemble import Ensemble
-from tests.metrics.ensembles import ensemble_of
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from tests.small_images import blobs, noise
 
 SEEN = ("channels", "levees", "stone_wall", "barchans")
@@ -44,6 +46,14 @@ AS_PUBLISHED = Parameters(published_draw=True, repair_seams=False)
 BROKEN = replace(AS_PUBLISHED, template_size=8, overlap_size=4, n_candidates=500)
 """Small patches of many candidates: thin channels that break."""
 CURVES = [(s, way) for s in ("connectivity", "variogram") for way in ("E-W", "N-S")]
+
+
+def ensemble_of(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
+    """Return given images as realizations of a training image."""
+    n, grid = len(indices), Grid.of(indices.shape[1:])
+    no_data = np.zeros((n, 0), np.int16)
+    study = image, grid, Parameters(), HardData(), 0
+    return Ensemble(*study, indices, np.ones(n), 1.0, no_data, np.arange(n))
 
 
 def facies_of(image: TrainingImage) -> range:

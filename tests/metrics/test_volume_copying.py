@@ -10,8 +10,7 @@ from ccwsim import TrainingImage
 from ccwsim.metrics import copying, crop_shape, fit_curve, fit_geobodies, fit_proportions
 from ccwsim.metrics.reference_band import crops_of, largest_crop, pieces_of
 from ccwsim.model.errors import CCWSIMError
-from tests.metrics.ensembles import ensemble_of
-from tests.metrics.volumes import a_volume
+from tests.metrics.volumes import a_volume, ensemble_of
 
 TI = (6, 9, 11)
 

@@ -7,15 +7,14 @@ import pytest
 
 from ccwsim import TrainingImage
 from ccwsim.metrics import connectivity, copying, differing_share, judge, pattern_distance
-from tests.metrics.ensembles import ensemble_of
-from tests.metrics.volumes import a_volume
+from tests.metrics.volumes import a_volume, ensemble_of
 
 
 def test_an_ensemble_of_volumes_is_judged_along_three_axes():
     image = TrainingImage(a_volume(1, (10, 40, 42), (0, 3, 7), 1.5))
     volumes = np.array([a_volume(k, (9, 20, 24), (0, 3, 7), 1.2) for k in range(2, 6)])
     sources = np.random.default_rng(1).integers(-1, image.indices.size, volumes.shape)
-    ensemble = ensemble_of(image, np.searchsorted(image.codes, volumes), sources.astype(np.int32))
+    ensemble = ensemble_of(image, volumes, sources.astype(np.int32))
     found = judge(ensemble, 3)
     distances = pattern_distance(volumes, image)
     np.testing.assert_allclose(found.pattern_distances, distances.mean(axis=0))

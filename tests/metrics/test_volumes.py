@@ -29,8 +29,7 @@ from ccwsim.metrics import (
 from ccwsim.metrics.lags import lag_offsets
 from ccwsim.metrics.stack import as_image, as_stack
 from ccwsim.model.errors import CCWSIMError
-from tests.metrics.ensembles import ensemble_of
-from tests.metrics.volumes import a_volume
+from tests.metrics.volumes import a_volume, ensemble_of
 
 STEPS = {
     "E-W": (0, 0, 1),

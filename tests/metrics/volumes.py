@@ -1,9 +1,12 @@
-"""Volumes for tests: random ones with features."""
+"""Volumes for tests: random ones with features, and ensembles of given ones."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
+
+from ccwsim import Ensemble, Grid, HardData, Parameters
+from ccwsim.model.arrays import frozen
 
 
 def a_volume(seed, shape=(7, 11, 13), codes=(0, 1), smooth=1.0):
@@ -11,3 +14,22 @@ def a_volume(seed, shape=(7, 11, 13), codes=(0, 1), smooth=1.0):
     field = gaussian_filter(np.random.default_rng(seed).normal(size=shape), smooth)
     limits = np.quantile(field, np.linspace(0, 1, len(codes) + 1)[1:-1])
     return np.array(codes)[np.digitize(field, limits)]
+
+
+def ensemble_of(training_image, volumes, sources=None):
+    """An ensemble of (n, nz, ny, nx)."""
+    n, nz, ny, nx = volumes.shape
+    indices = np.searchsorted(training_image.codes, volumes).astype(np.uint8)
+    return Ensemble(
+        training_image,
+        Grid(ny, nx, nz=nz),
+        Parameters(),
+        HardData(np.empty((0, 3), int), []),
+        1,
+        frozen(indices),
+        np.ones(n),
+        1.0,
+        np.zeros((n, 0), np.int16),
+        np.arange(n),
+        sources,
+    )
