@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
-from ccwsim.io import import_wells
-from ccwsim.io.hard_data.wells import Stations, positions
+from ccwsim.io import import_wells, read_wells
+from ccwsim.io.hard_data.paths import Stations, positions
 from tests.small_images import blobs
 
 GRID = Grid(20, 30, (2.0, 4.0, 0.5), (100.0, 200.0, -7.0), nz=40)
@@ -35,11 +35,61 @@ def test_vertical_wells_are_those_of_one_table():
     assert imported(surveys=straight).hard_data.digest == found.digest
 
 
+def test_data_alone_are_those_of_the_report():
+    options = {"on_outside": "drop", "on_unknown": "drop", "on_collision": "majority"}
+    image = TrainingImage([[0, 7]])
+    tables = COLLARS, INTERVALS, b"well,depth,azimuth,dip\nB,0,90,-20\n"
+    files = [BytesIO(table) for table in tables]
+    wanted = imported(*tables, training_image=image, **options).hard_data
+    found = read_wells(*files[:2], GRID, image, surveys=files[2], **options)
+    assert found.n > 0
+    assert found.digest == wanted.digest
+
+
 def test_one_depth_a_row_is_a_point():
     points = b"well,depth,facies\nA-1,0.2,1\nA-1,3.1,0\n"
     found = imported(intervals=points)
     assert found.hard_data.triples == ((32, 5, 5, 0), (38, 5, 5, 1))
     assert "Wells without intervals: 1 (B)." in found.notes
+
+
+@pytest.mark.parametrize(
+    "names", [("42501201300001", "42501201300002"), ("007", "B"), ("1.5", "A")]
+)
+def test_names_of_wells_may_be_numbers(names):
+    one, other = (name.encode() for name in names)
+    collars = b"well,x,y,z\n%b,110.5,222,12.5\n %b ,131,250,12.5\n" % (one, other)
+    alone = b"well,depth,facies\n%b,0.2,1\n" % one  # a column of numbers, beside one of words
+    assert imported(collars, alone).hard_data.triples == ((38, 5, 5, 1),)
+    both = alone + b"%b,0.2,0\n" % other
+    assert imported(collars, both).hard_data.triples == ((38, 5, 5, 1), (38, 12, 15, 0))
+
+
+def test_what_was_taken_for_granted_of_paths_is_said():
+    surveys = b"well,depth,azimuth,dip\nA-1,0,90,-80\nA-1,5,90,-70\n"
+    found = imported(surveys=surveys)
+    assert found.notes[:2] == (
+        "Wells without stations, taken as vertical: 1 (B).",
+        "Below its last station a well keeps its direction (line 3).",
+    )
+    deeper = imported(surveys=surveys + b"A-1,7.1,90,-70\nB,30,0,-90\n")
+    assert deeper.hard_data.digest == found.hard_data.digest
+    assert not any("station" in note for note in deeper.notes)
+
+
+@pytest.mark.parametrize("tilt", [None, 30])
+def test_an_interval_without_length_has_no_cells(tilt):
+    surveys = None if tilt is None else b"well,depth,azimuth,inclination\nB,0,9,%d\n" % tilt
+    found = imported(intervals=b"well,from,to,facies\nB,2.4,2.4,1\n", surveys=surveys)
+    assert found.hard_data.n == 0
+    assert any(note.startswith("Intervals") and "1." in note for note in found.notes)
+
+
+def test_a_length_may_be_known_of_some_wells_alone():
+    some = COLLARS.replace(b"12,5;30", b"12,5;")
+    assert imported(some).hard_data.digest == imported().hard_data.digest
+    with pytest.raises(CCWSIMError, match="below the end of 'B' at 30"):
+        imported(some, b"well,from,to,facies\nA-1,1,31,1\nB,1,31,1\n")
 
 
 @pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])  # degrees for each 30 m
@@ -172,6 +222,14 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ({"surveys": b"well,depth,azimuth\nB,1,2\n"}, "no column of how wells are tilted"),
         ({"surveys": b"well,depth,azimuth,dip\nC,1,2,-3\n"}, "no collar of the well 'C'"),
         ({"surveys": b"well,depth,azimuth,dip\nB,1,2,60\n"}, "dip is 60 to 60, above the horizon"),
+        (
+            {"surveys": b"well,depth,azimuth,dip\nB,1,2,60\nA-1,1,2,0\n"},
+            "dip is 0 to 60, above the horizon",
+        ),
+        (
+            {"surveys": b"well,depth,azimuth,inclination\nB,9,200,80\nB,1,20,100\n"},
+            "lines 3 and 2: 'B' turns back on itself",
+        ),
         (
             {"surveys": b"well,depth,azimuth,dip\nB,1,2,-95\n"},
             "line 2: dip -95 is not from -90 to 90",

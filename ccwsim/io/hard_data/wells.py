@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes
 from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.columns import (
     interval_columns,
     place_columns,
@@ -21,6 +22,7 @@ from ccwsim.io.hard_data.columns import (
     well_columns,
 )
 from ccwsim.io.hard_data.depths import along_wells
+from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
     FaciesNames,
     HardDataImport,
@@ -32,12 +34,13 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16
 """Points of a deviated well along the shortest side of a cell."""
-STRAIGHT = 1e-6
-"""A smaller bend between two stations, in radians, is none."""
+MAX_BEND = np.radians(179.0)
+"""Beyond it directions are opposite, and the plane of the arc between them is unclear."""
 
 
 def import_wells(
@@ -72,9 +75,9 @@ def import_wells(
     surveys : path or binary file, optional
         A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
         north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
-        horizontal, negative below it). Between stations a well is an arc, by the method of minimum
-        curvature [1]_; before the first and after the last it keeps its direction. Wells without
-        stations are vertical.
+        horizontal, negative below it; dips of which none is negative are refused). Between
+        stations a well is an arc, by the method of minimum curvature [1]_; before the first and
+        after the last it keeps its direction. Wells without stations are vertical.
     facies : str, optional
         The column of facies, where its name does not tell.
     on_collision, on_outside, on_unknown
@@ -124,11 +127,57 @@ def import_wells(
     )
 
 
-class Stations(NamedTuple):
-    """Where the direction of a well is known."""
+def read_wells(
+    collars: PathOrFile,
+    intervals: PathOrFile,
+    grid: Grid | Sequence[int],
+    training_image: TrainingImage | None = None,
+    *,
+    surveys: PathOrFile | None = None,
+    facies: str | None = None,
+    facies_names: FaciesNames | None = None,
+    threshold: float | None = None,
+    classes: Classes = None,
+    on_collision: str = "error",
+    on_outside: str = "error",
+    on_unknown: str = "error",
+) -> HardData:
+    """Return the hard data of wells; `import_wells` also says what happened on the way.
 
-    depths: NDArray[np.float64]  # shape (n,): along the well, the first 0
-    directions: NDArray[np.float64]  # shape (n, 3): unit vectors along x, y and z
+    Parameters
+    ----------
+    collars, intervals, grid, training_image, surveys, facies
+        As in `import_wells`.
+    facies_names, threshold, classes, on_collision, on_outside, on_unknown
+        As in `import_wells`.
+
+    Raises
+    ------
+    CCWSIMError
+        For tables that cannot be read or contradict each other; the message names their rows.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> collars = BytesIO(b"well,x,y,z\\nA,10.5,2.5,8\\n")
+    >>> read_wells(collars, BytesIO(b"well,depth,facies\\nA,1.2,1\\n"), (8, 8, 16)).triples
+    ((6, 2, 10, 1),)
+    """
+    imported = import_wells(
+        collars,
+        intervals,
+        grid,
+        training_image,
+        surveys=surveys,
+        facies=facies,
+        facies_names=facies_names,
+        threshold=threshold,
+        classes=classes,
+        on_collision=on_collision,
+        on_outside=on_outside,
+        on_unknown=on_unknown,
+    )
+    return imported.hard_data
 
 
 class Well(NamedTuple):
@@ -140,49 +189,6 @@ class Well(NamedTuple):
     stations: list[Stations]  # none where it is vertical
 
 
-def positions(
-    collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return where a well is at some depths along it, shape (n, 3), by minimum curvature.
-
-    Between stations with tangents t₁ and t₂ that are L apart and bend by β, it is on an arc: at a
-    share f of L it has gone L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
-
-    Examples
-    --------
-    >>> down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
-    >>> quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
-    >>> positions(np.zeros(3), quarter, np.array([50 * np.pi])).round(6).tolist()
-    [[100.0, 0.0, -100.0]]
-    """
-    starts = [collar]
-    for k in range(1, len(stations.depths)):
-        start, end = stations.depths[k - 1 : k + 1]
-        starts.append(starts[-1] + _gone(stations, k - 1, np.array([end - start]))[0])
-    which = np.maximum(np.searchsorted(stations.depths, depths, side="right") - 1, 0)
-    found = np.empty((len(depths), 3))
-    for k in np.unique(which):
-        own = which == k
-        found[own] = starts[k] + _gone(stations, k, depths[own] - stations.depths[k])
-    return found
-
-
-def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far a well has gone some lengths after station k."""
-    first = stations.directions[k]
-    if k + 1 == len(stations.depths):
-        return along[:, None] * first
-    second, length = stations.directions[k + 1], stations.depths[k + 1] - stations.depths[k]
-    bend = 2 * np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0))
-    if bend < STRAIGHT:
-        return along[:, None] * first
-    share = along / length
-    by_first = np.cos((1 - share) * bend) - np.cos(bend)
-    by_second = 1 - np.cos(share * bend)
-    sums = by_first[:, None] * first + by_second[:, None] * second
-    return length / (bend * np.sin(bend)) * sums
-
-
 def _table(path_or_file: PathOrFile) -> DataFile:
     file = open_file(path_or_file)
     if isinstance(file, Picture) or not file.is_table or file.lines is None:
@@ -191,10 +197,18 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 
 
 def _names(file: DataFile, column: str) -> list[str]:
-    """The names of wells in a column of words or of numbers."""
+    """The names of wells, equal for a number in a column of words and in one of numbers."""
     if column in file.words:
-        return [name.strip() for name in file.words[column]]
-    return ["" if v != v else f"{v:.12g}" for v in file.variables[column].tolist()]
+        words = [name.strip() for name in file.words[column]]
+        return [(is_number(word) and _name_of(float(word))) or word for word in words]
+    return [_name_of(value) for value in file.variables[column].tolist()]
+
+
+def _name_of(number: float) -> str:
+    """A number as the name of a well, with all its digits: those of a sidetrack are the last."""
+    if not np.isfinite(number):
+        return ""
+    return str(int(number)) if number.is_integer() else repr(number)
 
 
 def _number(file: DataFile, column: str) -> NDArray[np.float64]:
@@ -217,7 +231,10 @@ def _collars(file: DataFile) -> dict[str, Well]:
             f"{', '.join(file.names)}: call them x and y"
         )
     places = np.column_stack([_number(file, name) for name in (x, y, z)])
-    lengths = _number(file, length) if length else np.full(len(places), np.inf)
+    lengths = np.full(len(places), np.inf)
+    if length:
+        lengths = place_numbers(file, length, np.array(_lines(file)))
+        lengths = np.where(np.isnan(lengths), np.inf, lengths)  # not known of this well
     found: dict[str, Well] = {}
     rows = zip(_lines(file), _names(file, well), places, lengths, strict=True)
     for line, name, place, own in rows:
@@ -238,7 +255,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
     depths, bearings, tilts = (_number(file, name) for name in (depth, azimuth, tilt))
     lines = _lines(file)
     if is_dip:
-        if (tilts > 0).all() and len(tilts):
+        if tilts.max(initial=0) > 0 and tilts.min() >= 0:
             raise CCWSIMError(
                 f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
                 "give dips of wells that go down below 0, or call the column inclination if 0 is "
@@ -274,6 +291,12 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
                 f"{file.name}, line {lines[k]}: a station of {shown(name)} at depth {depths[k]:g} "
                 f"is {said}; correct it"
             )
+        for k, after in pairwise(own):
+            if bend_between(ways[k], ways[after]) > MAX_BEND:
+                raise CCWSIMError(
+                    f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} turns back "
+                    f"on itself between these stations; correct {azimuth} or {tilt} of one"
+                )
         start = depths[own][:1] > 0
         stations = Stations(
             np.concatenate([np.zeros(int(start.sum())), depths[own]]),
@@ -311,16 +334,14 @@ def _points(
     names, start, end = np.array(names)[known], start[known], end[known]
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
     parts = [along_wells(_part(points, ~bent), grid)]
-    if bent.any():
-        which = np.flatnonzero(bent).tolist()
-        rows = zip(which, names[bent].tolist(), start[bent], end[bent], strict=True)
-        for k, name, first, last in rows:
-            parts.append(_along_path(_part(points, [k]), wells[name], first, last, grid))
-    empty = [name for name in wells if name not in set(names.tolist())]
+    for k in np.flatnonzero(bent).tolist():
+        own = _part(points, [k]), wells[names[k]], start[k], end[k], grid
+        parts.append(_along_path(*own))
+    n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
-    if empty:
-        listed = ", ".join(empty[:6]) + (" …" if len(empty) > 6 else "")
-        notes += (f"Wells without intervals: {len(empty)} ({listed}).",)
+    if n_empty:
+        notes += (f"Intervals that hold no middle of a well's way through a cell: {n_empty}.",)
+    notes += _notes_on_paths(points, names, end, wells)
     return replace(
         parts[0],
         places=np.concatenate([part.places for part in parts]),
@@ -328,6 +349,33 @@ def _points(
         lines=np.concatenate([part.lines for part in parts]),
         notes=notes,
     )
+
+
+def _notes_on_paths(
+    points: ImportedPoints,
+    names: NDArray[np.str_],
+    end: NDArray[np.float64],
+    wells: dict[str, Well],
+) -> tuple[str, ...]:
+    """Say which wells have no data, and where paths were taken for granted."""
+    logged = set(names.tolist())
+    surveyed = any(well.stations for well in wells.values())
+    empty = [name for name in wells if name not in logged]
+    straight = [name for name in wells if name in logged and not wells[name].stations and surveyed]
+    notes = [
+        f"{what}: {len(which)} ({', '.join(which[:6])}{' …' if len(which) > 6 else ''})."
+        for what, which in (
+            ("Wells without intervals", empty),
+            ("Wells without stations, taken as vertical", straight),
+        )
+        if which
+    ]
+    surveys = [wells[name].stations for name in names.tolist()]
+    last = np.array([own[0].depths[-1] if own else np.inf for own in surveys])
+    below = np.flatnonzero(end > last)
+    if len(below):
+        notes.append(f"Below its last station a well keeps its direction ({points.named(below)}).")
+    return tuple(notes)
 
 
 def _check(
@@ -382,7 +430,7 @@ def _along_path(
     The middle of the way through the cell decides: it is in one interval alone.
     """
     (stations,) = well.stations
-    if start == end:
+    if point.spans is None:
         places = positions(well.collar, stations, np.array([start]))
         return replace(point, places=places, spans=None)
     step = min(grid.cell_size) / STEPS_A_CELL

@@ -1,0 +1,72 @@
+"""Paths of deviated wells: arcs between stations, by the method of minimum curvature."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+STRAIGHT = 1e-6
+"""A smaller bend between two stations, in radians, is none."""
+
+
+class Stations(NamedTuple):
+    """Where the direction of a well is known."""
+
+    depths: NDArray[np.float64]  # shape (n,): along the well, the first 0
+    directions: NDArray[np.float64]  # shape (n, 3): unit vectors along x, y and z
+
+
+def positions(
+    collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where a well is at some depths along it, shape (n, 3), by minimum curvature.
+
+    Between stations with tangents t₁ and t₂ that are L apart and bend by β, it is on an arc: at a
+    share f of L it has gone L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
+
+    Examples
+    --------
+    >>> down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
+    >>> quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
+    >>> positions(np.zeros(3), quarter, np.array([50 * np.pi])).round(6).tolist()
+    [[100.0, 0.0, -100.0]]
+    """
+    starts = [collar]
+    for k in range(1, len(stations.depths)):
+        start, end = stations.depths[k - 1 : k + 1]
+        starts.append(starts[-1] + _gone(stations, k - 1, np.array([end - start]))[0])
+    which = np.maximum(np.searchsorted(stations.depths, depths, side="right") - 1, 0)
+    found = np.empty((len(depths), 3))
+    for k in np.unique(which):
+        own = which == k
+        found[own] = starts[k] + _gone(stations, k, depths[own] - stations.depths[k])
+    return found
+
+
+def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far a well has gone some lengths after station k."""
+    first = stations.directions[k]
+    if k + 1 == len(stations.depths):
+        return along[:, None] * first
+    second, length = stations.directions[k + 1], stations.depths[k + 1] - stations.depths[k]
+    bend = bend_between(first, second)
+    if bend < STRAIGHT:
+        return along[:, None] * first
+    share = along / length
+    by_first = np.cos((1 - share) * bend) - np.cos(bend)
+    by_second = 1 - np.cos(share * bend)
+    sums = by_first[:, None] * first + by_second[:, None] * second
+    return length / (bend * np.sin(bend)) * sums
+
+
+def bend_between(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the angle between two directions in radians, exact for small ones.
+
+    Examples
+    --------
+    >>> round(bend_between(np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])), 6)
+    1.570796
+    """
+    return 2 * float(np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0)))
