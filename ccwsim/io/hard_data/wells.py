@@ -21,7 +21,7 @@ from ccwsim.io.hard_data.columns import (
     value_column,
     well_columns,
 )
-from ccwsim.io.hard_data.depths import along_wells
+from ccwsim.io.hard_data.depths import along_wells, heights_below
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
     FaciesNames,
@@ -254,25 +254,21 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
     well, depth, azimuth, tilt, is_dip = survey_columns(file)
     depths, bearings, tilts = (_number(file, name) for name in (depth, azimuth, tilt))
     lines = _lines(file)
-    if is_dip:
-        if tilts.max(initial=0) > 0 and tilts.min() >= 0:
-            raise CCWSIMError(
-                f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
-                "give dips of wells that go down below 0, or call the column inclination if 0 is "
-                "straight down"
-            )
-        tilts = 90 + tilts
+    if is_dip and tilts.max(initial=0) > 0 and tilts.min() >= 0:
+        raise CCWSIMError(
+            f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
+            "give dips of wells that go down below 0, or call the column inclination if 0 is "
+            "straight down"
+        )
     least, most = (-90, 90) if is_dip else (0, 180)
-    for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, 0, 180)):
+    for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, least, most)):
         bad = np.flatnonzero((values < low) | (values > high))
         if len(bad):
-            value = values[bad[0]] - (90 if is_dip and what == tilt else 0)
-            low, high = (least, most) if what == tilt else (low, high)
             raise CCWSIMError(
-                f"{file.name}, line {lines[bad[0]]}: {what} {value:g} is not from {low} to {high} "
-                "degrees; correct it"
+                f"{file.name}, line {lines[bad[0]]}: {what} {values[bad[0]]:g} is not from {low} "
+                f"to {high} degrees; correct it"
             )
-    radians, bearing = np.radians(tilts), np.radians(bearings)
+    radians, bearing = np.radians(tilts - least), np.radians(bearings)  # both from straight down
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(_names(file, well))
@@ -317,17 +313,17 @@ def _points(
     well, depths = interval_columns(file)
     rest = [name for name in file.names if name not in (well, *depths)]
     variable = value_column(file, rest, facies)
-    start, end = (_number(file, name) for name in (depths[0], depths[-1]))
+    columns = [_number(file, name) for name in depths]
+    start, end, lines = columns[0], columns[-1], np.array(_lines(file))
+    below = heights_below(file.name, lines, np.zeros(len(lines)), columns)
     names = _names(file, well)
     _check(file, names, start, end, wells)
     values, words = facies_column(file, variable)
     if words:
         file = replace(file, missing=())  # a place in the names is no value
     collars = np.array([wells[name].collar for name in names]).reshape(-1, 3)
-    places, z = collars.copy(), collars[:, 2]
-    places[:, 2] = z - (start + end) / 2
-    spans = np.column_stack([z - end, z - start]) if len(depths) == 2 else None
-    lines = np.array(_lines(file))
+    places = collars + np.outer(below.z, [0, 0, 1])
+    spans = None if below.spans is None else below.spans + collars[:, 2:]
     points = known_points(file, variable, places, values, lines, True, "line", [], spans)
     points = replace(points, words=words)
     known = np.isin(lines, points.lines)
@@ -393,11 +389,6 @@ def _check(
             raise CCWSIMError(
                 f"{where}: there is no collar of the well {shown(name)}; add it to the collars"
             )
-        if start[k] > end[k]:
-            raise CCWSIMError(
-                f"{where}: the depth from {start[k]:g} is below the depth to {end[k]:g}; exchange "
-                "them"
-            )
         if start[k] < 0:
             raise CCWSIMError(f"{where}: the depth {start[k]:g} is above the collar; correct it")
         if end[k] > wells[name].length:
@@ -450,11 +441,10 @@ def _along_path(
     edges = np.r_[depths[0], (depths[changes - 1] + depths[changes]) / 2, depths[-1]]
     middle = (edges[:-1] + edges[1:]) / 2
     own = (middle > start) & (middle <= end) & (ends > begins)  # a single point may be of an edge
-    places = positions(well.collar, stations, middle[own])
     count = int(own.sum())
     return replace(
         point,
-        places=grid.centers_of(cells[begins[own]]) if count else places,
+        places=grid.centers_of(cells[begins[own]]),
         values=np.repeat(point.values, count),
         lines=np.repeat(point.lines, count),
         spans=None,
