@@ -243,7 +243,7 @@ def image_of(options: Any) -> TrainingImage:
     name = options.training_image
     reading = {key: getattr(options, key) for key in READING_IMAGE}
     reading = {key: value for key, value in reading.items() if value is not None}
-    bundled = *datasets.names(), *datasets.volume_names()
+    bundled = datasets.all_image_names()
     if name in bundled:
         if reading:
             raise CCWSIMError(
@@ -264,7 +264,7 @@ def grid_of(options: Any) -> Grid:
     from ccwsim import datasets
 
     shape = options.grid or DEFAULT_SHAPE
-    if options.grid is None and options.hard_data in _bundled_data():
+    if options.grid is None and options.hard_data in datasets.all_hard_data_names():
         shape = datasets.hard_data_grid_shape(options.hard_data)
     cell, origin = options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0)
     height, bottom = options.cell_height, options.bottom
@@ -278,12 +278,6 @@ def grid_of(options: Any) -> Grid:
     return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0])
 
 
-def _bundled_data() -> tuple[str, ...]:
-    from ccwsim import datasets
-
-    return (*datasets.hard_data_names(), *datasets.wells_names())
-
-
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
@@ -291,7 +285,7 @@ def hard_data_of(
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 
-    name, bundled = options.hard_data, _bundled_data()
+    name, bundled = options.hard_data, datasets.all_hard_data_names()
     reading = {own: getattr(options, option) for option, own in READING_DATA.items()}
     reading = {key: value for key, value in reading.items() if value is not None}
     collars, surveys = options.collars, options.surveys

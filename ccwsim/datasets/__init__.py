@@ -7,6 +7,8 @@ free to use and can be made again.
 from typing import Any
 
 from ccwsim.datasets.catalogue import (
+    all_hard_data_names,
+    all_image_names,
     describe,
     describe_hard_data,
     hard_data_grid_shape,
@@ -22,6 +24,8 @@ from ccwsim.datasets.catalogue import (
 )
 
 __all__ = [
+    "all_hard_data_names",
+    "all_image_names",
     "describe",
     "describe_hard_data",
     "hard_data_grid_shape",

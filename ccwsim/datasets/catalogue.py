@@ -234,6 +234,28 @@ def hard_data_names() -> tuple[str, ...]:
     return tuple(SURVEYS)
 
 
+def all_image_names() -> tuple[str, ...]:
+    """Return the names of all training images, maps and volumes, as `load` takes them.
+
+    Examples
+    --------
+    >>> all_image_names() == (*names(), *volume_names())
+    True
+    """
+    return (*names(), *volume_names())
+
+
+def all_hard_data_names() -> tuple[str, ...]:
+    """Return the names of all hard data, of maps and of volumes, as `load_hard_data` takes them.
+
+    Examples
+    --------
+    >>> all_hard_data_names() == (*hard_data_names(), *wells_names())
+    True
+    """
+    return (*hard_data_names(), *wells_names())
+
+
 def wells_names() -> tuple[str, ...]:
     """Return the names of the wells of the bundled volumes, as `load_hard_data` takes them.
 

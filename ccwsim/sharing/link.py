@@ -265,7 +265,7 @@ class _Reader:
                 "project file, or the image again."
             )
             return usual
-        known = *datasets.names(), *datasets.volume_names()
+        known = datasets.all_image_names()
         if name is not None and name not in known:
             reason = f"is no bundled training image ({', '.join(known)})"
             self.refuse("ti", reason, f"{usual.bundled} is taken")
@@ -305,7 +305,7 @@ class _Reader:
 
     def data(self, usual: DataChoice) -> DataChoice:
         """Return the hard data."""
-        name, bundled = self.text("data"), (*datasets.hard_data_names(), *datasets.wells_names())
+        name, bundled = self.text("data"), datasets.all_hard_data_names()
         answers = tuple(sorted((own, "drop") for key, own in ANSWERS.items() if self._drops(key)))
         if isinstance(kept := self._own.get(name or ""), DataChoice):
             return kept

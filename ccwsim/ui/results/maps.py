@@ -94,8 +94,7 @@ def colours_of(state: State) -> list[str]:
 
 def pretty(name: str) -> str:
     """Return a bundled data set's name as words, and the name of a file as it is."""
-    bundled = {*datasets.names(), *datasets.volume_names()}
-    bundled |= {*datasets.hard_data_names(), *datasets.wells_names()}
+    bundled = {*datasets.all_image_names(), *datasets.all_hard_data_names()}
     return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 
