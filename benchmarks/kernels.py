@@ -27,7 +27,12 @@ from ccwsim.engine.stages.candidates import best_places, n_segments
 from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
 from ccwsim.engine.stages.refinement import refine_place
-from ccwsim.engine.stages.similarity import make_sums, overlap_terms, score_places
+from ccwsim.engine.stages.similarity import (
+    make_sums,
+    overlap_energies,
+    overlap_terms,
+    score_places,
+)
 from ccwsim.model.study import Study
 
 ROUNDS = 30
@@ -82,6 +87,13 @@ def all_terms(grid, boxes, block, sums, of_block, offsets, weights, n_terms):
         n_terms[i] = overlap_terms(
             grid, box_of(boxes[i]), block, sums, of_block, offsets[i], weights[i]
         )
+
+
+@kernel
+def all_energies(squares, boxes, block, energy):
+    """Sum up the energies of each patch."""
+    for i in range(len(boxes)):
+        overlap_energies(squares, box_of(boxes[i]), block, energy)
 
 
 @kernel
@@ -158,7 +170,8 @@ def measure(level: int) -> list[Measured]:
     boxes = np.zeros((n, 10), np.int64)
     boxes[:, 1], boxes[:, 2], boxes[:, 3:] = ys, xs, (*template, L_SHAPE, *width)
     image, bits, sums, _ = oriented.pyramid
-    energy = oriented.energies[0, L_SHAPE]
+    energy = np.zeros(oriented.places, oriented.squares.dtype)
+    all_energies(oriented.squares, boxes[:1], block, energy)
     offsets = np.zeros((n, 2 * t * overlap // prod(block)), np.int64)
     weights, n_terms = np.zeros(offsets.shape, sums.dtype), np.zeros(n, np.int64)
     of_block = np.zeros(256, np.int64)

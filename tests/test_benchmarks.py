@@ -22,6 +22,7 @@ from ccwsim.engine.stages.similarity import (
     make_sums,
     overlap_energies,
     overlap_terms,
+    running_squares,
     score_places,
     score_type,
 )
@@ -39,11 +40,12 @@ def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
     sums = build_pyramid(image[None], (0, level, level), n_facies if n_facies > 2 else 1).sums
     size, width, unit = (1, template, template), (0, overlap, overlap), 2**level
     kind = score_type((0, level, level), size, width)
-    in_blocks = (1, template // unit, template // unit), (0, overlap // unit, overlap // unit)
-    energy = overlap_energies(sums, *in_blocks, kind)[shape]
+    n_places = (n - template // unit + 1 for n in sums[0, 0].shape)
+    box = Box(0, 0, 0, *size, shape, *width)
+    energy = np.empty((1, *n_places), kind)
+    overlap_energies(running_squares(sums, kind), box, (1, unit, unit), energy)
     offsets = np.empty(2 * len(sums) * template * overlap, np.int64)
     weights, counts = np.empty(len(offsets), sums.dtype), np.zeros(n_facies, np.int64)
-    box = Box(0, 0, 0, *size, shape, *width)
     n = overlap_terms(tile[None], box, (1, unit, unit), sums, counts, offsets, weights)
     scores = np.empty_like(energy)
     work = make_sums(sums, (1, unit, unit), scores.shape[2], len(offsets), kind)

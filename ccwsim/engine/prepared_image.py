@@ -20,7 +20,7 @@ from ccwsim.engine.stages.proportions import DataProportions, margin_weights, pr
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.seam_repair import Repair, prepare_repair
-from ccwsim.engine.stages.similarity import overlap_energies, score_type
+from ccwsim.engine.stages.similarity import running_squares, score_type
 from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
 
@@ -34,16 +34,15 @@ class OrientedImage(NamedTuple):
     pyramid: Pyramid
     # shape (n_splits, 3): into how many parts, along each axis, a tile may be split; the first is 1
     splits: NDArray[np.int64]
-    # shape (n_splits, n_shapes, nz, ny, nx) of locations: ΣA² by split, shape of the overlap and
-    # location; see `overlap_energies`
-    energies: NDArray[np.number[Any]]
+    squares: NDArray[np.number[Any]]  # from `running_squares`, of the type of the scores
+    places: Triple  # layers, rows and columns of locations
     proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
     margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 where not steered
 
     @property
     def n_places(self) -> int:
         """How many locations there are."""
-        return prod(self.energies.shape[2:])
+        return prod(self.places)
 
 
 def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths) -> OrientedImage:
@@ -63,21 +62,17 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
     kind = score_type(level, template, overlap, correlation)
     may_split = p.exact_data and study.hard_data.n > lengths.max_data
     splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
-    first = _energies(pyramid, lengths, (1, 1, 1), kind)
-    energies = np.empty((len(splits), *first.shape), kind)
-    energies[0] = first
-    for k, parts in enumerate(splits[1:], 1):
-        check_stop()
-        own = _energies(pyramid, lengths, parts, kind)
-        energies[k] = own[(slice(None), *(slice(length) for length in first.shape[1:]))]
+    check_stop()
+    squares = running_squares(pyramid.sums, kind)
     if correlation:
-        energies[:] = 0
+        squares[:] = 0
+    size = tuple(t >> n for t, n in zip(template, level, strict=True))
+    places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
     proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
     margin = np.zeros(n_facies)
     if steers(study):
-        size = tuple(t >> n for t, n in zip(template, level, strict=True))
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
-    return OrientedImage(pyramid, np.array(splits), energies, proportions, margin)
+    return OrientedImage(pyramid, np.array(splits), squares, places, proportions, margin)  # type: ignore[arg-type]
 
 
 def steers(study: Study) -> bool:
@@ -87,18 +82,6 @@ def steers(study: Study) -> bool:
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
-
-
-def _energies(
-    pyramid: Pyramid, lengths: ScaledLengths, parts: Triple, kind: type[np.number[Any]]
-) -> NDArray[np.number[Any]]:
-    """Return the energies of tiles that are split into `parts`."""
-    size, blocks = [], []
-    each = zip(lengths.step, lengths.overlap, lengths.level, parts, strict=True)
-    for step, overlap, level, n in each:
-        size.append((step // n + overlap) >> level)
-        blocks.append(overlap >> level)
-    return overlap_energies(pyramid.sums, tuple(size), tuple(blocks), kind)  # type: ignore[arg-type]
 
 
 class PreparedImage:

@@ -164,6 +164,6 @@ def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
     p = study.parameters
     template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)
-    types = oriented.pyramid.sums.dtype, oriented.energies.dtype, totals_of(image)
+    types = oriented.pyramid.sums.dtype, oriented.squares.dtype, totals_of(image)
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study)
     return *types, len(study.grid.shape), *kinds

@@ -36,7 +36,13 @@ from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import RasterPath, Triple, in_order, overlap_cells
 from ccwsim.engine.stages.proportions import closest_to_target, draw_towards
 from ccwsim.engine.stages.refinement import refine_place
-from ccwsim.engine.stages.similarity import Sums, make_sums, overlap_terms, score_places
+from ccwsim.engine.stages.similarity import (
+    Sums,
+    make_sums,
+    overlap_energies,
+    overlap_terms,
+    score_places,
+)
 
 
 class Search(NamedTuple):
@@ -79,6 +85,10 @@ class Workspace(NamedTuple):
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
     totals: NDArray[np.signedinteger]  # the same with the costs of data and location
+    energies: NDArray[np.number[Any]]  # ΣA² of the overlap at the same locations
+    energies_of: NDArray[
+        np.int64
+    ]  # shape (4,): the layers, rows, columns and sides of that overlap
     sums: Sums
     minima: NDArray[np.number[Any]]  # of the scores, and of the totals
     total_minima: NDArray[np.signedinteger]
@@ -160,14 +170,16 @@ def make_workspace(
     oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
 ) -> Workspace:
     """Return the arrays that patches of a study need; `totals` is the type of scores with costs."""
-    energies, template = oriented.energies, search.template
-    kind, shape, n = energies.dtype, energies.shape[2:], oriented.n_places
+    kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
+    template = search.template
     sums = oriented.pyramid.sums
     n_terms = len(sums) * (overlap_cells(template, search.overlap) // prod(search.block))
     n_data = min(len(data.columns), prod(template))
     return Workspace(
         scores=np.zeros(shape, kind),
         totals=np.zeros(shape, totals),
+        energies=np.zeros(shape, kind),
+        energies_of=np.zeros(4, np.int64),
         sums=make_sums(sums, search.block, shape[2], n_terms, kind.type),
         minima=np.zeros(n_segments(n), kind),
         total_minima=np.zeros(n_segments(n), totals),
@@ -195,6 +207,18 @@ def box_of(p, overlap):
     return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
 
 
+@part_of_kernel
+def own_energies(squares, box, block, energies, energies_of):
+    """Fill `energies` for a patch, unless the patch before it had the same overlap."""
+    own = box.nz, box.ny, box.nx, box.sides
+    same = True
+    for k in range(4):
+        same = same and energies_of[k] == own[k]
+        energies_of[k] = own[k]
+    if not same:
+        overlap_energies(squares, box, block, energies)
+
+
 @kernel
 def simulate_patches(
     first, last, patches, before, oriented, data, search, steering, rng, work, simulated
@@ -213,8 +237,8 @@ def simulate_patches(
         patch = patches[number]
         box = box_of(patch, search.overlap)
         n_terms = overlap_terms(grid, box, block, sums, work.of_block, work.offsets, work.weights)
-        energy = oriented.energies[patch[7], box.sides]
-        score_places(sums, work.offsets, work.weights, n_terms, energy, work.sums, scores)
+        own_energies(oriented.squares, box, block, work.energies, work.energies_of)
+        score_places(sums, work.offsets, work.weights, n_terms, work.energies, work.sums, scores)
         has_data = data_ahead(data, box, search.co_template)
         n = len(places)
         free = not has_data and box.sides > 0

@@ -9,7 +9,6 @@ import numpy as np
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import KEPT_BYTES
 from ccwsim.engine.realization import repairs
-from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import sum_type
 from ccwsim.engine.stages.similarity import score_type
@@ -82,13 +81,10 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     own = lengths.at_scale(p.scale)
     cells, blocks = image.indices.size / prod(own.unit), _n_blocks(study, own)
     n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
-    split = p.exact_data and study.hard_data.n > own.max_data
-    n_splits = len(legal_splits(own.template, own.overlap, own.volume)) if split else 1
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
-    shapes = 8 if own.overlap[0] else 4
-    scores = n_splits * shapes * blocks * _score_bytes(study, own)
+    squares = blocks * _score_bytes(study, own)
     sums = n_planes * blocks * np.dtype(sum_type(prod(own.block))).itemsize
-    return int(3 * cells + bits + scores + sums)
+    return int(3 * cells + bits + squares + sums)
 
 
 def _of_search(study: Study) -> int:
@@ -96,7 +92,7 @@ def _of_search(study: Study) -> int:
     p = study.parameters
     own = lengths_of(p, study.grid.shape).at_scale(p.scale)
     with_costs = study.hard_data.n > 0 or max(p.location_weights) > 0
-    a_location = 2 * _score_bytes(study, own) + (2 if with_costs else 1) * TOTALS_AND_PLACES
+    a_location = 3 * _score_bytes(study, own) + (2 if with_costs else 1) * TOTALS_AND_PLACES
     return int(a_location * _n_blocks(study, own))
 
 

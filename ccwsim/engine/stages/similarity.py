@@ -5,7 +5,7 @@ largest best (similarity "correlation"). The authors' code takes the sum of squa
 smallest best, and so does the default here.
 
 The sum of squared differences between overlap B and TI A, over the coefficients of the overlap, is
-ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) is known beforehand for each shape of overlap, ΣB² is the
+ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) follows from running sums for each overlap, ΣB² is the
 same for every location, and only coefficients that are not zero add to ΣA·B, the cross-correlation.
 With block sums everything is an exact whole number. Vectors take the more numbers at once the
 smaller their type is, so ΣA·B is summed up in parts: in the type of the block sums, as long as that
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.engine.stages.box import BELOW, LEFT, TOP, inside_overlap
+from ccwsim.engine.stages.box import inside_overlap
 from ccwsim.engine.stages.path import Triple, overlap_cells
 
 ROWS_AT_ONCE = 16
@@ -41,22 +41,15 @@ def score_type(
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
 
 
-def overlap_energies(
-    sums: NDArray[np.number[Any]], template: Triple, overlap: Triple, kind: type[np.number[Any]]
+def running_squares(
+    sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
-    """Return ΣA² of each shape of overlap at each location, shape (n_shapes, nz, ny, nx).
+    """Return ΣA² of all block sums before each, along three axes, with a margin of zeros.
 
-    Shapes are sums of LEFT, TOP and BELOW, as far as there is such an overlap: shape 0 is the first
-    patch, which has none. T and OR are in blocks.
+    In the type of the scores, where the numbers wrap around: that of a box of blocks, a difference
+    of them, is exact all the same if the type holds it.
     """
-    squares = np.square(sums.astype(np.int64)).sum(axis=0)
-    table, (oz, oy, ox) = summed_up(squares), overlap
-    whole = box_sums(table, template, (0, 0, 0), template)
-    energies = np.empty((8 if oz else 4, *whole.shape), kind)
-    for sides in range(len(energies)):
-        own = oz if sides & BELOW else 0, oy if sides & TOP else 0, ox if sides & LEFT else 0
-        energies[sides] = whole - box_sums(table, template, own, template)
-    return energies
+    return summed_up(np.square(sums.astype(np.int64)).sum(axis=0)).astype(kind)
 
 
 def summed_up(values: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -76,6 +69,36 @@ def box_sums(
         lines, n = np.moveaxis(found, axis, 0), table.shape[axis] - t
         found = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
     return found
+
+
+@part_of_kernel
+def overlap_energies(squares, box, block, energies):
+    """Fill `energies`, shape (nz, ny, nx) of locations, with ΣA² of the overlap of a patch at each.
+
+    `squares` come from `running_squares`.
+    """
+    nz, ny, nx = energies.shape
+    low_z, _, low_y, _, low_x, _ = inside_overlap(box)
+    last_z, last_y, last_x = box.nz // block[0], box.ny // block[1], box.nx // block[2]
+    cells, flat = squares.ravel(), energies.ravel()
+    for z in range(nz):
+        for y in range(ny):
+            own = np.uint64((z * ny + y) * nx)
+            for x in range(np.uint64(nx)):
+                flat[own + x] = 0
+            for corner in range(8):  # those of all blocks, and of those that are not in the overlap
+                inside = corner & 4 != 0
+                first_z = low_z // block[0] if inside else 0
+                first_y = low_y // block[1] if inside else 0
+                first_x = low_x // block[2] if inside else 0
+                at_z = z + (first_z if corner & 2 else last_z)
+                at_y = y + (first_y if corner & 1 else last_y)
+                row = (at_z * squares.shape[1] + at_y) * squares.shape[2]
+                first, last = np.uint64(row + first_x), np.uint64(row + last_x)
+                if inside ^ (corner & 2 != 0) ^ (corner & 1 != 0):
+                    first, last = last, first
+                for x in range(np.uint64(nx)):
+                    flat[own + x] += cells[last + x] - cells[first + x]
 
 
 @part_of_kernel

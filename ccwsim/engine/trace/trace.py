@@ -328,7 +328,7 @@ class Trace:
         totals, data, slack = work.totals.copy(), None, None
         if sides and search.slack >= 0:
             slack = int(search.slack)
-        scores, copies = self._all_scores(p.number, blocks, box)
+        scores, copies = self._all_scores(blocks)
         if seen_data(self.data, before, box, search.co_template):
             weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
@@ -370,7 +370,7 @@ class Trace:
         )
 
     def _all_scores(
-        self, number: int, blocks: NDArray[np.int64], box: Box
+        self, blocks: NDArray[np.int64]
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
         """Return the scores of all locations, and which were left out as continuations.
 
@@ -381,11 +381,11 @@ class Trace:
         if not plan.before.shape[1]:
             return scores, copies
         copies = scores == 2 ** (8 * scores.itemsize - 1) - 1
-        sums, split = self.oriented.pyramid.sums, int(plan.patches[number, 7])
+        sums, energies = self.oriented.pyramid.sums, self._stepper.work.energies
         for place in np.argwhere(copies):
             part = tuple(slice(k, k + n) for k, n in zip(place, blocks.shape[1:], strict=True))
             both = (sums[:, *part].astype(np.int64) * blocks).sum()
-            scores[tuple(place)] = self.oriented.energies[split, box.sides][tuple(place)] - 2 * both
+            scores[tuple(place)] = energies[tuple(place)] - 2 * both
         return scores, copies
 
 

@@ -123,10 +123,10 @@ def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[Res
 
 
 def _n_terms(trace: Trace) -> float:
-    energies, search = trace.oriented.energies, trace.search
+    search = trace.search
     (_, size, _), (_, overlap, _) = search.template, search.overlap
     terms = 2 * size * overlap / prod(search.block) * len(trace.oriented.pyramid.sums)
-    return len(trace.patches) * energies[0, 0].size * terms
+    return len(trace.patches) * trace.oriented.n_places * terms
 
 
 def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str:

@@ -18,6 +18,7 @@ from ccwsim.engine.stages.similarity import (
     make_sums,
     overlap_energies,
     overlap_terms,
+    running_squares,
     score_places,
     score_type,
 )
@@ -58,20 +59,27 @@ def layered(array: NDArray) -> NDArray:
     return array if array.ndim == 3 else array[None]
 
 
+def energies_of(sums: NDArray, box: Box, sizes: Sizes, kind: type) -> NDArray:
+    """Return ΣA² of the overlap of a box at each location of a whole template."""
+    template = sizes.in_blocks(sizes.template)
+    places = [n - t + 1 for n, t in zip(sums.shape[1:], template, strict=True)]
+    energies = np.full(places, 77, kind)
+    overlap_energies(running_squares(sums, kind), box, sizes.block, energies)
+    return energies
+
+
 def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd", kind=None):
     """Return the scores of every place, and ΣB², as the simulation loop gets them."""
     image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
     sums = build_pyramid(image, sizes.level, n_planes).sums
     correlation = similarity == "correlation"
     kind = kind or score_type(sizes.level, sizes.template, sizes.overlap, correlation)
-    template, overlap = sizes.in_blocks(sizes.template), sizes.in_blocks(sizes.overlap)
-    energy = overlap_energies(sums, template, overlap, kind)[shape]
-    assert energy.dtype == kind
+    box = Box._make((*place, *sizes.template, shape, *sizes.overlap))
+    energy = energies_of(sums, box, sizes, kind)
     if correlation:
         energy = np.zeros_like(energy)
-    offsets = np.empty(n_planes * prod(template), np.int64)
+    offsets = np.empty(n_planes * prod(sizes.in_blocks(sizes.template)), np.int64)
     weights, counts = np.empty(len(offsets), sums.dtype), np.zeros(256, np.int64)
-    box = Box._make((*place, *sizes.template, shape, *sizes.overlap))
     n = overlap_terms(grid, box, sizes.block, sums, counts, offsets, weights)
     assert not counts.any()
     scores = np.empty_like(energy)
@@ -271,16 +279,19 @@ def test_energies_are_the_squares_over_each_shape_of_overlap(template, more, see
     rng = np.random.default_rng(seed)
     sums = rng.integers(0, 255, (2, *np.add(template, more))).astype(np.uint8)
     overlap = tuple(int(rng.integers(0 if k == 0 else 1, n + 1)) for k, n in enumerate(template))
-    energies = overlap_energies(sums, template, overlap, np.int64)  # type: ignore[arg-type]
-    assert len(energies) == (8 if overlap[0] else 4)
+    sizes = Sizes(template, overlap, (0, 0, 0))  # type: ignore[arg-type]
     squares = (sums.astype(int) ** 2).sum(axis=0)
-    for shape, own in enumerate(energies):
+    for shape in range(8 if overlap[0] else 4):
+        box = Box._make((0, 0, 0, *template, shape, *overlap))
         inside = np.zeros(template, bool)
         inside[:, :, : overlap[2]] |= bool(shape & LEFT)
         inside[:, : overlap[1]] |= bool(shape & TOP)
         inside[: overlap[0]] |= bool(shape & BELOW)
         windows = np.lib.stride_tricks.sliding_window_view(squares, template)
-        np.testing.assert_array_equal(own, windows[..., inside].sum(axis=-1))
+        expected = windows[..., inside].sum(axis=-1)
+        np.testing.assert_array_equal(energies_of(sums, box, sizes, np.int64), expected)
+        wrapped = expected.astype(np.int16)  # sums that the type does not hold wrap around
+        np.testing.assert_array_equal(energies_of(sums, box, sizes, np.int16), wrapped)
 
 
 @pytest.mark.parametrize(
