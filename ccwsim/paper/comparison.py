@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Outcome, Run
 from ccwsim.paper.methods import (
+    DEFAULT,
+    DEFAULT_WORDS,
     TITLES,
     colour_of,
     connectivity_chart,
@@ -61,11 +64,18 @@ LIKE_DISTANCE = 1.1
 ANODI_LEVEL = 2
 COMPARABLE = 1.15
 """Ratios from 1 / this to this count as comparable."""
-SYMBOLS = ("circle", "square", "triangle-up", "cross", "x", "star")
+SYMBOLS = (
+    "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
+)  # fmt: skip
+WHOSE = ("ours", "exact", "default")
 
 
 class Case(NamedTuple):
-    """Realizations of one method at one level: "ours", "exact" (ours) or "published"."""
+    """Realizations of one method at one level.
+
+    Whose is "ours", as published; ours with data "exact"; the same by "default", see
+    `DEFAULT_WORDS`; or "published", by the authors' code.
+    """
 
     method: str
     level: int
@@ -76,7 +86,7 @@ class Case(NamedTuple):
     def name(self) -> str:
         """What it is called in charts."""
         who = "published " if self.whose == "published" else ""
-        tail = ", data exact" if self.whose == "exact" else ""
+        tail = {"exact": ", data exact", "default": f", {DEFAULT}"}.get(self.whose, "")
         return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
 
 
@@ -113,16 +123,16 @@ class Sampled(NamedTuple):
 
 
 def sampled_data(run: Run) -> Outcome:
-    """Simulate both methods at levels 1 and 3, as published and with exact data."""
-    run.expect(10)
+    """Simulate both methods at levels 1 and 3: as published, with exact data, and by default."""
+    run.expect(14)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
     data = data_of(run, image, shape)
     cases = []
     for method in METHODS:
         for level in LEVELS:
-            for whose in ("ours", "exact"):
-                p = settings(method, level, exact=whose == "exact")
+            for whose in WHOSE:
+                p = settings(method, level, exact=whose != "ours", default=whose == "default")
                 e = run.simulate(image, shape, p, data, run.extent.n_few)
                 cases.append(Case(method, level, whose, e.indices))
             name = f"{TITLES[method]}_channel512_t2_1000_L{level}"
@@ -132,13 +142,15 @@ def sampled_data(run: Run) -> Outcome:
     study = Sampled(cases, image, data)
     lags = lags_for(image.shape, shape, largest=run.extent.largest_lag)
     exact = {case.name: case.images for case in study.of("exact")}
-    rough = {case.name: case.images for case in cases if case.whose != "exact"}
+    rough = {case.name: case.images for case in cases if case.whose in ("ours", "published")}
+    groups = study.of("exact"), study.of("default"), study.of("published") or study.of("ours")
     maps = [
         Row(tuple(paper_map(case.images[0], image, case.name, data) for case in group))
-        for group in (study.of("exact"), study.of("published") or study.of("ours"))
+        for group in groups
     ]
     charts = [connectivity_chart(stacks, image, "E-W", lags) for stacks in (exact, rough)]
-    blocks = (*maps, Row(tuple(charts)), _table_of_cases(study, side))
+    words = Text(DEFAULT_WORDS, quiet=True)
+    blocks = (*maps, Row(tuple(charts)), _table_of_cases(study, side), words)
     run.step()
     judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
     return Outcome(blocks, judgements)
@@ -177,6 +189,7 @@ def _methods(study: Sampled) -> list[Judgement]:
         ("published", "The authors' codes"),
         ("ours", "Our engine, as published"),
         ("exact", "Our engine, data exact"),
+        ("default", f"Our engine, {DEFAULT}"),
     ):
         for level in LEVELS:
             pair = study.pair(("ccwsim", level, whose), ("ms-ccsim", level, whose))
@@ -233,22 +246,22 @@ def _in_search_only(study: Sampled) -> list[Judgement]:
 
 
 def stone_wall(run: Run) -> Outcome:
-    """Simulate both methods with about 300 data at levels 1 and 3."""
-    run.expect(5)
+    """Simulate both methods with about 300 data at levels 1 and 3, as published and by default."""
+    run.expect(9)
     image, side = run.inputs.image("stone wall"), run.extent.side(512)
     shape, n = (side, side), run.extent.n_few
     data = run.inputs.data("stone wall", 300, shape)
     rows, pictures, distance, shares = [], [], {}, []
-    for method in METHODS:
-        for level in LEVELS:
-            e = run.simulate(image, shape, settings(method, level), data, n, workers=1)
-            distance[method, level] = near = mean_distances(e.indices, image)
-            name = f"{TITLES[method]}, level {level}"
-            shares.append(float(e.n_mismatched.mean() / data.n))
-            numbers = format_distances(near), percent(shares[-1]), seconds(median_seconds(e))
-            rows.append((f"ours, {name}", str(e.n), *numbers))
-            if level == 1:
-                pictures.append(paper_map(e.indices[0], image, f"{name}, ours", data))
+    for default, method, level in product((False, True), METHODS, LEVELS):
+        p = settings(method, level, default=default)
+        e = run.simulate(image, shape, p, data, n, workers=1)
+        distance[method, level, default] = near = mean_distances(e.indices, image)
+        name = f"{TITLES[method]}, level {level}" + (f", {DEFAULT}" if default else "")
+        shares.append(float(e.n_mismatched.mean() / data.n))
+        numbers = format_distances(near), percent(shares[-1]), seconds(median_seconds(e))
+        rows.append((f"ours, {name}", str(e.n), *numbers))
+        if level == 1:
+            pictures.append(paper_map(e.indices[0], image, f"{name}, ours", data))
     theirs, missed = {}, None
     for method in METHODS:
         code = TITLES[method]
@@ -266,7 +279,10 @@ def stone_wall(run: Run) -> Outcome:
     first = image_picture(image, run.inputs.describe("stone wall"), share=0.5)
     run.step()
     judgements = (*_patterns(distance, theirs), of_data(shares[0], data.n, missed))
-    return Outcome((Row((first, *pictures)), table), judgements)
+    words = Text(DEFAULT_WORDS, quiet=True)
+    return Outcome(
+        (Row((first, *pictures[:2])), Row(tuple(pictures[2:])), table, words), judgements
+    )
 
 
 def _patterns(distance: dict, theirs: dict) -> list[Judgement]:
@@ -274,7 +290,11 @@ def _patterns(distance: dict, theirs: dict) -> list[Judgement]:
     judgements = []
     claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
     pairs = [
-        (f"our engine, level {level}", *(distance[method, level] for method in METHODS))
+        (
+            f"our engine{f' {DEFAULT}' if default else ''}, level {level}",
+            *(distance[method, level, default] for method in METHODS),
+        )
+        for default in (False, True)
         for level in LEVELS
     ]
     if len(theirs) == 2:
@@ -285,7 +305,7 @@ def _patterns(distance: dict, theirs: dict) -> list[Judgement]:
         word = AGREES if near <= LIKE_DISTANCE * far else DIFFERS
         judgements.append(judged(claim, found, word))
     if "ccwsim" in theirs:
-        near, far = float(distance["ccwsim", 1].mean()), float(theirs["ccwsim"].mean())
+        near, far = float(distance["ccwsim", 1, False].mean()), float(theirs["ccwsim"].mean())
         found = f"Mean pattern distance {near:.4f} against {far:.4f} bits."
         word = compared(near, far, more_is_better=False, alike=LIKE_DISTANCE)
         judgements.append(judged("The authors' CCWSIM code at level 1, same data.", found, word))
@@ -315,7 +335,7 @@ STUDIES = (
 
 def variability(run: Run) -> Outcome:
     """Simulate both methods on each image and compare them with those of the published codes."""
-    run.expect(3 * len(STUDIES))
+    run.expect(5 * len(STUDIES))
     blocks: list[Block] = []
     charts: list[Chart] = []
     judgements: list[Judgement] = []
@@ -332,15 +352,17 @@ def variability(run: Run) -> Outcome:
         "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be set "
         "beside the paper's, divergences cannot."
     )
-    return Outcome((*blocks, Row(tuple(charts)), Text(remark, quiet=True)), tuple(judgements))
+    words = Text(remark, quiet=True), Text(DEFAULT_WORDS, quiet=True)
+    return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
 
 
 def _distances(run: Run, study: DistanceStudy) -> Anodi:
     image, n, side = run.inputs.image(study.image), run.extent.n_anodi, run.extent.side(study.side)
     stacks: dict[str, NDArray] = {}
-    for method in METHODS:
-        e = run.simulate(image, (side, side), settings(method, ANODI_LEVEL), n=n)
-        stacks[TITLES[method]] = e.indices
+    for default, method in product((False, True), METHODS):
+        p = settings(method, ANODI_LEVEL, default=default)
+        e = run.simulate(image, (side, side), p, n=n)
+        stacks[TITLES[method] + (f", {DEFAULT}" if default else "")] = e.indices
     for file in study.files:
         assert image_named(file) == study.image
         there = published(run, image, file, (side, side))
@@ -395,8 +417,12 @@ def _each(values: Sequence[float]) -> str:
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
     """Return whose engine it is and the names of both methods, for those that are there."""
     pairs = [
-        (whose, f"{prefix}CCWSIM", f"{prefix}MS-CCSIM")
-        for prefix, whose in (("", "our engine"), ("published ", "the authors' codes"))
+        (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
+        for whose, name in (
+            ("our engine", "{}"),
+            (f"our engine {DEFAULT}", f"{{}}, {DEFAULT}"),
+            ("the authors' codes", "published {}"),
+        )
     ]
     return [p for p in pairs if p[1] in found.names and p[2] in found.names]
 

@@ -23,10 +23,19 @@ from ccwsim.report.pictures import map_picture
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
 """Of the authors' script."""
+DEFAULT = "by default"
+DEFAULT_WORDS = (
+    "“By default”: the first patch begins at a random offset, candidates are drawn towards target "
+    "proportions, and seams are repaired, for both methods alike. Elsewhere both are run as they "
+    "were published."
+)
+"""What this program does on top of the published methods, and the paper's own runs leave out."""
 COLOURS = {
     "training image": LIGHT.reference,
     "CCWSIM": "#173F6B",
     "MS-CCSIM": "#B9770E",
+    f"CCWSIM, {DEFAULT}": "#2F80C4",
+    f"MS-CCSIM, {DEFAULT}": "#D8532A",
     "CCSIM": "#3A9E7E",
     "published CCWSIM": "#6F93BC",
     "published MS-CCSIM": "#E8B765",
@@ -38,18 +47,21 @@ LAGS = (21, 41, 61, 81)
 """At which connectivity is given in numbers."""
 
 
-def settings(method: str, level: int, *, exact: bool = True, template: int = 32) -> Parameters:
+def settings(
+    method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
+) -> Parameters:
     """Return the settings of the authors' script; with `exact` every datum is honoured.
 
     Patches are drawn as published and seams are not repaired, so that methods are compared as they
-    are described.
+    are described; with `default` as this program does both where nothing else is asked for.
 
     Examples
     --------
     >>> settings("ccwsim", 1).overlap_size
     8
     """
-    own = {"method": method, "exact_data": exact, "published_draw": True, "repair_seams": False}
+    own = {"method": method, "exact_data": exact}
+    own |= {} if default else {"published_draw": True, "repair_seams": False}
     return Parameters(template, 8, level, **own)
 
 
@@ -163,5 +175,5 @@ def connectivity_chart(
 
 
 def colour_of(name: str) -> str:
-    """Return the colour of a method; what follows a comma does not matter."""
-    return COLOURS.get(name.split(",")[0], "#7A7F86")
+    """Return the colour of a method; what else follows a comma does not matter."""
+    return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))

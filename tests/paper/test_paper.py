@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ccwsim import CCWSIMError, HardData, TrainingImage
+from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage
 from ccwsim.cli.program import main
 from ccwsim.paper import (
     EXPERIMENTS,
@@ -26,11 +26,11 @@ from ccwsim.paper import (
     with_largest_grid,
 )
 from ccwsim.paper.inputs import Inputs, inside
-from ccwsim.paper.methods import wrong_share
+from ccwsim.paper.methods import settings, wrong_share
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.times import level_change
 from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
-from ccwsim.report import Judgement, Text, report_html
+from ccwsim.report import Judgement, Table, Text, report_html
 from ccwsim.report.document import packed_plotly
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
@@ -203,6 +203,25 @@ def test_table_1_is_set_beside_what_is_found(small):
     for paper in TABLE_1.values():
         r = float(weights @ np.divide(paper.between, paper.within))
         assert r == pytest.approx(paper.ratio, abs=0.03)
+
+
+def test_both_methods_are_compared_as_published_and_again_by_default(small):
+    outcomes = {f.experiment.name: f.outcome for f in small.finished}
+    assert not settings("ms-ccsim", 1).repair_seams
+    assert settings("ms-ccsim", 1).published_draw
+    for method in ("ccwsim", "ms-ccsim"):
+        own = settings(method, 1, default=True)
+        assert own == Parameters(32, 8, 1, method=method)
+    for name in ("sampled-data", "stone-wall", "variability"):
+        blocks, judgements = outcomes[name].blocks, outcomes[name].judgements
+        first = {row[0] for b in blocks if isinstance(b, Table) for row in b.rows}
+        for method in ("CCWSIM", "MS-CCSIM"):
+            assert any(method in row and row.endswith("by default") for row in first)
+            assert any(method in row and "default" not in row for row in first)
+        found = [j.found for j in judgements if "by default" in j.found]
+        assert 1 <= len(found) < len(judgements)
+        words = [b.words for b in blocks if isinstance(b, Text)]
+        assert any("seams are repaired, for both methods alike" in text for text in words)
 
 
 def test_what_the_paper_gives_is_not_said_to_be_missing(small):
