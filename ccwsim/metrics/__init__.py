@@ -12,7 +12,13 @@ from ccwsim.metrics.connectivity import (
 )
 from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_match import DataMatch, data_match
-from ccwsim.metrics.diagnosis import Advice, Diagnosis, diagnose, templates_that_fit
+from ccwsim.metrics.diagnosis import (
+    Advice,
+    Diagnosis,
+    diagnose,
+    templates_that_fit,
+    warn_of_level,
+)
 from ccwsim.metrics.etype import (
     EType,
     entropy,
@@ -130,6 +136,7 @@ __all__ = [
     "variogram",
     "variogram_map",
     "vertical_proportions",
+    "warn_of_level",
 ]
 
 __getattr__ = renamed(

@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import VERTICAL
@@ -16,6 +17,7 @@ from ccwsim.metrics.stack import Stack, as_image, as_shape
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
@@ -23,6 +25,8 @@ MIN_ACROSS = 6
 MIN_ACROSS_PERIOD = 4
 """So many should fit where features repeat: smaller patches would lose the period."""
 MAX_ADVISED_LEVEL = 3
+COARSE_LEVEL = 3
+"""From this level on dense data break shapes: `docs/quality.md` has the figures."""
 MIN_HALVED_LAYERS = 16
 """Volumes of fewer layers are simulated with templates that have all of them."""
 MIN_LAYERS = 8
@@ -176,6 +180,38 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
         "facies, lets geobodies continue."
     )
     return Advice("overlap_size", n_blocks * block_size, reason)
+
+
+def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
+    """Return why a level is too coarse for so many hard data, or an empty text.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    grid_shape : tuple of int
+        Rows and columns; of a volume layers, rows and columns.
+    n_data : int
+
+    Returns
+    -------
+    str
+        One sentence where a template has more data, on average, than a tile that is not split.
+
+    Examples
+    --------
+    >>> warn_of_level(Parameters(32, 8, 2), (512, 512), 4000)
+    ''
+    >>> warn_of_level(Parameters(32, 8, 3), (512, 512), 4000)[:44]
+    'A template has 16 data on average: at level '
+    """
+    lengths = parameters.along(grid_shape)
+    level, a_template = max(lengths.level), n_data * prod(lengths.template) / prod(grid_shape)
+    if level < COARSE_LEVEL or a_template <= MAX_DATA:
+        return ""
+    return (
+        f"A template has {a_template:.0f} data on average: at level {level} the small patches "
+        "between them break shapes more than at level 2 or 1, and take no less time."
+    )
 
 
 def advise_along_z(

@@ -18,6 +18,7 @@ from ccwsim.metrics import (
     stationarity,
     templates_that_fit,
     variogram,
+    warn_of_level,
 )
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
@@ -228,3 +229,15 @@ def test_images_that_are_too_small_are_said():
         diagnose(TrainingImage(np.zeros((7, 9), int)))
     with pytest.raises(CCWSIMError, match="max_size = 0"):
         granulometry(np.zeros((7, 9), int), 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("level", "n_data", "warned"), [(3, 2561, True), (3, 2559, False), (2, 9000, False)]
+)
+def test_a_coarse_level_is_warned_of_where_tiles_are_split_for_data(level, n_data, warned):
+    words = warn_of_level(Parameters(32, 8, level), (512, 512), n_data)
+    assert bool(words) is warned
+    volume = Parameters((16, 32, 32), (4, 8, 8), (1, 2, level))
+    n_cells, a_template = 48 * 512 * 512, 16 * 32 * 32
+    n_data = round(n_data / 2560 * 10 * n_cells / a_template)
+    assert bool(warn_of_level(volume, (48, 512, 512), n_data)) is warned

@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, Parameters, datasets, simulate
+from ccwsim import (
+    Cancelled,
+    CCWSIMError,
+    Ensemble,
+    Grid,
+    HardData,
+    Parameters,
+    datasets,
+    simulate,
+)
 from ccwsim.io import can_write, read_realizations, training_image_as_bytes
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
@@ -35,7 +44,7 @@ from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of
 from tests.some import some
-from tests.ui.widgets import html, named, texts
+from tests.ui.widgets import html, named, opened, texts
 
 ROOT = Path(__file__).parents[2]
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
@@ -135,6 +144,18 @@ def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
         str(size) for size in template_sizes(3, (256, 256))
     ]
     assert named(app.selectbox, "overlap_size").options == ["8"]
+
+
+def test_a_level_that_is_too_coarse_for_dense_data_is_warned_of():
+    state = State()
+    cells = np.argwhere(np.ones((32, 32))) * 8  # 16 data a template
+    placed = HardData(cells, cells.sum(axis=1) // 8 % 2)
+    state.change(grid=Grid(256, 256), data=DataChoice("placed", placed=placed))
+    app = opened("simulate", state).run()
+    assert not app.exception
+    assert "A template has" not in texts(app)
+    named(app.selectbox, "wavelet_level").set_value(3).run()
+    assert "A template has 16 data on average: at level 3" in texts(app)
 
 
 def test_the_help_comes_from_the_table_of_parameters():

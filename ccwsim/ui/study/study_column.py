@@ -9,6 +9,7 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim.metrics import warn_of_level
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import (
     MAX_CANDIDATES_OFFERED,
@@ -19,13 +20,20 @@ from ccwsim.model.bounds import (
 )
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import fitted, image_of, levels, overlap_sizes, template_sizes
+from ccwsim.ui.session.resolve import (
+    data_of,
+    fitted,
+    image_of,
+    levels,
+    overlap_sizes,
+    template_sizes,
+)
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_step
+from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.text import pair, step_title
+from ccwsim.ui.widgets.text import pair, plain, step_title
 
 WORLD = {
     "cell_size": ("Cell width (world units)", "Cell height (world units)"),
@@ -108,6 +116,10 @@ def method_step(state: State) -> None:
         _volume_fields(state, p, shape)
     else:
         _map_fields(p, shape, change)
+    if not problem_of_data(state.choices):
+        grid, n_data = state.choices.grid, data_of(state.choices).n
+        if warning := warn_of_level(p, grid.shape, n_data):
+            st.warning(plain(warning))
     with st.popover("Advanced", key="method_menu"):
         for name in PARAMETERS:
             if name not in ON_TOP:
