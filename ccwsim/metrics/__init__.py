@@ -32,6 +32,7 @@ from ccwsim.metrics.etype import (
 from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.fits import fit_patterns, fit_vertical_proportions
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
+from ccwsim.metrics.measures import MEASURES, Measure, Measured, measure
 from ccwsim.metrics.patterns import (
     PatternHistogram,
     divergences,
@@ -65,6 +66,7 @@ from ccwsim.metrics.variograms import (
 from ccwsim.model.deprecation import renamed
 
 __all__ = [
+    "MEASURES",
     "QUARTERS",
     "STEPS",
     "VERTICAL",
@@ -81,6 +83,8 @@ __all__ = [
     "Fit",
     "Geobodies",
     "Granulometry",
+    "Measure",
+    "Measured",
     "PatternHistogram",
     "Quality",
     "ReferenceBand",
@@ -122,6 +126,7 @@ __all__ = [
     "granulometry",
     "js_divergence",
     "judge",
+    "measure",
     "pattern_distance",
     "pattern_histogram",
     "proportion_quantiles",

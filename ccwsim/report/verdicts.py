@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
+from ccwsim.metrics.measures import Measured
 from ccwsim.metrics.reference_band import Fit
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
@@ -247,6 +250,65 @@ def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 
     """
     data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
     return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
+
+
+class MeasureRow(NamedTuple):
+    """One measure in words: its values, the verdict, and whether that is good."""
+
+    title: str
+    definition: str
+    image: str
+    realizations: str
+    verdict: str
+    good: bool
+
+
+HOW_MEASURED = (
+    "Training image and realizations are whole; the last column compares pieces of realizations "
+    "with crops of the training image of the same size, as windows cut geobodies. ± is how far "
+    "pieces may be from crops before it counts, by how much crops differ among themselves."
+)
+MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
+
+
+def describe_measures(found: Measured) -> list[MeasureRow]:
+    """Return all measures in words; a verdict compares pieces of realizations with crops.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ccwsim.metrics import MEASURES
+    >>> fit = Fit(*np.array([[0.0], [0.2], [0.3], [0.04]]), (64, 128))
+    >>> found = Measured(MEASURES[:1], np.full((9, 1), 0.21), np.full(1, 0.3), fit)
+    >>> describe_measures(found)[0][2:5]
+    ('30.0', '21.0 (21.0 to 21.0)', 'too little: 20.0, crops 30.0 ± 4.0')
+    """
+    rows = []
+    for k, measure in enumerate(found.measures):
+        text, fit = measure.text, found.fit
+        low, mean, high = _spread(found.each[:, k])
+        verdict, good = "not judged", True
+        if fit is not None and np.isfinite(fit.found[k] - fit.reference[k] + fit.tolerance[k]):
+            good = not fit.outside[k]
+            words = "" if good else f"{measure.words[int(fit.found[k] > fit.reference[k])]}: "
+            crops = f"{text(fit.reference[k])} ± {text(fit.tolerance[k])}"
+            verdict = f"{words}{text(fit.found[k])}, crops {crops}"
+        spread = f"{text(mean)} ({text(low)} to {text(high)})"
+        rows.append(
+            MeasureRow(
+                measure.title, measure.definition, text(found.reference[k]), spread, verdict, good
+            )
+        )
+    return rows
+
+
+def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the 5 % quantile, the mean and the 95 % quantile of what is known."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return np.nan, np.nan, np.nan
+    low, high = np.quantile(known, (0.05, 0.95))
+    return float(low), float(known.mean()), float(high)
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:

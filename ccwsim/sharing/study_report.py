@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
-from ccwsim.metrics import etype, fit_curve
+from ccwsim.metrics import etype, fit_curve, measure
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Stack
@@ -31,7 +31,14 @@ from ccwsim.report import (
     surroundings,
 )
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
-from ccwsim.report.verdicts import describe_curve, relative_text, way_name
+from ccwsim.report.verdicts import (
+    HOW_MEASURED,
+    MEASURES_HEAD,
+    describe_curve,
+    describe_measures,
+    relative_text,
+    way_name,
+)
 from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
@@ -97,6 +104,7 @@ def study_report(
             _curve_charts(ensemble, facies),
             f"{of_facies}, against the training image",
         ),
+        ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
         ("CPU time and proportions", counts, f"{mean:.3g} ms a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
@@ -218,6 +226,14 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
             )
         )
     return tuple(rows)
+
+
+def _measures(ensemble: Ensemble, facies: int) -> Table:
+    found = measure(ensemble, int(ensemble.training_image.codes[facies]))
+    rows = [
+        (row.title, row.image, row.realizations, row.verdict) for row in describe_measures(found)
+    ]
+    return Table(MEASURES_HEAD, tuple(rows), HOW_MEASURED)
 
 
 def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:

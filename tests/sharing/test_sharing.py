@@ -102,8 +102,8 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     assert "<script>alert" not in page
     assert not OUTSIDE.search(own_part(page))
     assert ", ".join(section.title for section in document.sections) == (
-        "Study, Realizations, E-type, Variograms and connectivity, CPU time and proportions, "
-        "Parameters, Reproduction"
+        "Study, Realizations, E-type, Variograms and connectivity, Measures, "
+        "CPU time and proportions, Parameters, Reproduction"
     )
     assert page.count('class="plot"') == 6
     assert page.count("<img") == 2 + 3 + 2

@@ -31,6 +31,7 @@ from ccwsim.ui.study.run import keep_up, problem_of, start_run
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.findings import draw_summary
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
+from ccwsim.ui.validate.measures import draw_measures
 from ccwsim.ui.validate.reproduction import (
     draw_copying,
     draw_curves_row,
@@ -204,6 +205,7 @@ class Section(NamedTuple):
 SECTIONS = (
     Section("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
     Section("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
+    Section("measures", "Measures", "one number each, beside crops of the image", draw_measures),
     Section("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
     Section("data", "Hard data", "whether and how they are honoured", draw_data),
     Section("directions", "Any direction", "variograms over all lags", draw_directions),

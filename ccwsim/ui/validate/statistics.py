@@ -20,6 +20,7 @@ from ccwsim.metrics import (
     EType,
     Fit,
     Geobodies,
+    Measured,
     ReferenceScores,
     anodi,
     calibration,
@@ -32,6 +33,7 @@ from ccwsim.metrics import (
     fit_proportions,
     fit_vertical_proportions,
     geobody_statistics,
+    measure,
     score_reference,
     transiograms,
     unseen_patterns,
@@ -241,6 +243,16 @@ def geobodies(
         )
 
     return Task(("geobodies", *study_key(ensemble), facies, neighbours), work)
+
+
+def measures(ensemble: Ensemble, facies: int) -> Task[Measured]:
+    """Return the measures of a facies that are one number each."""
+    code = int(ensemble.training_image.codes[facies])
+
+    def work(progress: Fraction) -> Measured:
+        return measure(ensemble, code, progress)
+
+    return Task(("measures", *study_key(ensemble), facies), work)
 
 
 def proportions(ensemble: Ensemble) -> Task[ProportionsCompared]:

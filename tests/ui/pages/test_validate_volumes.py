@@ -9,6 +9,8 @@ import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.metrics import (
+    MEASURES,
+    Measure,
     connectivity,
     diagnose,
     etype,
@@ -16,6 +18,7 @@ from ccwsim.metrics import (
     fit_patterns,
     fit_vertical_proportions,
     geobody_statistics,
+    measure,
     unseen_patterns,
     vertical_proportions,
 )
@@ -32,6 +35,7 @@ from ccwsim.report.verdicts import (
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, bundle_of_band
+from ccwsim.ui.validate.measures import measures_csv
 from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import describe_percolation, meter_of, sizes_of, strips_of
 from ccwsim.ui.validate.slices import Slice, slice_of
@@ -42,12 +46,13 @@ from ccwsim.ui.validate.statistics import (
     geobodies,
     layers,
     reference_scores,
+    shared_values,
     volume_patterns,
 )
 from ccwsim.ui.widgets.facts import three_digits
 from tests.metrics.volumes import a_volume
 from tests.ui.pages.test_validate_page import launched, nothing, settled
-from tests.ui.widgets import charts, html, named, texts
+from tests.ui.widgets import charts, csv_rows, html, named, texts
 
 P = Parameters(template_size=(4, 8, 8), overlap_size=(2, 4, 4), wavelet_level=1)
 GRID = Grid(20, 24, (25.0, 25.0, 2.0), (1000.0, 0.0, 100.0), nz=10)
@@ -280,3 +285,19 @@ def test_a_volume_of_one_layer_is_judged(image):
     assert not texts(app)
     assert "1 × 3" not in html(app)
     assert "3 × 3 × 1 patterns" in html(app)
+
+
+def test_measures_of_volumes_are_listed_beside_crops_and_saved(ensemble, monkeypatch):
+    own = Measure("Bottom row, %", "Made up.", lambda of: of.inside[:, 0].mean((1, 2)), 0.5)
+    monkeypatch.setattr("ccwsim.metrics.measures.MEASURES", (*MEASURES, own))
+    shared_values.clear()  # other tests may have had the table without it
+    app = launched(ensemble=ensemble, seen=frozenset({"measures"}))
+    said = html(app)
+    for shown in MEASURES:
+        assert (shown.title in said) is (shown.volumes is not False)
+    assert "Bottom row, %" in said  # an entry of the table is all that the page needs
+    rows = csv_rows(measures_csv(measure(ensemble, 7)))
+    assert [row["measure"] for row in rows][-1] == "Bottom row, %"
+    share = float(rows[0]["realization_2"])
+    assert share == pytest.approx(100 * float(ensemble.proportions[1, 1]), abs=1e-3)
+    shared_values.clear()

@@ -1,0 +1,293 @@
+"""Measures with one number an image, as one table: realizations beside crops of their image.
+
+`MEASURES` is all that there is to a measure: what it is called, how it is counted, and which
+difference means something. The page *Validate*, reports and CSV files show whatever is in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
+from ccwsim.metrics.reference_band import Fit, fit_values
+from ccwsim.metrics.stack import Fraction, Stack
+from ccwsim.metrics.unseen import unseen_patterns
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.training_image import TrainingImage
+
+MAX_IMAGES = 200
+"""The first so many realizations are measured."""
+PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
+"""Geobodies are counted per so many cells, as images differ in size."""
+PATTERN_SIDE = 3
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class OfFacies:
+    """A facies of some images, as measures see it.
+
+    Attributes
+    ----------
+    images : Stack
+    code : int
+        Of the facies.
+    training_image : TrainingImage
+        What the images are to be like.
+    """
+
+    images: Stack
+    code: int
+    training_image: TrainingImage
+
+    @cached_property
+    def inside(self) -> NDArray[np.bool_]:
+        """Which cells are of the facies, shape (n, nz, ny, nx); maps have one layer."""
+        cells = self.images.indices == self.images.index_of(self.code)
+        return cells if self.images.is_volumes else cells[:, None]
+
+    @cached_property
+    def geobodies(self) -> Geobodies:
+        """Its geobodies; cells that touch at corners are joined."""
+        return geobody_statistics(self.images, self.code)
+
+    @property
+    def n_cells(self) -> int:
+        """Of one image."""
+        return self.inside[0].size
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One entry of the table.
+
+    Attributes
+    ----------
+    title : str
+        What it is called, with its unit.
+    definition : str
+        One sentence.
+    values : callable
+        Takes an `OfFacies`, returns one value an image, shape (n,); NaN where there is none.
+    least : float
+        A smaller difference is never called one, in units of the value.
+    words : pair of str
+        What a value below that of crops is called, and one above.
+    factor : float
+        What values are multiplied by to be shown.
+    digits : int
+        Decimals that are shown.
+    volumes : bool, or None
+        Whether it is one of volumes alone, or of maps alone; None for both.
+    """
+
+    title: str
+    definition: str
+    values: Callable[[OfFacies], Values]
+    least: float
+    words: tuple[str, str] = ("too low", "too high")
+    factor: float = 1.0
+    digits: int = 2
+    volumes: bool | None = None
+
+    def text(self, value: float) -> str:
+        """Return a value as it is shown.
+
+        Examples
+        --------
+        >>> MEASURES[0].text(0.2731), MEASURES[0].text(float("nan"))
+        ('27.3', '–')
+        """
+        if not np.isfinite(value):
+            return "–"
+        return f"{self.factor * value:.{self.digits}f}".replace("-", "−")
+
+
+def _share(of: OfFacies) -> Values:
+    return of.inside.mean(axis=(1, 2, 3))
+
+
+def _boundary(of: OfFacies) -> Values:
+    """Count unequal pairs of cells side by side, along all axes; a single cell has none."""
+    unequal, n_pairs = np.zeros(len(of.inside)), 0
+    for axis in (1, 2, 3):
+        here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
+        unequal += (here != next_to).sum(axis=(1, 2, 3))
+        n_pairs += here[0].size
+    return unequal / n_pairs if n_pairs else np.full(len(unequal), np.nan)
+
+
+def _chord(axis: int) -> Callable[[OfFacies], Values]:
+    """Return how to measure the mean chord along an axis of (n, nz, ny, nx)."""
+
+    def values(of: OfFacies) -> Values:
+        lines = np.moveaxis(of.inside, axis, -1)
+        begins = lines[..., 0].sum(axis=(1, 2))
+        begins = begins + (lines[..., 1:] & ~lines[..., :-1]).sum(axis=(1, 2, 3))
+        cells = of.inside.sum(axis=(1, 2, 3))
+        return np.divide(cells, begins, out=np.full(len(lines), np.nan), where=begins > 0)
+
+    return values
+
+
+def _largest(of: OfFacies) -> Values:
+    sizes = (own[0] / own.sum() if len(own) else np.nan for own in of.geobodies.sizes)
+    return np.array([*sizes], float)
+
+
+def _unseen(of: OfFacies) -> Values:
+    sides = *of.images.shape[-2:], *of.training_image.shape[-2:]
+    return unseen_patterns(of.images, of.training_image, min(PATTERN_SIDE, *sides))
+
+
+def _counted(
+    title: str,
+    definition: str,
+    count: Callable[[OfFacies], NDArray[np.int64]],
+    words: tuple[str, str],
+) -> tuple[Measure, Measure]:
+    """Return a count by the cells of a map, and by those of a volume."""
+
+    def entry(per: int, volumes: bool) -> Measure:
+        def values(of: OfFacies) -> Values:
+            return per * count(of) / of.n_cells
+
+        whole = f"{title} per {per:,} cells"
+        least = 0.5 if not volumes else 5.0
+        return Measure(whole, definition, values, least, words, digits=1, volumes=volumes)
+
+    return entry(PER_CELLS, False), entry(PER_CELLS_VOLUME, True)
+
+
+MEASURES = (
+    Measure(
+        "Proportion, %",
+        "Share of the cells.",
+        _share, 0.01, ("too little", "too much"), 100, 1,
+    ),
+    Measure(
+        "Boundary, %",
+        "Share of the pairs of cells side by side of which one has the facies: more is rougher.",
+        _boundary, 0.003, ("too smooth", "too rough"), 100,
+    ),
+    Measure(
+        "Chord E–W, cells",
+        "Mean length of the facies along a line; at the border it is cut.",
+        _chord(3), 0.5, ("too short", "too long"), digits=1,
+    ),
+    Measure(
+        "Chord N–S, cells",
+        "Mean length of the facies along a line; at the border it is cut.",
+        _chord(2), 0.5, ("too short", "too long"), digits=1,
+    ),
+    Measure(
+        "Chord vertical, layers",
+        "Mean thickness of the facies along a column; at the top and the bottom it is cut.",
+        _chord(1), 0.25, ("too thin", "too thick"), digits=1, volumes=True,
+    ),
+    *_counted(
+        "Geobodies",
+        "Pieces in which cells that touch at sides or corners are one.",
+        lambda of: of.geobodies.n_geobodies, ("too few", "too many"),
+    ),
+    Measure(
+        "Largest geobody, %",
+        "Share of the facies that it has.",
+        _largest, 0.1, ("too small", "too large"), 100, 0,
+    ),
+    Measure(
+        "Γ",
+        "Chance that two cells of the facies are in one geobody (Renard and Allard 2013).",
+        lambda of: of.geobodies.gamma, 0.1, ("too little connected", "too much connected"),
+    ),
+    *_counted(
+        "Euler number",
+        "Geobodies less holes; in volumes geobodies less tunnels plus cavities.",
+        lambda of: of.geobodies.euler_number, ("too many holes", "too many pieces"),
+    ),
+    Measure(
+        "Unseen patterns, %",
+        f"Share of the patterns of {PATTERN_SIDE} cells a side, of all facies, that the training "
+        "image never has.",
+        _unseen, 0.01, ("", "too many"), 100,
+    ),
+)  # fmt: skip
+"""In the order in which they are shown."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Measures of a facies.
+
+    Attributes
+    ----------
+    measures : tuple of Measure
+        Those of maps, or of volumes.
+    each : ndarray, shape (n, m)
+        By realization and measure.
+    reference : ndarray, shape (m,)
+        Of the whole training image.
+    fit : Fit, or None
+        Means over pieces of the realizations beside crops of the training image, by measure.
+    """
+
+    measures: tuple[Measure, ...]
+    each: Values
+    reference: Values
+    fit: Fit | None
+
+
+def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> Measured:
+    """Return all measures of a facies of realizations, and how crops of their image compare.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+        Of which the first 200 realizations are measured.
+    facies : int
+        The code of one.
+    progress : callable, optional
+        Called with the share that is done.
+
+    Returns
+    -------
+    Measured
+
+    Raises
+    ------
+    CCWSIMError
+        For an unknown facies.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, TrainingImage, simulate
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> found = measure(simulate(stripes, (40, 50), p), 1)
+    >>> float(dict(zip([m.title for m in found.measures], found.each[0]))["Largest geobody, %"])
+    0.1
+    """
+    image = ensemble.training_image
+    index = image.index_of(facies)
+    kind = image.n_dimensions > 2
+    chosen = tuple(m for m in MEASURES if m.volumes in (None, kind))
+
+    def values(images: Stack) -> Values:
+        of = OfFacies(images, facies, image)
+        return np.column_stack([np.asarray(m.values(of), float) for m in chosen])
+
+    each = []
+    for r in range(min(ensemble.n, MAX_IMAGES)):
+        each.append(values(Stack(ensemble.indices[r : r + 1], image.codes)))
+        if progress:
+            progress((r + 1) / min(ensemble.n, MAX_IMAGES))
+    own = values(Stack(image.indices[None], image.codes))[0]
+    names = tuple(m.title for m in chosen)
+    least, at = np.array([m.least for m in chosen]), np.arange(len(chosen), dtype=float)
+    fit = fit_values(ensemble, ("measures", index, names), at, values, least)
+    return Measured(chosen, np.concatenate(each), own, fit)
