@@ -15,4 +15,4 @@ def compare_page(state: State) -> None:
 
 
 if __name__ == "__main__":
-    show_page("Compare", compare_page, volumes=False)
+    show_page("Compare", compare_page)

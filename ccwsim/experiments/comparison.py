@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.metrics.lags import max_lag
+from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -32,7 +32,6 @@ LOW, HIGH = 0.05, 0.95
 MIN_ERRORS = 2.0
 """Standard errors that a difference between settings must exceed to be called one."""
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
-DIRECTIONS = ("E-W", "N-S")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +54,7 @@ def compared_curves(
     image = ensembles[0].training_image
     code = int(image.codes[image.index_of(facies)])
     wanted: list[tuple[int, Statistic, str]] = [
-        (code, s, d) for s in STATISTICS for d in DIRECTIONS
+        (code, s, d) for s in STATISTICS for d in axes_of(ensembles[0].grid.shape)
     ]
     n = len(wanted)
     return {key: _compared(ensembles, key, _part(progress, k, n)) for k, key in enumerate(wanted)}
@@ -119,7 +118,7 @@ class Comparison:
         One a setting; realization r of each has the same random numbers.
     curves : mapping of (facies, statistic, direction) to ComparedCurves
         Of the facies (codes) asked for; a statistic is one of `STATISTICS`, a
-        direction one of `DIRECTIONS`.
+        direction one of the axes.
     anodi : Anodi or None
         None until it is computed, and where `problem` says why it cannot be.
     scaling : Scaling or None

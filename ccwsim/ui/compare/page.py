@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim.experiments.comparison import DIRECTIONS, STATISTICS, Comparison
+from ccwsim.experiments.comparison import STATISTICS, Comparison
 from ccwsim.figures import (
     DASHES,
     SYMBOLS,
@@ -26,11 +26,13 @@ from ccwsim.figures import (
     setting_colours,
 )
 from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.lags import axes_of
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.report.verdicts import describe_curves
+from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves
 from ccwsim.ui.compare import findings
 from ccwsim.ui.compare.settings import (
     LETTERS,
@@ -48,6 +50,7 @@ from ccwsim.ui.compare.settings import (
     describe_setting,
     follow_comparison,
     has_curves,
+    n_of,
     remove_setting,
     settings_of,
     start_comparison,
@@ -59,6 +62,7 @@ from ccwsim.ui.jobs.limits import Demand, check_limits
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.curves import draw_curve_key
 from ccwsim.ui.results.maps import (
+    VOLUMES,
     choose,
     e_type_field,
     ghost_panel,
@@ -73,12 +77,13 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
-from ccwsim.ui.study.study_column import parameter_field
+from ccwsim.ui.study.study_column import parameter_field, volume_fields
 from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets.volumes import draw_volume
 
 STYLE = Path(__file__).with_name("compare.css")
 SHOWN_AT_ONCE = {
@@ -89,7 +94,8 @@ SHOWN_AT_ONCE = {
 MIN_IMAGE_SHARE = 0.8
 """The training image's column is never narrower than this share of a setting's."""
 SCALE: dict[str, Any] = {"scale": "compared", "max_height": 460}
-TITLES = {"variogram": ("Variogram", "γ"), "connectivity": ("Connectivity", "τ")}
+SLICES: dict[str, Any] = {"link": VOLUMES, "body": False, "max_height": 300}
+"""Volumes share their slices and the cursor."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """How CSS says a dash; it has no dash-dot."""
@@ -136,8 +142,8 @@ def problem_of(state: State) -> str:
         image, data = image_of(choices.image), data_of(choices)
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
-        cells = choices.grid.ny * choices.grid.nx * len(settings_of(state))
-        check_limits(Demand(cells * state.page(Comparing).n, data.n))
+        cells = choices.grid.n_cells * len(settings_of(state))
+        check_limits(Demand(cells * n_of(state), data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -167,24 +173,40 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
         common: dict[str, Any] = {"write": change(name), "help": help_of(name)}
         field(widget, label, key=f"{letter}_{name}", value=value, **common, **options)
 
+    methods = PARAMETERS["method"]["allowed"].split(", ")
+    method = {"options": methods, "format_func": str.upper}
+    best = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+    share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
     left, right = pair()
-    with left:
-        methods = PARAMETERS["method"]["allowed"].split(", ")
-        draw(st.selectbox, "method", "Method", p.method, options=methods, format_func=str.upper)
-        sizes = template_sizes(p.level, shape)
-        draw(st.selectbox, "template_size", "Template (cells)", p.template_size, options=sizes)
-        limits = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-        draw(st.number_input, "n_candidates", "Candidates K", p.n_candidates, **limits)
-    with right:
-        options = {"options": levels(shape) if has_levels else [0], "disabled": not has_levels}
-        draw(st.selectbox, "wavelet_level", "Level", p.level, **options)
-        sizes = overlap_sizes(p.level, p.template_size)
-        draw(st.selectbox, "overlap_size", "Overlap (cells)", p.overlap_size, options=sizes)
-        limits = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
-        draw(st.number_input, "search_fraction", "Search fraction", p.search_fraction, **limits)
+    if len(shape) == 3:
+        with left:
+            draw(st.selectbox, "method", "Method", p.method, **method)
+        with right:
+            draw(st.number_input, "n_candidates", "Candidates K", p.n_candidates, **best)
+        volume_fields(p, shape, partial(change_setting, state, k), f"{letter}_")
+    else:
+        with left:
+            draw(st.selectbox, "method", "Method", p.method, **method)
+            sizes = template_sizes(p.level, shape)
+            draw(st.selectbox, "template_size", "Template (cells)", p.template_size, options=sizes)
+            draw(st.number_input, "n_candidates", "Candidates K", p.n_candidates, **best)
+        with right:
+            options = {"options": levels(shape) if has_levels else [0], "disabled": not has_levels}
+            draw(st.selectbox, "wavelet_level", "Level", p.level, **options)
+            sizes = overlap_sizes(p.level, p.template_size)
+            draw(st.selectbox, "overlap_size", "Overlap (cells)", p.overlap_size, options=sizes)
+            draw(st.number_input, "search_fraction", "Search fraction", p.search_fraction, **share)
     with st.container(horizontal=True, vertical_alignment="center", key=f"last_{letter}"):
         parameter_field(p, "refine", change("refine"), f"{letter}_")
         with st.popover("More", key=f"more_{letter}"):
+            if len(shape) == 3:
+                draw(
+                    st.number_input,
+                    "search_fraction",
+                    "Search fraction",
+                    p.search_fraction,
+                    **share,
+                )
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
                     parameter_field(p, name, change(name), f"{letter}_")
@@ -220,6 +242,7 @@ def _draw_run_row(state: State, problem: str) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
         options = {"help": "More make small differences between settings surer.", **limits}
+        n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
         options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
@@ -245,7 +268,7 @@ def describe_study(state: State) -> str:
     with_data = f"{data.n} data" if data.n else "no data"
     return (
         f"The same for all, as on Simulate: {pretty(image.name)}, {with_data}, grid "
-        f"{grid.nx} × {grid.ny}, seed {choices.seed}."
+        f"{describe_shape(grid.shape)}, seed {choices.seed}."
     )
 
 
@@ -324,13 +347,16 @@ def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[s
         step_buttons("shown", step, disabled=n == 1, note=" of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
         e_type_field(state, image.facies_names, write)
-    share = min(max(image.shape[1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
+    share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     with st.container(key="maps"):
         first, *others = st.columns([share] + [1.0] * len(asked.settings), gap="medium")
     with first:
         panel_title("Training image")
         shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-        draw_map(shown, "map_image", name="training_image", link="image", leads=False, **SCALE)
+        if grid.nz is None:
+            draw_map(shown, "map_image", name="training_image", link="image", leads=False, **SCALE)
+        else:
+            draw_volume(shown, "volume_image", name="training_image", **SLICES)
         _draw_beside(found)
     own = asked.settings[0]
     for k, (column, p) in enumerate(zip(others, asked.settings, strict=True)):
@@ -348,9 +374,13 @@ def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str
     shown = facies_map(ensemble.indices[r], image, colours, f"{letter}, realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     name = f"{letter}_realization_{r + 1}"
-    draw_map(shown, f"map_{letter}", link="grid", name=name, **SCALE)
     below = uncertainty_map(state, ensemble, colours)
-    draw_map(below, f"map_e_type_{letter}", link="grid", name=f"{letter}_e_type", **SCALE)
+    if ensemble.grid.nz is None:
+        draw_map(shown, f"map_{letter}", link="grid", name=name, **SCALE)
+        draw_map(below, f"map_e_type_{letter}", link="grid", name=f"{letter}_e_type", **SCALE)
+    else:
+        draw_volume(shown, f"volume_{letter}", name=name, **SLICES)
+        draw_volume(below, f"volume_e_type_{letter}", name=f"{letter}_e_type", **SLICES)
 
 
 def _draw_beside(found: Comparison) -> None:
@@ -384,21 +414,22 @@ def draw_curves(state: State, found: Comparison) -> None:
     ]
     draw_curve_key(lines)
     code = code_of(found, facies)
-    both = [found.curves[code, "variogram", way] for way in DIRECTIONS]
-    values = [c.reference.max() for c in both] + [b.high.max() for c in both for b in c.bands]
-    top = 1.08 * float(np.nanmax(values)) or 0.5  # the same for both directions
+    ways = axes_of(found.ensembles[0].grid.shape)
+    each = [found.curves[code, "variogram", way] for way in ways]
+    values = [c.reference.max() for c in each] + [b.high.max() for c in each for b in c.bands]
+    top = 1.08 * float(np.nanmax(values)) or 0.5  # the same along all axes
     with st.container(key="charts"):
-        columns = st.columns(4, gap="medium")
+        in_rows = [2 * len(ways)] if len(ways) == 2 else [len(ways)] * 2
+        columns = [place for n in in_rows for place in st.columns(n, gap="medium")]
     wanted: list[tuple[Statistic, str]] = [
-        (statistic, way) for statistic in STATISTICS for way in DIRECTIONS
+        (statistic, way) for statistic in STATISTICS for way in ways
     ]
     for column, (statistic, way) in zip(columns, wanted, strict=True):
         is_variogram = statistic == "variogram"
         y_range = (0, top) if is_variogram else (0, 1.04)
         curves = found.curves[code, statistic, way]
-        title, sign = TITLES[statistic]
-        title = f"{title} {way.replace('-', '–')}"
-        y_title, lags = f"{sign} of {name}", curves.lags.astype(float)
+        title = curve_title(statistic, way)
+        y_title, lags = f"{SIGNS[statistic]} of {name}", curves.lags.astype(float)
         bundles = {
             letter: Bundle(lags, curves.reference, NO_CURVES, band.low, band.median, band.high)
             for letter, band in zip(found.names, curves.bands, strict=True)
@@ -428,13 +459,14 @@ def draw_patterns(state: State, found: Comparison) -> None:
         panel_title("ANODI ratios", "every setting against each one before it")
         st.html(scrolled(findings.ratio_table(found), "ANODI ratios"))
         weights = ", ".join(three_digits(w) for w in found.anodi.weights)
-        size = found.anodi.pattern_size
+        image, side = found.ensembles[0].training_image, found.anodi.pattern_size
+        size = describe_shape((side,) * image.n_dimensions)
         step_note(
             "Between: how varied the realizations are; within: how far they are from the training "
             "image; each is the first setting's over the second one's at full, half and third "
             f"resolution, weighted {weights}; ratio = between / within. Above 1 the first setting "
-            f"is the better one (Tan et al. 2014, on exact histograms of all {size} × {size} "
-            "patterns). Called different: by more than two standard errors (jackknife)."
+            f"is the better one (Tan et al. 2014, on exact histograms of all {size} patterns). "
+            "Called different: by more than two standard errors (jackknife)."
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 from ccwsim.experiments.comparison import (
     MAX_SETTINGS,
@@ -11,10 +12,11 @@ from ccwsim.experiments.comparison import (
     add_curves,
     compare,
 )
+from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.choices import DataChoice, ImageChoice
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import Demand, demand_of
@@ -24,6 +26,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
 
+N_USUAL, N_USUAL_VOLUME = 12, 4
+"""Realizations of each setting at first."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """What the settings are called; A is the study's own."""
 SHORT_NAMES = {
@@ -75,12 +79,13 @@ class Comparing:
     """What the page remembers.
 
     `others` are the settings beside the study's own; None is what is usual at that position, and
-    follows the study. `job` is the comparison that runs now, its `about` a `Run`; `found` is the
-    latest comparison, and `asked` what was asked for it.
+    follows the study. `n` is how many realizations each has; None until the page is first drawn.
+    `job` is the comparison that runs now, its `about` a `Run`; `found` is the latest comparison,
+    and `asked` what was asked for it.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
-    n: int = 12
+    n: int | None = None
     job: Job[Comparison] | None = None
     found: Comparison | None = None
     asked: Asked | None = None
@@ -97,10 +102,13 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
     return own, *(fitted(p, shape) for p in others)
 
 
-def usual_others(own: Parameters, shape: tuple[int, int]) -> list[Parameters]:
+def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
     """Return settings that are worth comparing with one's own, all of them different."""
+    wanted: list[Any] = [k for k in (3, 1, 2) if k in levels(shape)]
+    if len(shape) == 3:  # volumes are thin: not coarser along z than within layers
+        wanted = [(z, k, k) for k in wanted for z in (k - 1, k) if z in levels(shape, True)]
     tried: list[dict] = [{"method": "ccsim"}]
-    tried += [{"method": "ccwsim", "wavelet_level": k} for k in (3, 1, 2) if k in levels(shape)]
+    tried += [{"method": "ccwsim", "wavelet_level": level} for level in wanted]
     tried += [{"method": method} for method in METHODS]
     tried += [{"n_candidates": 5}, {"n_candidates": 50}, {"refine": not own.refine}]
     tried += [{"random_path": not own.random_path}]
@@ -134,10 +142,12 @@ def describe_parameters(p: Parameters) -> str:
     --------
     >>> describe_parameters(Parameters())
     'CCWSIM, level 2, template 32, overlap 8, K 20'
+    >>> describe_parameters(Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2)))
+    'CCWSIM, level 2 × 2 × 1, template 32 × 32 × 16, overlap 8 × 8 × 4, K 20'
     """
-    level = [] if p.method == "ccsim" else [f"level {p.level}"]
-    sizes = [f"template {p.template_size}", f"overlap {p.overlap_size}", f"K {p.n_candidates}"]
-    return ", ".join([p.method.upper(), *level, *sizes])
+    names = ["wavelet_level", "template_size", "overlap_size", "n_candidates"]
+    said = [_describe(name, getattr(p, name)) for name in names[p.method == "ccsim" :]]
+    return ", ".join([p.method.upper(), *said])
 
 
 def change_setting(state: State, k: int, **changes: object) -> None:
@@ -189,13 +199,23 @@ def _describe(name: str, value: object) -> str:
         return VALUES.get(str(value), str(value))
     if isinstance(value, bool):
         return short if value else f"no {short}"
+    if isinstance(value, tuple) and name in PER_AXIS:
+        return f"{short} {describe_shape(value)}"
     return f"{short} {value:g}" if isinstance(value, float) else f"{short} {value}"
 
 
 def asked_of(state: State) -> Asked:
     """Return what a comparison would be asked for now."""
     c = state.choices
-    return Asked(c.image, c.data, c.grid, c.seed, state.page(Comparing).n, settings_of(state))
+    return Asked(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
+
+
+def n_of(state: State) -> int:
+    """Return how many realizations each setting has: fewer of volumes at first."""
+    page_state = state.page(Comparing)
+    if page_state.n is None:
+        page_state.n = N_USUAL if state.choices.grid.nz is None else N_USUAL_VOLUME
+    return page_state.n
 
 
 def start_comparison(state: State) -> None:

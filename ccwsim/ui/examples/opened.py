@@ -35,7 +35,7 @@ class Kept:
     ran: Choices | None
     reference: TrainingImage | None
     others: tuple[Parameters | None, ...]
-    n_compared: int
+    n_compared: int | None
 
 
 @dataclass

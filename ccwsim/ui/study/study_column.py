@@ -113,7 +113,11 @@ def method_step(state: State) -> None:
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
     if len(shape) == 3:
-        _volume_fields(state, p, shape)
+        volume_fields(p, shape, change)
+        number = bound_to(p, "n_candidates", change)
+        number |= {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+        tip = help_of("n_candidates")
+        field(st.number_input, "Candidates K", key="n_candidates", help=tip, **number)
     else:
         _map_fields(p, shape, change)
     if not problem_of_data(state.choices):
@@ -149,8 +153,13 @@ def _map_fields(p: Parameters, shape: Shape, change: Callable[..., None]) -> Non
         draw(st.number_input, "Candidates K", "n_candidates", **candidates)
 
 
-def _volume_fields(state: State, p: Parameters, shape: Shape) -> None:
-    """Draw template, overlap and level, one number for the horizontal axes and one along z."""
+def volume_fields(
+    p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = ""
+) -> None:
+    """Draw template, overlap and level, one number for the horizontal axes and one along z.
+
+    `change` is called with the parameter that the user changes; keys start with `prefix`.
+    """
     lengths, ccsim = p.along(shape), p.method == "ccsim"
     for name, own in zip(PER_AXIS, lengths, strict=True):
         for column, along_z in zip(pair(), (False, True), strict=True):
@@ -164,18 +173,15 @@ def _volume_fields(state: State, p: Parameters, shape: Shape) -> None:
 
             def write(value: int, name=name, own=own, along_z=along_z) -> None:
                 z, y, x = own
-                set_parameters(state, **{name: (value, y, x) if along_z else (z, value, value)})
+                change(**{name: (value, y, x) if along_z else (z, value, value)})
 
             with column:
                 label = f"{OF_VOLUME[name]}{' along z' if along_z else ''}"
                 chosen: dict[str, Any] = {"value": own[axis], "write": write}
                 chosen |= {"options": offered[name], "help": help_of(name)}
                 chosen["disabled"] = ccsim and name == "wavelet_level"
-                field(st.selectbox, label, key=f"{name}{'_z' if along_z else ''}", **chosen)
-    number = bound_to(p, "n_candidates", partial(set_parameters, state))
-    number |= {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-    tip = help_of("n_candidates")
-    field(st.number_input, "Candidates K", key="n_candidates", help=tip, **number)
+                key = f"{prefix}{name}{'_z' if along_z else ''}"
+                field(st.selectbox, label, key=key, **chosen)
 
 
 def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
