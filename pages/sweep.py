@@ -6,4 +6,4 @@ from ccwsim.ui.page import show_page
 from ccwsim.ui.sweep.page import draw_page
 
 if __name__ == "__main__":
-    show_page("Sweep", draw_page, volumes=False)
+    show_page("Sweep", draw_page)

@@ -7,18 +7,24 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
+from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import PER_AXIS, Parameters
 
 RANGED = {
     "method": "",
     "template_size": "T",
+    "template_size_z": "T z",
     "overlap_size": "OR",
+    "overlap_size_z": "OR z",
     "wavelet_level": "level",
+    "wavelet_level_z": "level z",
     "n_candidates": "K",
     "search_fraction": "search",
 }
-"""The parameters that may have a range, and their signs in a label."""
+"""The parameters that may have a range, and their signs in a label; those of a volume have one
+along z and one along the other axes."""
+ALONG_Z = "_z"
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,7 @@ class Settings:
 def settings(
     base: Parameters,
     ranges: Mapping[str, Sequence[Any]],
-    image_shape: tuple[int, int] | None = None,
+    image_shape: Shape | None = None,
 ) -> Settings:
     """Return all combinations of ranges that fit together.
 
@@ -51,7 +57,7 @@ def settings(
         What is not in the ranges.
     ranges : mapping of str to sequence
         Values by the name of a parameter of `RANGED`.
-    image_shape : pair of int, optional
+    image_shape : tuple of int, optional
         Of the training image; templates larger than it are left out.
 
     Returns
@@ -81,7 +87,7 @@ def settings(
     for values in product(*(dict.fromkeys(ranges[name]) for name in names)):
         changes = dict(zip(names, values, strict=True))
         try:
-            parameters = replace(base, **changes)
+            parameters = _changed(base, changes)
             _check_fits(parameters, image_shape)
         except CCWSIMError as error:
             left_out.append((changes, str(error)))
@@ -100,7 +106,7 @@ def varied(parameters: Iterable[Parameters]) -> list[str]:
     ['template_size']
     """
     found = list(parameters)
-    return [name for name in RANGED if len({_value(p, name) for p in found}) > 1]
+    return [name for name in RANGED if len({value_of(p, name) for p in found}) > 1]
 
 
 def label(parameters: Parameters, names: Iterable[str]) -> str:
@@ -113,8 +119,9 @@ def label(parameters: Parameters, names: Iterable[str]) -> str:
     """
     parts = []
     for name in names:
-        value = _value(parameters, name)
-        if name == "wavelet_level" and parameters.method == "ccsim":
+        value = value_of(parameters, name)
+        no_level = name.startswith("wavelet_level") and parameters.method == "ccsim"
+        if value is None or no_level:
             continue
         text = f"{value:g}" if isinstance(value, float) else str(value)
         parts.append(f"{RANGED[name]} {text}".strip())
@@ -126,13 +133,42 @@ def _canonical(p: Parameters) -> Parameters:
     return replace(p, wavelet_level=0) if p.method == "ccsim" else p
 
 
-def _value(p: Parameters, name: str) -> Any:
-    return p.level if name == "wavelet_level" else getattr(p, name)
+def value_of(p: Parameters, name: str) -> Any:
+    """Return the value of a ranged parameter; None where it has none along z.
+
+    Examples
+    --------
+    >>> p = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
+    >>> value_of(p, "template_size"), value_of(p, "template_size_z")
+    (32, 16)
+    """
+    along_z = name.endswith(ALONG_Z)
+    own = getattr(p, name.removesuffix(ALONG_Z))
+    if name.startswith("wavelet_level") and p.method == "ccsim":
+        own = (0, 0, 0) if isinstance(own, tuple) else 0
+    if isinstance(own, tuple):
+        return own[0 if along_z else -1]
+    return None if along_z else own
 
 
-def _check_fits(p: Parameters, image_shape: tuple[int, int] | None) -> None:
-    if image_shape is not None and p.template_size > min(image_shape):
-        ny, nx = image_shape
+def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
+    """Return parameters with values of `RANGED` changed."""
+    values = dict(changes)
+    for name in PER_AXIS:
+        z, own = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)
+        if z is not None and not isinstance(own, tuple):
+            x = value_of(base, name) if own is None else own
+            values[name] = z, x, x
+    return replace(base, **values)
+
+
+def _check_fits(p: Parameters, image_shape: Shape | None) -> None:
+    if image_shape is None:
+        return
+    own, volume = p.along(image_shape).template, len(image_shape) == len(PER_AXIS)
+    sides = image_shape if volume else (1, min(image_shape), min(image_shape))
+    if any(t > n for t, n in zip(own, sides, strict=True)):
+        size = describe_shape(own) if volume else own[-1]
         raise CCWSIMError(
-            f"Template {p.template_size} is larger than the training image of {nx} × {ny}"
+            f"Template {size} is larger than the training image of {describe_shape(image_shape)}"
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ccwsim.experiments.settings import label, varied
 from ccwsim.experiments.settings import settings as settings
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import Shape, check_int
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -66,7 +67,7 @@ class Row:
     ----------
     parameters : Parameters
     quality : Quality
-    realizations : ndarray of int, shape (n_kept, ny, nx)
+    realizations : ndarray of int, shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
         The first few, in facies codes.
     """
 
@@ -87,14 +88,14 @@ class Sweep:
         Settings that could not be simulated, and why.
     n_asked : int
         How many settings were asked for.
-    image_shape : pair of int
+    image_shape : tuple of int
         Of the training image.
     """
 
     rows: tuple[Row, ...]
     failed: tuple[tuple[Parameters, str], ...]
     n_asked: int
-    image_shape: tuple[int, int]
+    image_shape: Shape
 
     @property
     def stopped(self) -> bool:
@@ -324,7 +325,8 @@ def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed
 
 def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
     copied = sweep.errors("copying")
-    allowed = np.array([MAX_COPIED * row.parameters.template_size**2 for row in sweep.rows])
+    templates = (row.parameters.along(sweep.image_shape).template for row in sweep.rows)
+    allowed = np.array([MAX_COPIED * prod(template) for template in templates])
     copies = copied > allowed  # NaN is not
     out = among[copies[among]]
     if not len(out):

@@ -15,7 +15,7 @@ import streamlit as st
 from numpy.typing import NDArray
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.experiments.settings import RANGED, label, varied
+from ccwsim.experiments.settings import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import (
     SPREADS,
     Recommendation,
@@ -29,10 +29,10 @@ from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
-from ccwsim.ui.results.maps import ghost_panel, step_buttons
+from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
@@ -60,6 +60,7 @@ from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets.volumes import draw_volume
 
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
@@ -79,12 +80,14 @@ HEADS = {
     "pattern_third": "at 1/3",
     "tau_error_EW": "τ error E–W",
     "tau_error_NS": "τ error N–S",
+    "tau_error_vertical": "τ error vertical",
     "proportion_error": "worst proportion, relative",
     "proportion_facies": "of facies",
     "largest_copied": "largest copied piece",
     "pattern_spread": "spread of patterns",
     "tau_spread_EW": "of τ E–W",
     "tau_spread_NS": "of τ N–S",
+    "tau_spread_vertical": "of τ vertical",
     "proportion_spread": "of proportion",
     "copied_spread": "of copied piece",
     "differing": "differing",
@@ -93,7 +96,8 @@ HEADS = {
     "not_honoured": "not honoured",
     "cpu_ms": "CPU ms",
 }
-"""What the numbers are called on the page; the keys are the columns of the CSV."""
+"""What the numbers are called on the page; the keys are the columns of the CSV, of which those
+with "vertical" are of volumes alone."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124
 """Of a tile's longer side."""
@@ -160,7 +164,8 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
     # the key has the values in it: others make another widget, which keeps nothing of the old one
     key = f"range_{name}_{'_'.join(map(str, values))}"
-    options = {"choices": values, "value": chosen, "help": PARAMETERS[name]["meaning"]}
+    meaning = PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"]
+    options = {"choices": values, "value": chosen, "help": meaning}
     if name == "method":
         options["format_func"] = str.upper
     field(pills, LABELS[name], key=key, write=write, **options)
@@ -228,7 +233,8 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     with right:
         draw_numbers(state, run, k)
     with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
-        panel_title("Settings", "one realization of each; click one to see it large")
+        of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
+        panel_title("Settings", f"{of_what} of each; click one to see it large")
         options = {"key": "sweep_csv", "width": "content"}
         of = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}"
         csv_button("Table, CSV", "sweep", lambda: sweep_csv(found, choice.index), of, **options)
@@ -283,7 +289,7 @@ def _draw_outlines() -> None:
 
 def names_of(settings: tuple[Parameters, ...]) -> list[str]:
     """Return the parameters by which settings are told apart."""
-    return varied(settings) or ["template_size", "overlap_size", "wavelet_level"]
+    return varied(settings) or [name for name in RANGED if name.removesuffix(ALONG_Z) in PER_AXIS]
 
 
 def choose(state: State, number: int) -> None:
@@ -322,7 +328,12 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
     own = row.realizations[r]
     shown = facies_map(indices_of(own, image), image, run.colours, alt)
     shown.points.extend(points_of(run.hard_data, image, own))
-    draw_map(shown, "map_swept", name="setting", max_height=392)
+    if run.grid.nz is None:
+        draw_map(shown, "map_swept", name="setting", max_height=392)
+    else:
+        draw_volume(
+            shown, "volume_swept", grid=run.grid, name="setting", max_height=300, body=False
+        )
 
 
 def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
@@ -365,7 +376,7 @@ def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str
         line("… half", lambda q: q.pattern_distances[1]),
         line("… third", lambda q: q.pattern_distances[2]),
     ]
-    for axis, way in enumerate(("E–W", "N–S")):
+    for axis, way in enumerate(("E–W", "N–S", "vertical")[: len(row.quality.tau_errors)]):
         error, spread = (lambda q, a=axis: q.tau_errors[a]), (lambda q, a=axis: q.tau_spreads[a])
         lines.append(line(f"τ {way} of {facies}, error", error, spread))
     lines.append(
@@ -414,7 +425,8 @@ def draw_tiles(
     """
     rows = run.found.rows
     while len(run.tiles) < len(rows):
-        first = indices_of(rows[len(run.tiles)].realizations[:1], run.training_image)
+        first = rows[len(run.tiles)].realizations[:1]
+        first = middle_layers(indices_of(first, run.training_image))
         run.tiles.append(contact_sheet(first, run.colours, longest=2 * TILE_PIXELS)[0])
     tiles: list[dict[str, Any]] = []
     for k, (row, png) in enumerate(zip(rows, run.tiles, strict=False)):
@@ -440,7 +452,7 @@ def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> lis
 def _draw_tiles(
     tiles: list[dict[str, Any]], shown: int, grid: Grid, chosen: Callable[[], None]
 ) -> None:
-    width, height = tile_size(grid.shape, TILE_PIXELS)
+    width, height = tile_size(grid.shape[-2:], TILE_PIXELS)
     data = {"tiles": tiles, "shown": shown, "width": width, "height": height}
     canvas_component("settings")(key=TILES, data=data, on_chosen_change=chosen)
 
@@ -468,9 +480,11 @@ def columns_of(row: Row) -> dict[str, Any]:
     spreads = (q.pattern_spread, *q.tau_spreads, q.proportion_spread, q.copied_spread)
     shares = (q.proportion_error, q.proportion_facies, q.largest_copied, *spreads, q.differing)
     numbers = (*q.pattern_distances, *q.tau_errors, *shares, *data, 1000 * q.cpu_seconds)
-    setting = {name: getattr(row.parameters, name) for name in RANGED}
-    own = {"wavelet_level": row.parameters.level}
-    return {**setting, **own, **dict(zip(HEADS, numbers, strict=True))}
+    each = {name: value_of(row.parameters, name) for name in RANGED}
+    setting = {name: value for name, value in each.items() if value is not None}
+    volume = len(q.tau_errors) > 2
+    heads = [head for head in HEADS if volume or not head.endswith("vertical")]
+    return {**setting, **dict(zip(heads, numbers, strict=True))}
 
 
 def sweep_csv(found: Sweep, recommended: int) -> bytes:

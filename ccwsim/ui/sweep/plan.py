@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
-from ccwsim.experiments.settings import Settings, settings
+from ccwsim.experiments.settings import ALONG_Z, Settings, settings, value_of
 from ccwsim.experiments.sweep import Row, Sweep, sweep
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
@@ -46,8 +47,11 @@ FRACTIONS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0)
 DEFAULT_LEVELS = (1, 2, 3)
 LABELS = {
     "template_size": "Template T (cells)",
+    "template_size_z": "Template along z (layers)",
     "wavelet_level": "Level",
+    "wavelet_level_z": "Level along z",
     "overlap_size": "Overlap OR (cells)",
+    "overlap_size_z": "Overlap along z (layers)",
     "n_candidates": "Candidates K",
     "method": "Method",
     "search_fraction": "Search fraction",
@@ -94,14 +98,14 @@ class SweepRun:
                 study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
                 needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
                 largest = max(largest, needed)
-        each = self.grid.ny * self.grid.nx
+        each = self.grid.n_cells
         cells = each * len(self.settings)
         kept = max(CELLS_KEPT, cells)  # one realization at least
         sources = SOURCE_BYTES * each * self.n_realizations
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
     def _work(self, job: Job[Sweep]) -> Sweep:
-        n_kept = CELLS_KEPT // (self.grid.ny * self.grid.nx * len(self.settings))
+        n_kept = CELLS_KEPT // (self.grid.n_cells * len(self.settings))
         return sweep(
             *(self.training_image, self.grid, self.settings, self.hard_data),
             *(self.n_realizations, self.seed, job.report, job.is_cancelled),
@@ -165,16 +169,19 @@ def describe_end(run: SweepRun) -> str:
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
     """Return the values that each range may have: those of the study among the usual ones."""
-    p, side = choices.parameters, min(image_of(choices.image).shape)
-    templates = [t for t in TEMPLATES if t <= min(side, MAX_TEMPLATE)]
-    overlaps = [o for o in OVERLAPS if o <= min(side, MAX_TEMPLATE) // 2]
-    offered = {
-        "template_size": _with(templates, p.template_size),
-        "wavelet_level": _with(levels(image_of(choices.image).shape), p.wavelet_level),
-        "overlap_size": _with(overlaps, p.overlap_size),
-        "n_candidates": _with(CANDIDATES, p.n_candidates),
-        "method": list(METHODS),
-    }
+    shape = image_of(choices.image).shape
+    p = fitted(choices.parameters, shape)
+    offered: dict[str, list[Any]] = {}
+    for end, side in (("", min(shape[-2:])), *([(ALONG_Z, shape[0])] if len(shape) == 3 else [])):
+        longest = min(side, MAX_TEMPLATE)
+        usual = {
+            "template_size": [t for t in TEMPLATES if t <= longest],
+            "wavelet_level": levels(shape, along_z=bool(end)),
+            "overlap_size": [o for o in OVERLAPS if o <= longest // 2],
+        }
+        offered |= {name + end: _with(own, value_of(p, name + end)) for name, own in usual.items()}
+    offered = {name: offered[name] for name in LABELS if name in offered}  # z beside the others
+    offered |= {"n_candidates": _with(CANDIDATES, p.n_candidates), "method": list(METHODS)}
     if _may_have_data(choices):
         offered["search_fraction"] = _with(FRACTIONS, p.search_fraction)
     return offered
@@ -194,19 +201,21 @@ def ranges_of(state: State) -> dict[str, list[Any]]:
 
 def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
     """Return the study's own values, with templates and levels around them."""
-    p, shape = choices.parameters, image_of(choices.image).shape
-    near = (p.template_size // 2, p.template_size, p.template_size * 3 // 2)
-    offered = values_on_offer(choices)
+    shape = image_of(choices.image).shape
+    p, offered = fitted(choices.parameters, shape), values_on_offer(choices)
+    suited = {name: [value_of(p, name)] for name in LABELS if value_of(p, name) is not None}
+    size, own_level = value_of(p, "template_size"), value_of(p, "wavelet_level")
+    near = (size // 2, size, size * 3 // 2)
     templates = [t for t in near if t >= MIN_TEMPLATE and t in offered["template_size"]]
-    tried = [level for level in levels(shape) if level in DEFAULT_LEVELS] or [p.wavelet_level]
-    return {
-        "template_size": templates or [p.template_size],
-        "wavelet_level": [p.wavelet_level] if p.method == "ccsim" else tried,
-        "overlap_size": [p.overlap_size],
-        "n_candidates": [p.n_candidates],
-        "method": [p.method],
-        "search_fraction": [p.search_fraction],
-    }
+    tried = [level for level in levels(shape) if level in DEFAULT_LEVELS]
+    if len(shape) == 3:  # a volume takes longer: fewer settings, and levels along z of their own
+        templates, tried = templates[:2], [k for k in tried if k <= own_level]
+        along_z = [k for k in offered["wavelet_level_z"] if k <= suited["wavelet_level_z"][0]]
+        suited["wavelet_level_z"] = along_z or suited["wavelet_level_z"]
+    suited["template_size"] = templates or [size]
+    if p.method != "ccsim":
+        suited["wavelet_level"] = tried or [own_level]
+    return suited
 
 
 def plan_of(state: State) -> Settings:
@@ -217,7 +226,7 @@ def plan_of(state: State) -> Settings:
         name: values if name == "method" else sorted(values)
         for name, values in ranges_of(state).items()
     }
-    return settings(state.choices.parameters, ranges, shape)
+    return settings(fitted(state.choices.parameters, shape), ranges, shape)
 
 
 def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:
@@ -236,7 +245,7 @@ def pace(ensemble: Ensemble | None) -> float:
     image, grid = ensemble.training_image, ensemble.grid
     sizes = image.shape, grid.shape, image.n_facies, ensemble.hard_data.n
     expected = typical_seconds(ensemble.parameters, *sizes, judged=True)
-    took = float(ensemble.cpu_seconds.mean()) + grid.ny * grid.nx * PER_JUDGED_CELL
+    took = float(ensemble.cpu_seconds.mean()) + grid.n_cells * PER_JUDGED_CELL
     return min(max(took / expected, 0.3), 10.0)
 
 
@@ -244,15 +253,14 @@ def describe_study(state: State) -> str:
     """Say what is simulated."""
     choices = state.choices
     image = image_of(choices.image)
-    ny, nx = image.shape
     try:
         n = data_of(choices).n
         data = f"{n} hard data" if n else "no hard data"
     except CCWSIMError:
         data = "hard data that do not fit"
     return (
-        f"{pretty(image.name)}, {nx} × {ny}, {image.n_facies} facies\n"
-        f"{data}, grid {choices.grid.nx} × {choices.grid.ny}, seed {choices.seed}"
+        f"{pretty(image.name)}, {describe_shape(image.shape)}, {image.n_facies} facies\n"
+        f"{data}, grid {describe_shape(choices.grid.shape)}, seed {choices.seed}"
     )
 
 
@@ -287,7 +295,7 @@ def problem_of(state: State) -> str:
         return f"No combination fits together. {plan.left_out[0][1]}."
     if len(plan) > MAX_SWEPT:
         return f"{len(plan)} settings; a sweep tries at most {MAX_SWEPT}: take fewer values."
-    cells = state.choices.grid.ny * state.choices.grid.nx
+    cells = state.choices.grid.n_cells
     try:
         n_cells = len(plan) * state.page(SweepState).n_realizations * cells
         check_limits(Demand(n_cells, data_of(state.choices).n))
