@@ -6,4 +6,4 @@ from ccwsim.ui.benchmark.page import draw_benchmark
 from ccwsim.ui.page import show_page
 
 if __name__ == "__main__":
-    show_page("Benchmark", draw_benchmark, volumes=False)
+    show_page("Benchmark", draw_benchmark)

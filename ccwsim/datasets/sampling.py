@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import prod
+
 import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
@@ -11,63 +13,84 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
+VERTICAL = "vertical"
 MAX_PERMUTED = 4_000_000
 """Cells put into a random order to draw some: more hold up all other threads for too long."""
 
 
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
-    """Sample cells that are chosen at random, none of them twice.
+    """Sample cells of a map or a volume that are chosen at random, none of them twice.
 
     Examples
     --------
     >>> sample_random(np.eye(40, dtype=int), 12, seed=1).n
     12
     """
-    ny, nx = _shape(field)
-    n = _checked_count("the number of data", n)
-    cells = _distinct(_random(seed), ny * nx, min(n, ny * nx))
-    return _read(field, *np.divmod(cells, nx))
+    shape = _shape(field)
+    n, n_cells = _checked_count("the number of data", n), prod(shape)
+    cells = _distinct(_random(seed), n_cells, min(n, n_cells))
+    return _read(field, *np.unravel_index(cells, shape))
 
 
 def sample_wells(
-    field: NDArray[np.integer], n: int, seed: int = 0, *, direction: str = "N-S", every: int = 1
+    field: NDArray[np.integer],
+    n: int,
+    seed: int = 0,
+    *,
+    direction: str | None = None,
+    every: int = 1,
 ) -> HardData:
-    """Sample a field along straight wells that cross it from edge to edge.
+    """Sample a map along straight wells from edge to edge, a volume along vertical ones.
+
+    Directions are "N-S", which is usual, and "E-W" in a map, and "vertical" in a volume; `every` is
+    from one datum to the next along a well, in cells.
 
     Examples
     --------
     >>> data = sample_wells(np.eye(40, dtype=int), 2, direction="E-W", every=4)
     >>> data.n, len(set(data.cells[:, 0].tolist()))
     (20, 2)
+    >>> sample_wells(np.zeros((12, 20, 30), int), 3).n
+    36
     """
     shape = _shape(field)
-    if not isinstance(direction, str) or direction not in DIRECTIONS:
-        raise CCWSIMError(f'direction = {shown(direction)} must be "N-S" or "E-W"')
-    along, across = shape if direction == "N-S" else shape[::-1]
-    n, every = _checked_count("the number of wells", n), min(_checked_count("every", every), along)
+    ways = DIRECTIONS if len(shape) == 2 else (VERTICAL,)
+    way = ways[0] if direction is None else direction
+    if way not in ways:
+        allowed = " or ".join(f'"{one}"' for one in ways)
+        raise CCWSIMError(f"direction = {shown(direction)} must be {allowed}")
+    n, every = _checked_count("the number of wells", n), _checked_count("every", every)
+    if way == VERTICAL:
+        nz, ny, nx = shape
+        columns = _distinct(_random(seed), ny * nx, min(n, ny * nx))
+        layers, at = np.meshgrid(np.arange(0, nz, every), columns, indexing="ij")
+        return _read(field, layers.ravel(), *np.divmod(at.ravel(), nx))
+    along, across = (shape[0], shape[-1]) if way == "N-S" else (shape[-1], shape[0])
     wells = _random(seed).choice(across, min(n, across), replace=False)
-    down, at = np.meshgrid(np.arange(0, along, every), wells, indexing="ij")
-    rows, columns = (down, at) if direction == "N-S" else (at, down)
+    down, at = np.meshgrid(np.arange(0, along, min(every, along)), wells, indexing="ij")
+    rows, columns = (down, at) if way == "N-S" else (at, down)
     return _read(field, rows.ravel(), columns.ravel())
 
 
 def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
-    """Sample a field on a regular grid that is centred in it.
+    """Sample a map on a regular grid that is centred in it, a volume in vertical wells on one.
 
     Examples
     --------
     >>> sample_grid(np.eye(10, dtype=int), 5).cells.tolist()
     [[2, 2], [2, 7], [7, 2], [7, 7]]
+    >>> sample_grid(np.zeros((6, 10, 10), int), 5).n
+    24
     """
-    shape = _shape(field)
-    every = min(_checked_count("every", every), max(shape))
-    axes = [np.arange((length - 1) % every // 2, length, every) for length in shape]
-    rows, columns = np.meshgrid(*axes, indexing="ij")
-    return _read(field, rows.ravel(), columns.ravel())
+    *layers, ny, nx = _shape(field)
+    every = min(_checked_count("every", every), max(ny, nx))
+    axes = [np.arange((length - 1) % every // 2, length, every) for length in (ny, nx)]
+    cells = np.meshgrid(*(np.arange(n) for n in layers), *axes, indexing="ij")
+    return _read(field, *(axis.ravel() for axis in cells))
 
 
-def _read(field: NDArray[np.integer], rows: NDArray, columns: NDArray) -> HardData:
-    return HardData(np.column_stack([rows, columns]), np.asarray(field)[rows, columns])
+def _read(field: NDArray[np.integer], *cells: NDArray) -> HardData:
+    return HardData(np.column_stack(cells), np.asarray(field)[cells])
 
 
 def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
@@ -86,13 +109,15 @@ def _random(seed: int) -> RandomState:
     return RandomState(check_int("seed", seed, 0, 2**32 - 1))
 
 
-def _shape(field: NDArray[np.integer]) -> tuple[int, int]:
+def _shape(field: NDArray[np.integer]) -> tuple[int, ...]:
     array = as_array(field, "field")
-    if array.ndim != 2 or not array.size:
-        raise CCWSIMError(f"a reference field of shape (ny, nx) is needed, not {array.shape}")
+    if array.ndim not in (2, 3) or not array.size:
+        raise CCWSIMError(
+            f"a reference field of shape (ny, nx) or (nz, ny, nx) is needed, not {array.shape}"
+        )
     if array.dtype.kind not in "bui":
         as_integers(array, "field")
-    return array.shape[0], array.shape[1]
+    return array.shape
 
 
 def _checked_count(name: str, value: int) -> int:

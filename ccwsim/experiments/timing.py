@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.model.arrays import check_int, frozen
+from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -27,10 +28,10 @@ LINEAR = (0.9, 1.1)
 
 @dataclass(frozen=True)
 class TimingCase:
-    """One setting to time."""
+    """One setting to time; of a volume as training image, maps are of its middle layer."""
 
     parameters: Parameters
-    grid_shape: tuple[int, int]  # rows and columns
+    grid_shape: Shape  # rows and columns, or layers, rows and columns
     n_data: int = 0  # hard data; 0 for an unconditional run
 
     def __post_init__(self) -> None:
@@ -39,7 +40,7 @@ class TimingCase:
     @property
     def n_cells(self) -> int:
         """Cells of the grid."""
-        return self.grid_shape[0] * self.grid_shape[1]
+        return prod(self.grid_shape)
 
 
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
@@ -55,7 +56,7 @@ def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[T
 
 
 def data_cases(
-    numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: tuple[int, int]
+    numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: Shape
 ) -> list[TimingCase]:
     """Return numbers of data × parameters on one grid, the small numbers first.
 
@@ -75,7 +76,7 @@ class Timing:
     ----------
     parameters : Parameters
     grid_shape : tuple of int
-        Rows and columns.
+        Rows and columns, or layers, rows and columns.
     n_data : int
         Hard data.
     cpu_seconds : ndarray, shape (n,)
@@ -85,7 +86,7 @@ class Timing:
     """
 
     parameters: Parameters
-    grid_shape: tuple[int, int]
+    grid_shape: Shape
     n_data: int
     cpu_seconds: NDArray[np.float64]
     n_mismatched: NDArray[np.int64]
@@ -98,7 +99,7 @@ class Timing:
     @property
     def n_cells(self) -> int:
         """Cells of the grid."""
-        return self.grid_shape[0] * self.grid_shape[1]
+        return prod(self.grid_shape)
 
     @property
     def case(self) -> TimingCase:
@@ -145,7 +146,7 @@ def time_study(
     (2,)
     """
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
-    batch = max(min(CELLS_AT_ONCE // (grid.ny * grid.nx), n), 1)
+    batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
     seconds, wrong = [], []
     for first in range(0, n, batch):
 
@@ -274,11 +275,28 @@ def time_cases(
             if shape not in fields:
                 fields[shape] = _sampled_field(training_image, case, seed)
             data = sample_random(fields[shape], case.n_data, seed)
-        study = training_image, case.grid_shape, case.parameters, data, n_realizations, seed
+        image = image_of_case(training_image, case)
+        study = image, case.grid_shape, case.parameters, data, n_realizations, seed
         yield time_study(*study, report, cancel)
         done += work[number]
         if progress:
             progress(done / total, number + 1)
+
+
+def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:
+    """Return the training image of a case: for a map of a volume its middle layer.
+
+    Examples
+    --------
+    >>> beds = TrainingImage(np.arange(3)[:, None, None].repeat(8, 1).repeat(8, 2) // 2)
+    >>> image_of_case(beds, TimingCase(Parameters(8, 2, 1), (20, 20))).shape
+    (8, 8)
+    """
+    volume = training_image.n_dimensions > len(case.grid_shape)
+    if not volume:
+        return training_image
+    middle = training_image.array[training_image.shape[0] // 2]
+    return TrainingImage(middle, name=f"middle layer of {training_image.name}")
 
 
 def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
@@ -286,7 +304,20 @@ def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray
     p = case.parameters
     p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
-    return simulate(image, case.grid_shape, p, seed=other, n_workers=1).realizations[0]
+    return simulate(
+        image_of_case(image, case), case.grid_shape, p, seed=other, n_workers=1
+    ).realizations[0]
+
+
+def level_of(p: Parameters) -> int:
+    """Return the level of parameters; of a volume that within layers.
+
+    Examples
+    --------
+    >>> level_of(Parameters()), level_of(Parameters((16, 32, 32), (4, 8, 8), (1, 3, 3)))
+    (2, 3)
+    """
+    return p.level[-1] if isinstance(p.level, tuple) else p.level
 
 
 @dataclass(frozen=True)
@@ -334,7 +365,8 @@ def expected_seconds(
 
 
 def _typical(training_image: TrainingImage, case: TimingCase) -> float:
-    image, n_facies = training_image.shape, training_image.n_facies
+    n_facies = training_image.n_facies
+    image = training_image.shape[-len(case.grid_shape) :]
     return typical_seconds(case.parameters, image, case.grid_shape, n_facies, case.n_data)
 
 
@@ -343,12 +375,13 @@ def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequenc
     if not measured:
         return 1.0
 
-    def unlike(timing: Timing) -> tuple[bool, bool, int, int, float]:
+    def unlike(timing: Timing) -> tuple[bool, bool, bool, int, int, float]:
         p, own = timing.parameters, case.parameters
         return (
+            len(timing.grid_shape) != len(case.grid_shape),
             p.method != own.method,
             bool(timing.n_data) != bool(case.n_data),
-            abs(p.level - own.level),
+            abs(level_of(p) - level_of(own)),
             abs(timing.n_data - case.n_data),
             abs(np.log(timing.n_cells / case.n_cells)),
         )

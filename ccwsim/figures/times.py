@@ -133,7 +133,7 @@ class TimeSeries:
 def timings_chart(
     measured: Sequence[TimeSeries],
     published: Sequence[TimeSeries],
-    sides: Sequence[int],
+    ticks: Mapping[int, str],
     theme: Theme,
     *,
     y_title: str,
@@ -147,8 +147,8 @@ def timings_chart(
     Parameters
     ----------
     measured, published : sequence of TimeSeries
-    sides : sequence of int
-        Of the square grids that are named on the axis.
+    ticks : mapping of int to str
+        Numbers of cells on the axis, and what they are called.
     theme : Theme
     y_title : str
         What is shown, with its unit.
@@ -161,7 +161,8 @@ def timings_chart(
     --------
     >>> from ccwsim.figures import LIGHT
     >>> own = TimeSeries("level 1", 1, np.array([1e4, 1e6]), np.array([0.01, 1.0]))
-    >>> chart = timings_chart([own], [], [100, 1000], LIGHT, y_title="s", unit="s")
+    >>> ticks = {10**4: "100²", 10**6: "1000²"}
+    >>> chart = timings_chart([own], [], ticks, LIGHT, y_title="s", unit="s")
     >>> chart.layout.xaxis.ticktext
     ('100²', '1000²')
     """
@@ -175,8 +176,7 @@ def timings_chart(
         trace = dots(series.name, series.cells, series.values, theme.reference, 11)
         trace.update(marker={"symbol": f"{series.symbol}-open", "line": {"width": 2}})
         chart.add_trace(_hovered(trace.update(cliponaxis=False), unit))
-    ends = np.log10([min(sides) ** 2 * 0.7, max(sides) ** 2 * 1.5]).tolist()
-    ticks = {side**2: f"{side}²" for side in sides}
+    ends = np.log10([min(ticks) * 0.7, max(ticks) * 1.5]).tolist()
     chart.update_xaxes(type="log", range=ends, tickmode="array", tickangle=0)
     chart.update_xaxes(tickvals=list(ticks), ticktext=list(ticks.values()))
     values = [v for series in (*measured, *published) for v in series.values]

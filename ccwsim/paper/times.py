@@ -75,7 +75,8 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
         cells, values = np.array([float(PAPER_SIDE**2)]), np.array([p.cpu_seconds or 0.0])
         published.append(TimeSeries(f"paper, level {p.level}", int(p.level or 0), cells, values))
     named = sorted({*sides, PAPER_SIDE})
-    figure = timings_chart(measured, published, named, LIGHT, y_title="CPU time (s)", unit="s")
+    ticks = {side**2: f"{side}²" for side in named}
+    figure = timings_chart(measured, published, ticks, LIGHT, y_title="CPU time (s)", unit="s")
     title = "Fig. 13 · CPU time of a realization against the cells of the grid"
     legend = (("measured here", LIGHT.ink), ("the paper, another machine", LIGHT.reference))
     return Row((Chart(figure, title, title, legend),))

@@ -95,3 +95,29 @@ def test_few_of_many_cells_are_different_ones_and_the_same_again(ny, nx, n, seed
         assert data.n == min(n, ny * nx)
         assert holds(data, truth)
         assert data.digest == sample_random(truth, n, seed).digest
+
+
+@given(st.integers(1, 9), SIDE, SIDE, st.integers(1, 30), st.integers(1, 5), st.integers(0, 99))
+def test_vertical_wells_of_volumes_are_true_and_none_twice(nz, ny, nx, n, every, seed):
+    truth = np.random.default_rng(seed).integers(0, 9, (nz, ny, nx))
+    data = sample_wells(truth, n, seed, every=every)
+    assert (truth[tuple(data.cells.T)] == data.facies).all()
+    columns, counts = np.unique(data.cells[:, 1:], axis=0, return_counts=True)
+    assert len(columns) == min(n, ny * nx)
+    assert set(counts.tolist()) == {-(-nz // every)}
+    assert set(data.cells[:, 0].tolist()) == set(range(0, nz, every))
+    spread = sample_random(truth, n, seed)
+    assert spread.n == min(n, truth.size)
+    assert (truth[tuple(spread.cells.T)] == spread.facies).all()
+
+
+def test_wells_on_a_grid_go_through_all_layers_of_a_volume():
+    truth = np.arange(4 * 10 * 12).reshape(4, 10, 12)
+    data = sample_grid(truth, 5)
+    flat = sample_grid(truth[0], 5)
+    assert data.n == 4 * flat.n
+    assert {tuple(cell[1:]) for cell in data.cells.tolist()} == set(map(tuple, flat.cells.tolist()))
+    with pytest.raises(CCWSIMError, match="direction = 'N-S' must be \"vertical\""):
+        sample_wells(truth, 2, direction="N-S")
+    with pytest.raises(CCWSIMError, match='must be "N-S" or "E-W"'):
+        sample_wells(truth[0], 2, direction="vertical")

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from math import prod
+from typing import Any
 
 import numpy as np
 
-from ccwsim.experiments.timing import Timing, growth
+from ccwsim.engine.stages.path import in_layers
+from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case, level_of
+from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled
-from ccwsim.model.parameters import Parameters
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
@@ -41,8 +44,8 @@ TABLE_2_NOTE = (
     "methods are this program's own and compiled alike, and both re-simulate locally until the "
     "data are honoured, unless the study turns that off."
 )
-Setting = tuple[str, int]
-"""Method and level."""
+Setting = tuple[str, int, bool]
+"""Method, level (of volumes within layers), and whether volumes are simulated."""
 NONE = "–"
 PAPER_SIDE = 512
 """Of the grid of Table 2."""
@@ -52,20 +55,33 @@ def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
     """Return the times of each method and level, in the order they came."""
     found: dict[Setting, list[Timing]] = {}
     for timing in timings:
-        found.setdefault(setting_of(timing.parameters), []).append(timing)
+        found.setdefault(setting_of(timing), []).append(timing)
     return found
 
 
-def setting_of(p: Parameters) -> Setting:
-    """Return the method and level of parameters."""
-    return p.method, p.level
+def setting_of(timed: Timing | TimingCase) -> Setting:
+    """Return the setting of what is timed."""
+    p = timed.parameters
+    return p.method, level_of(p), len(timed.grid_shape) > 2
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
     """Return what a setting is called among others: the method only where there are several."""
-    method, level = setting
-    several = len({method for method, _ in settings}) > 1
-    return f"{method.upper()} level {level}" if several else f"level {level}"
+    method, level, volume = setting
+    several = len({method for method, _, _ in settings}) > 1
+    kind = ("volume " if volume else "map ") if any(v for _, _, v in settings) else ""
+    return f"{kind}{method.upper()} level {level}" if several else f"{kind}level {level}"
+
+
+def size_text(shape: Shape) -> str:
+    """Return the size of a grid.
+
+    Examples
+    --------
+    >>> size_text((512, 512)), size_text((48, 100, 100))
+    ('512²', '100 × 100 × 48')
+    """
+    return f"{shape[0]}²" if len(shape) == 2 else describe_shape(shape)
 
 
 def describe_growth(name: str, timings: Sequence[Timing]) -> str:
@@ -73,7 +89,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
     if len({t.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
-    low, high = (f(round(t.n_cells**0.5) for t in timings) for f in (min, max))
+    low, high = (size_text(f(timings, key=lambda t: t.n_cells).grid_shape) for f in (min, max))
     how, why = "linear", ""
     if not found.linear:
         how = "more than linear" if found.exponent > 1 else "less than linear"
@@ -81,7 +97,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
         why = ": preparing the training image weighs more on small grids"
     return (
         f"{name[:1].upper()}{name[1:]}: {three_digits(found.seconds_per_million)} µs a cell from "
-        f"{low}² to {high}²: {how} (cells to the power {found.exponent:.2f}){why}."
+        f"{low} to {high}: {how} (cells to the power {found.exponent:.2f}){why}."
     )
 
 
@@ -89,13 +105,35 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
     """Return what the times say of each setting, and of the levels; nothing of a single size."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
-    return [line for line in (*each, describe_levels(timings)) if line]
+    more = (describe_levels(timings), describe_volumes(timings))
+    return [line for line in (*each, *more) if line]
+
+
+def describe_volumes(timings: Sequence[Timing]) -> str:
+    """Return what a cell of a volume costs against one of a map, each of its largest grid."""
+    found = by_setting(timings)
+    both = [
+        (setting, own[-1], found[(*setting[:2], False)][-1])
+        for setting, own in found.items()
+        if setting[2] and (*setting[:2], False) in found
+    ]
+    if not both:
+        return ""
+    said = (
+        f"{three_digits((a.seconds / a.n_cells) / (b.seconds / b.n_cells))} (level {level})"
+        for (_, level, _), a, b in both
+    )
+    return (
+        f"A cell of a volume takes {', '.join(said)} times as long as one of a map of the middle "
+        "layer, each on its largest grid."
+    )
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
     """Return what the finest wavelet level costs against the coarsest, here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
-    own = {t.parameters.level: t for t in timings if t.parameters.method == "ccwsim"}
+    maps = [t for t in timings if t.parameters.method == "ccwsim" and len(t.grid_shape) == 2]
+    own = {t.parameters.level: t for t in maps}
     sides = {level: t for level, t in own.items() if level in paper}
     if len(sides) < 2:
         return ""
@@ -141,14 +179,30 @@ def describe_run(run: TimingRun | None) -> str:
     """Return what was timed."""
     if run is None:
         return ""
-    image, p = run.training_image, run.cases[0].parameters
-    ny, nx = image.shape
+    image, p = run.training_image, run.cases[-1].parameters
+    template, overlap = map(_sizes, (p.template_size, p.overlap_size))
     off = "" if p.exact_data else "; data condition the search only, wrong ones are not corrected"
     return (
-        f"Training image {pretty(image.name)}, {nx} × {ny} cells, {image.n_facies} facies; "
-        f"template {p.template_size}, overlap {p.overlap_size}, K {p.n_candidates}; median of "
+        f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
+        f"{image.n_facies} facies; template {template}, overlap {overlap}, K {p.n_candidates}"
+        f"{_how_maps(run.cases)}; median of "
         f"{run.n_realizations}, preparation of the training image included; one thread; seed "
         f"{run.seed}{off}."
+    )
+
+
+def _sizes(size: Any) -> str:
+    return describe_shape(size) if isinstance(size, tuple) else str(size)
+
+
+def _how_maps(cases: Sequence[TimingCase]) -> str:
+    """Say what maps beside volumes are of."""
+    maps = [case.parameters for case in cases if len(case.grid_shape) == 2]
+    if not maps or len(maps) == len(cases):
+        return ""
+    return (
+        f"; maps of its middle layer, as many cells, template {_sizes(maps[0].template_size)}, "
+        f"overlap {_sizes(maps[0].overlap_size)}"
     )
 
 
@@ -159,23 +213,24 @@ def progress_label(run: TimingRun) -> str:
     if n < len(run.cases):
         case = run.cases[n]
         data = f", {case.n_data} data" if case.n_data else ""
-        text += f" · now {case.grid_shape[0]}², level {case.parameters.level}{data}"
+        text += f" · now {size_text(case.grid_shape)}, level {level_of(case.parameters)}{data}"
     return text
 
 
-def grid_table(timings: Sequence[Timing], sides: Sequence[int]) -> str:
-    """Return times by size of the grid, with the paper's largest grid in the last row."""
+def grid_table(timings: Sequence[Timing]) -> str:
+    """Return times by size of the grid, of maps with the paper's largest grid in the last row."""
     found = by_setting(timings)
     head = ["cells", *(name_of(setting, list(found)) for setting in found)]
     rows = []
-    for side in sides:
-        took = [next((t for t in own if t.grid_shape[0] == side), None) for own in found.values()]
-        if any(took):
-            rows.append([f"{side}²", *(seconds(t.seconds) if t else NONE for t in took)])
+    for shape in sorted({t.grid_shape for t in timings}, key=lambda s: (prod(s), len(s))):
+        took = [next((t for t in own if t.grid_shape == shape), None) for own in found.values()]
+        rows.append([size_text(shape), *(seconds(t.seconds) if t else NONE for t in took)])
+    if any(volume for _, _, volume in found):
+        return table_of([head], rows)
     paper = {t.level: t.cpu_seconds for t in published.FIGURE_13}
     last = [
         f"{paper[level]:.0f} s" if method == "ccwsim" and level in paper else NONE
-        for method, level in found
+        for method, level, _ in found
     ]
     return table_of([head], [*rows, ["paper, 5000²", *last]], marked=len(rows))
 
@@ -183,8 +238,11 @@ def grid_table(timings: Sequence[Timing], sides: Sequence[int]) -> str:
 def data_table(
     timings: Sequence[Timing], settings: Sequence[Setting], numbers: Sequence[int], side: int
 ) -> str:
-    """Return Table 2: method and level by number of data, measured and published side by side."""
-    found = {(t.parameters.method, t.parameters.level, t.n_data): t for t in timings}
+    """Return Table 2: method and level by number of data, measured and published side by side.
+
+    The paper has no volumes; `side` is that of the grid, or of its layers.
+    """
+    found = {(*setting_of(t)[:2], t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
     first = ["method", "level", *(["no data"] if 0 in numbers else [])]
     head = [*first, *(f"{n} data" for n in shown for _ in range(3))]
@@ -194,7 +252,8 @@ def data_table(
         head += [f"{shown[-1]} / {shown[-2]}"] * 2
         second += ["here", "paper"]
     rows = []
-    for method, level in settings:
+    for method, level, volume in settings:
+        side = 0 if volume else side
         row = [method.upper(), str(level)]
         if 0 in numbers:
             row.append(_time(found.get((method, level, 0))))
@@ -202,7 +261,7 @@ def data_table(
             own = found.get((method, level, n))
             row += [_time(own), _paper(method, level, n, side), _wrong(own)]
         if has_ratio:
-            row += _ratios(found, (method, level), shown[-2:], side)
+            row += _ratios(found, method, level, shown[-2:], side)
         rows.append(row)
     return table_of([head, second], rows)
 
@@ -267,17 +326,17 @@ def _wrong(timing: Timing | None) -> str:
     return "0" if share == 0 else f"{three_digits(share)} %"
 
 
-def _ratios(found: dict, setting: Setting, numbers: Sequence[int], side: int) -> list[str]:
-    own = [found.get((*setting, n)) for n in numbers]
+def _ratios(found: dict, method: str, level: int, numbers: Sequence[int], side: int) -> list[str]:
+    own = [found.get((method, level, n)) for n in numbers]
     here = f"{own[1].seconds / own[0].seconds:.2f}" if own[0] and own[1] else NONE
-    said = [published_time(PAPER, *setting, side**2, n) for n in numbers]
+    said = [published_time(PAPER, method, level, side**2, n) for n in numbers]
     a, b = (t.cpu_seconds if t else None for t in said)
     return [here, f"{b / a:.2f}" if a and b else NONE]
 
 
-IMAGE_HEAD = ["image", "image_nx", "image_ny"]
+IMAGE_HEAD = ["image", "image_nx", "image_ny", "image_nz"]
 SETTING_HEAD = ["method", "level", "template", "overlap", "candidates", "exact_data"]
-CASE_HEAD = ["nx", "ny", "n_data", "seed"]
+CASE_HEAD = ["nx", "ny", "nz", "n_data", "seed"]
 RESULT_HEAD = ["realization", "cpu_seconds", "data_not_honoured", "machine"]
 
 
@@ -285,12 +344,13 @@ def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
     """Return one line a realization that was timed, with its setting and the machine."""
     lines = []
     for run in runs:
-        ny, nx = run.training_image.shape
-        image = [run.training_image.name, nx, ny]
         for timing in list(run.timings):
-            p, (ny, nx) = timing.parameters, timing.grid_shape
-            setting = [p.method, p.level, p.template_size, p.overlap_size, p.n_candidates]
-            case = [*image, *setting, p.exact_data, nx, ny, timing.n_data, run.seed]
+            p, own = timing.parameters, image_of_case(run.training_image, timing.case)
+            sizes = map(_sizes, (p.level, p.template_size, p.overlap_size))
+            setting = [p.method, *sizes, p.n_candidates]
+            nx, ny, nz = in_layers(timing.grid_shape)[::-1]
+            image = [own.name, *in_layers(own.shape)[::-1]]
+            case = [*image, *setting, p.exact_data, nx, ny, nz, timing.n_data, run.seed]
             lines += [
                 [*case, r + 1, f"{cpu:.6g}", int(timing.n_mismatched[r]), machine]
                 for r, cpu in enumerate(timing.cpu_seconds)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import streamlit as st
 
-from ccwsim.experiments.timing import Timing
+from ccwsim.experiments.timing import Timing, level_of
 from ccwsim.figures import TimeSeries, timings_chart
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import published_times as published
@@ -19,13 +20,16 @@ from ccwsim.ui.benchmark import findings
 from ccwsim.ui.benchmark.run import (
     BYTES_PER_CELL,
     DATA_SIDES,
+    DATA_SIDES_VOLUME,
     NUMBERS,
     SIDES,
     TIMED_METHODS,
+    VOLUME_SIDES,
     Benchmark,
     Kind,
     cases_of,
     expected,
+    layers_of,
     level_options,
     number_options,
     settings,
@@ -63,13 +67,13 @@ def draw_benchmark(state: State) -> None:
     row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
     st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
     with st.container(key="controls_grids", **row):
-        _draw_largest(page_state)
+        _draw_largest(state)
         _draw_choices(state, "grid")
         _draw_start(state, "grids")
     _draw_part(state, "grids")
     st.html('<h2 class="part">CPU time and the number of data <span>as in Table 2</span></h2>')
     with st.container(key="controls_data", **row):
-        _draw_numbers(page_state)
+        _draw_numbers(state)
         _draw_choices(state, "data")
         _draw_start(state, "data")
     _draw_part(state, "data")
@@ -88,7 +92,22 @@ def _draw_download(page_state: Benchmark) -> None:
     st.download_button("Download CSV", content, name, "text/csv", key, on_click="ignore")
 
 
-def _draw_largest(page_state: Benchmark) -> None:
+def _draw_largest_volume(state: State) -> None:
+    page_state, nz = state.page(Benchmark), layers_of(state)
+    largest: dict[str, Any] = bound_to(page_state, "largest_volume")
+    largest |= {"options": list(VOLUME_SIDES[1:])}
+    largest |= {"format_func": lambda side: f"{side} × {side} × {nz}", "width": 170}
+    largest["help"] = f"Volumes of {nz} layers from {VOLUME_SIDES[0]} × {VOLUME_SIDES[0]} up to it."
+    field(st.selectbox, "Largest grid", key="largest_volume", **largest)
+    tip = "Maps with as many cells are timed as well, of the middle layer of the training image."
+    field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
+
+
+def _draw_largest(state: State) -> None:
+    if layers_of(state) is not None:
+        _draw_largest_volume(state)
+        return
+    page_state = state.page(Benchmark)
     sides = side_options(this_machine().free_bytes)
     page_state.largest = min(page_state.largest, sides[-1])
     options = {"options": sides, "format_func": _square, "width": 150}
@@ -99,11 +118,16 @@ def _draw_largest(page_state: Benchmark) -> None:
     field(st.selectbox, "Largest grid", key="largest", **bound_to(page_state, "largest"), **options)
 
 
-def _draw_numbers(page_state: Benchmark) -> None:
-    options = {"options": list(DATA_SIDES), "format_func": _square, "width": 130}
+def _draw_numbers(state: State) -> None:
+    page_state, nz = state.page(Benchmark), layers_of(state)
+    name, sides = ("side", DATA_SIDES) if nz is None else ("side_volume", DATA_SIDES_VOLUME)
+    options: dict[str, Any] = {"options": list(sides), "format_func": _square, "width": 130}
     options["help"] = "The paper's Table 2 is of 512 × 512 cells."
-    field(st.selectbox, "Grid", key="data_side", **bound_to(page_state, "side"), **options)
-    numbers = number_options(page_state.side)
+    if nz is not None:
+        options |= {"format_func": lambda side: f"{side} × {side} × {nz}", "width": 170}
+        options["help"] = "The volume that the data lie in; the paper has none."
+    field(st.selectbox, "Grid", key=f"data_{name}", **bound_to(page_state, name), **options)
+    numbers = number_options(getattr(page_state, name))
     options = {"options": numbers, "format_func": lambda n: str(n or "none")}
     options["help"] = "They are sampled from an unconditional realization at random cells."
     _draw_pills(page_state, "numbers", "Hard data", options)
@@ -180,45 +204,63 @@ def _draw_grids(state: State) -> None:
     """Draw times against the size of the grid, or where they will be."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
-    sides = sorted({t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]})
+    ticks = ticks_of(timings, layers_of(state) is not None)
     left, right = st.columns(2, gap="medium")
     with left:
-        note = "red: the paper, another machine"
-        _draw_chart(timings, sides, "CPU time of a realization", note, per_cell=False)
+        note = "red: the paper, another machine" if has_paper(timings) else "maps dashed"
+        _draw_chart(timings, ticks, "CPU time of a realization", note, per_cell=False)
     with right:
-        _draw_chart(timings, sides, "CPU time a cell", "flat is linear", per_cell=True)
+        _draw_chart(timings, ticks, "CPU time a cell", "flat is linear", per_cell=True)
     if not timings:
         step_note(findings.TEACHING)
         return
     left, right = st.columns(2, gap="medium")
     with left:
-        st.html(findings.grid_table(timings, sides))
+        st.html(findings.grid_table(timings))
     with right:
         step_note("\n".join(findings.growth_lines(timings)) or "One size says nothing on growth.")
         step_note(findings.describe_run(run))
 
 
 def _draw_chart(
-    timings: Sequence[Timing], sides: list[int], title: str, note: str, per_cell: bool
+    timings: Sequence[Timing], ticks: dict[int, str], title: str, note: str, per_cell: bool
 ) -> None:
-    series = measured_series(timings, per_cell), paper_series(per_cell)
+    paper = paper_series(per_cell) if has_paper(timings) else []
+    series = measured_series(timings, per_cell), paper
     unit, key = ("µs", "times_cell") if per_cell else ("s", "times_grid")
     y_title = f"CPU time {'a cell ' if per_cell else ''}({unit})"
-    chart = timings_chart(*series, sides, chart_theme(), y_title=y_title, unit=unit)
+    chart = timings_chart(*series, ticks, chart_theme(), y_title=y_title, unit=unit)
     titled_chart(title, note, chart, key, f"{title} against the cells of the grid")
+
+
+def has_paper(timings: Sequence[Timing]) -> bool:
+    """Whether the paper's times can stand beside: it has no volumes."""
+    return all(len(t.grid_shape) == 2 for t in timings)
+
+
+def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
+    """Return the numbers of cells on the axis: those of square grids, or powers of ten."""
+    if has_paper(timings) and not (volumes and not timings):
+        sides = {t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
+        return {side**2: f"{side}²" for side in sorted(sides)}
+    cells = [t.n_cells for t in timings] or [10**5, 10**7]
+    low, high = int(np.log10(min(cells))), int(np.ceil(np.log10(max(cells))))
+    return {10**k: f"{10**k:,}" for k in range(low, high + 1)}
 
 
 def _draw_data(state: State) -> None:
     """Draw times against the number of data in the layout of Table 2."""
     page_state, run = state.page(Benchmark), state.page(Benchmark).data
     if run:
-        chosen = list(dict.fromkeys(findings.setting_of(case.parameters) for case in run.cases))
-        numbers, side = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape[0]
+        chosen = list(dict.fromkeys(map(findings.setting_of, run.cases)))
+        numbers, shape = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape
     else:
+        nz = layers_of(state)
         chosen, side = chosen_settings(state), page_state.side
+        shape = (side, side) if nz is None else (nz, *[page_state.side_volume] * 2)
         numbers = [n for n in NUMBERS if n in page_state.numbers]
-    timings = list(run.timings) if run else []
-    panel_title("CPU time of a realization", f"{side} × {side} cells")
+    timings, side = list(run.timings) if run else [], shape[-1]
+    panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
     st.html(findings.data_table(timings, chosen, numbers, side))
     step_note(findings.TABLE_2_NOTE)
     if timings:
@@ -233,7 +275,9 @@ def chosen_settings(state: State) -> list[findings.Setting]:
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []
-    return [findings.setting_of(p) for p in settings(state, own.data_methods, own.data_levels)]
+    volume = layers_of(state) is not None
+    found = settings(state, own.data_methods, own.data_levels)
+    return [(p.method, level_of(p), volume) for p in found]
 
 
 def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSeries]:
@@ -244,7 +288,9 @@ def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSerie
         cells = np.array([t.n_cells for t in own], float)
         values = np.maximum([t.seconds for t in own], 1e-6) / (cells / MICRO if per_cell else 1.0)
         name = findings.name_of(setting, list(found))
-        lines.append(TimeSeries(name, setting[1], cells, values, setting[0] != "ccwsim"))
+        beside_volumes = not setting[2] and not has_paper(timings)
+        dashed = setting[0] != "ccwsim" or beside_volumes
+        lines.append(TimeSeries(name, setting[1], cells, values, dashed))
     return lines
 
 

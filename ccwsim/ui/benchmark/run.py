@@ -14,8 +14,10 @@ from ccwsim.experiments.timing import (
     data_cases,
     expected_seconds,
     grid_cases,
+    image_of_case,
     time_cases,
 )
+from ccwsim.model.arrays import Shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import METHODS, Parameters
@@ -31,6 +33,9 @@ Kind = Literal["grids", "data"]
 SIDES = (256, 512, 1000, 2000, 3000, 5000)
 """Of the square grids of Fig. 13's kind; the last has the paper's 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
+VOLUME_SIDES = (48, 64, 100, 160, 256)
+"""Of layers of volumes, which have as many as the grid of the study."""
+DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
 """The methods with levels: CCSIM is level 0 of CCWSIM."""
@@ -72,7 +77,8 @@ class TimingRun:
         n_bytes = 0
         for case in self.cases:
             with suppress(CCWSIMError):  # one that does not fit ends the run when it is its turn
-                study = Study(self.training_image, Grid(*case.grid_shape), case.parameters)
+                image = image_of_case(self.training_image, case)
+                study = Study(image, Grid.of(case.grid_shape), case.parameters)
                 at_once = max(CELLS_AT_ONCE // case.n_cells, 1)
                 needed = demand_of(study, self.n_realizations, n_kept=at_once, n_workers=1)
                 n_bytes = max(n_bytes, needed.n_bytes)
@@ -96,10 +102,14 @@ class Benchmark:
     """What the page remembers: its choices, the latest run of each kind, why one did not start.
 
     `largest` is the side of the largest grid, `side` that of the grid on which the number of data
-    changes; methods that do not exist are left out.
+    changes, `largest_volume` and `side_volume` those of the layers of volumes; `maps` is whether
+    maps are timed beside volumes. Methods that do not exist are left out.
     """
 
     largest: int = 2000
+    largest_volume: int = 100
+    side_volume: int = 64
+    maps: bool = True
     grid_levels: list[int] = field(default_factory=lambda: [1, 2, 3])
     grid_methods: list[str] = field(default_factory=lambda: ["ccwsim"])
     side: int = 512
@@ -157,22 +167,46 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
 
     Raises CCWSIMError where nothing is chosen, or a level does not go with the study.
     """
-    own = state.page(Benchmark)
+    own, shape, nz = state.page(Benchmark), image_of(state.choices.image).shape, layers_of(state)
     if kind == "grids":
-        sides = [side for side in SIDES if side <= own.largest]
-        return grid_cases(sides, settings(state, own.grid_methods, own.grid_levels))
-    numbers = [n for n in number_options(own.side) if n in own.numbers]
+        if nz is None:
+            sides = [side for side in SIDES if side <= own.largest]
+            return grid_cases(sides, settings(state, own.grid_methods, own.grid_levels))
+        sides = [side for side in VOLUME_SIDES if side <= own.largest_volume]
+        chosen = settings(state, own.grid_methods, own.grid_levels)
+        cases = [TimingCase(p, (nz, side, side)) for side in sides for p in chosen]
+        if own.maps:
+            flat = settings(state, own.grid_methods, own.grid_levels, shape[-2:])
+            as_many = [round((nz * side * side) ** 0.5) for side in sides]
+            cases += [TimingCase(p, (side, side)) for side in as_many for p in flat]
+        return sorted(cases, key=lambda case: case.n_cells)
+    side = own.side if nz is None else own.side_volume
+    numbers = [n for n in number_options(side) if n in own.numbers]
     if not numbers:
         raise CCWSIMError("Choose at least one number of data.")
     chosen = settings(state, own.data_methods, own.data_levels)
-    return data_cases(numbers, chosen, (own.side, own.side))
+    return data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
+
+
+def layers_of(state: State) -> int | None:
+    """Return the layers of the volumes that are timed; None where the study is a map."""
+    image = image_of(state.choices.image)
+    if image.n_dimensions == 2:
+        return None
+    return state.choices.grid.nz or image.shape[0]
 
 
 def settings(
-    state: State, methods: Sequence[str], chosen_levels: Sequence[int]
+    state: State,
+    methods: Sequence[str],
+    chosen_levels: Sequence[int],
+    image_shape: Shape | None = None,
 ) -> list[Parameters]:
-    """Return the study's parameters at each method and level; sizes go to the nearest legal."""
-    p, shape = state.choices.parameters, image_of(state.choices.image).shape
+    """Return the study's parameters at each method and level; sizes go to the nearest legal.
+
+    They fit the training image, or one of `image_shape`.
+    """
+    p, shape = state.choices.parameters, image_shape or image_of(state.choices.image).shape
     found = [
         fitted(p, shape, method=method, wavelet_level=level)
         for method in TIMED_METHODS
