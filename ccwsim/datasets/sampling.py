@@ -60,12 +60,12 @@ def sample_wells(
         allowed = " or ".join(f'"{one}"' for one in ways)
         raise CCWSIMError(f"direction = {shown(direction)} must be {allowed}")
     n, every = _checked_count("the number of wells", n), _checked_count("every", every)
+    *_, ny, nx = shape
     if way == VERTICAL:
-        nz, ny, nx = shape
         columns = _distinct(_random(seed), ny * nx, min(n, ny * nx))
-        layers, at = np.meshgrid(np.arange(0, nz, every), columns, indexing="ij")
+        layers, at = np.meshgrid(np.arange(0, shape[0], every), columns, indexing="ij")
         return _read(field, layers.ravel(), *np.divmod(at.ravel(), nx))
-    along, across = (shape[0], shape[-1]) if way == "N-S" else (shape[-1], shape[0])
+    along, across = (ny, nx) if way == "N-S" else (nx, ny)
     wells = _random(seed).choice(across, min(n, across), replace=False)
     down, at = np.meshgrid(np.arange(0, along, min(every, along)), wells, indexing="ij")
     rows, columns = (down, at) if way == "N-S" else (at, down)

@@ -225,7 +225,7 @@ def test_a_click_tells_the_page_only_where_it_asks_for_cells(tab):
     tab.mouse.click(*spot(tab, "y", 3, 7))
 
     def told() -> None:
-        assert tab.evaluate("told") == [["cell", [7, 5, 3]]]
+        assert tab.evaluate("told") == [["cells", {"axis": "y", "cells": [[7, 5, 3]]}]]
 
     soon(told)
 

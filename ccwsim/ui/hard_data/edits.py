@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+
 from ccwsim.engine.revision import revise
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
@@ -15,9 +17,11 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 
-Cell = tuple[int, int]
+Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
-Way = Literal["random", "N-S", "E-W", "grid"]
+Way = Literal["random", "N-S", "E-W", "vertical", "grid"]
+ERASE, AS_SHOWN = -1, -2
+"""Brushes that are no facies."""
 MAX_MOMENTS = 200
 
 
@@ -99,10 +103,17 @@ class Editor:
     taken: int = 0  # the number of the last edit of the canvas that was taken
     local: Ensemble | None = None  # re-simulated around the edits since the last run
     message: str = ""  # what went wrong with the last edit
+    # of volumes: the index of the facies to place, or ERASE or AS_SHOWN; the first and the last
+    # layer of a well, None for all; tables of wells by what they are, and how they are read
+    brush: int = 1
+    layers: tuple[int, int] | None = None
+    tables: dict[str, Upload | None] = field(default_factory=dict)
+    facies_column: str = ""
+    outside: str = "error"
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with cells (row, column) set to a facies code, or freed by None.
+    """Return data with cells ((layer,) row, column) set to a facies code, or freed by None.
 
     Examples
     --------
@@ -181,6 +192,34 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
             if 0 <= row < ny and 0 <= column < nx and facies < len(codes)
         }
         take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+
+
+def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
+    """Take an edit of a volume: cells (layer, row, column) of a slice across an `axis`.
+
+    In a map, across z, the last of them gets a vertical well through `layers`.
+    """
+    page_state, grid = state.page(Editor), state.choices.grid
+    page_state.message = ""
+    codes = image_of(state.choices.image).codes.tolist()
+    inside = grid.holds(np.array(cells, np.int64).reshape(-1, 3))
+    wanted = [cell for cell, known in zip(cells, inside, strict=True) if known]
+    if axis == "z" and wanted:
+        wanted = [(layer, *wanted[-1][1:]) for layer in layers]
+    ensemble, brush = state.ensemble, page_state.brush
+    if brush == AS_SHOWN:
+        if ensemble is None or not fits(ensemble, state.choices):
+            page_state.message = "there is no realization to read yet; choose a facies"
+            return
+        shown = ensemble.realizations[min(state.shown, ensemble.n - 1)]
+        changes = {cell: int(shown[cell]) for cell in wanted}
+    else:
+        code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
+        changes = dict.fromkeys(wanted, code)
+    try:
+        take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+    except CCWSIMError as error:
+        page_state.message = str(error)
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:

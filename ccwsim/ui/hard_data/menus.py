@@ -9,6 +9,7 @@ import streamlit as st
 
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io.hard_data.files import hard_data_as_bytes
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
 from ccwsim.model.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
@@ -32,6 +33,11 @@ WAYS = {
     "N-S": "along wells N–S",
     "E-W": "along wells E–W",
     "grid": "on a regular grid",
+}
+WAYS_VOLUME = {
+    "vertical": "vertical wells",
+    "random": "cells at random",
+    "grid": "vertical wells on a grid",
 }
 ORIGINS = {False: "the shown realization", True: "an image of yours"}
 EXPORTS = {
@@ -79,7 +85,8 @@ def draw_export(state: State, data: HardData) -> None:
             name = f"{grid_part(image_of(state.choices.image), state.choices.grid)}_hard_data"
             file: dict[str, Any] = {"file_name": f"{name}.{kind}", "mime": mime}
             file |= {"key": f"export_{kind}", "on_click": "ignore", "width": "stretch"}
-            st.download_button(label, content, **file)
+            volume = state.choices.grid.nz is not None
+            st.download_button(label.replace("y,", "y, z,") if volume else label, content, **file)
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
@@ -124,7 +131,7 @@ def draw_sampling(state: State) -> None:
         field(st.selectbox, "Read from", key="sample_from", **origin)
         if choice is not None:
             _ask_reference(page_state, choice)
-        _ask_way(page_state)
+        _ask_way(page_state, state.choices.grid.nz is not None)
         button("Take these data", key="sample_take", on_click=sample, args=(state,))
 
 
@@ -162,9 +169,9 @@ def reference_of(state: State) -> TrainingImage:
         raise CCWSIMError("there is no image to sample yet; choose a file")
     reference = image_of(choice)
     if reference.shape != grid.shape:
-        ny, nx = reference.shape
+        own, wanted = describe_shape(reference.shape), describe_shape(grid.shape)
         raise CCWSIMError(
-            f"{choice.upload.name} has {nx} × {ny} cells and the grid {grid.nx} × {grid.ny}; "
+            f"{choice.upload.name} has {own} cells and the grid {wanted}; "
             "make the grid the same in step 3 of Simulate"
         )
     return reference
@@ -188,13 +195,16 @@ def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
         ask_about_image(choice, change)
 
 
-def _ask_way(page_state: Editor) -> None:
+def _ask_way(page_state: Editor, volume: bool) -> None:
+    ways = WAYS_VOLUME if volume else WAYS
+    if page_state.sampling.way not in ways or (volume and page_state.sampling == Sampling()):
+        page_state.sampling = Sampling("vertical", n=10, every=1) if volume else Sampling()
     how = page_state.sampling
 
     def change(**changes: Any) -> None:
         page_state.sampling = replace(page_state.sampling, **changes)
 
-    way = bound_to(how, "way", change) | options_of(WAYS)
+    way = bound_to(how, "way", change) | options_of(ways)
     field(st.selectbox, "Where", key="sample_way", **way)
     if how.way != "grid":
         label = "How many data" if how.way == "random" else "How many wells"

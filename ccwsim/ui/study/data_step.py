@@ -55,7 +55,7 @@ def data_step(state: State) -> None:
                 _menu(state)
             with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
                 volume = state.choices.grid.nz is not None
-                label = "Show as a table" if volume else "Edit on a map"
+                label = "Edit in the volume" if volume else "Edit on a map"
                 st.page_link("pages/data.py", label=label)
     if problem:
         st.error(plain(problem))

@@ -23,23 +23,24 @@ def draw_volume(
     cells: CellMap,
     key: str,
     *,
-    on_cell: Callable[[int, int, int], None] | None = None,
+    on_cells: Callable[[str, list[tuple[int, int, int]]], None] | None = None,
     **options: Any,
 ) -> None:
     """Put a volume on the page; `options` are those of `volume_content`.
 
-    Volumes of the same `link` share the cursor, the slices and the vertical exaggeration. `on_cell`
-    gets layer, row and column of a cell that the user clicks.
+    Volumes of the same `link` share the cursor, the slices and the vertical exaggeration.
+    `on_cells` gets the cells (layer, row, column) that the user clicks or draws over in a slice, or
+    where the cross hairs are when Enter is pressed, and before them the axis across the slice.
     """
-    content = volume_content(cells, key, **options) | {"picks": on_cell is not None}
+    content = volume_content(cells, key, **options) | {"picks": on_cells is not None}
 
     def picked() -> None:
-        cell = reported(key, "cell")
-        if cell and on_cell:
-            layer, row, column = cell
-            on_cell(int(layer), int(row), int(column))
+        found = reported(key, "cells")
+        if found and on_cells:
+            chosen = ((int(z), int(y), int(x)) for z, y, x in found["cells"])
+            on_cells(str(found["axis"]), list(chosen))
 
-    canvas_component("volume")(key=key, data=content, on_cell_change=picked)
+    canvas_component("volume")(key=key, data=content, on_cells_change=picked)
 
 
 def volume_content(

@@ -188,6 +188,7 @@ class Slice {
     }, { passive: false });
     canvas.addEventListener('keydown', (event) => {
       const by = KEYS[event.key];
+      if (view.cells && view.data.picks && event.key === 'Enter') view.pick(this.axis, [view.at]);
       if (!view.cells || !by || event.altKey || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       event.stopPropagation(); // arrow keys also step through the realizations of a page
@@ -198,23 +199,26 @@ class Slice {
       canvas.focus();
       this.pressed = [event.clientX, event.clientY];
       if (event.pointerType === 'mouse') this.press(event);
+      const { cell, beside } = this.cellAt(event);
+      this.stroke = view.data.picks && !beside ? [cell] : null;
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener('pointermove', (event) => {
       if (!view.cells) return;
       const { cell, beside } = this.cellAt(event);
       view.point(beside ? null : cell);
-      if (this.pressed) view.moveTo(cell);
+      if (!this.pressed) return;
+      view.moveTo(cell);
+      if (this.stroke && !beside) drawTo(this.stroke, cell);
     });
     canvas.addEventListener('pointerup', (event) => {
       if (!this.pressed) return;
-      const far = Math.hypot(event.clientX - this.pressed[0], event.clientY - this.pressed[1]);
       this.pressed = null;
       this.press(event);
-      const { cell, beside } = this.cellAt(event);
-      if (far < 4 && !beside && view.data.picks) view.pick(...cell);
+      if (this.stroke) view.pick(this.axis, this.stroke);
+      this.stroke = null;
     });
-    canvas.addEventListener('pointercancel', () => { this.pressed = null; });
+    canvas.addEventListener('pointercancel', () => { this.pressed = this.stroke = null; });
     canvas.addEventListener('pointerleave', () => view.cells && view.point(null));
   }
 
@@ -229,3 +233,12 @@ function sizeCanvas(canvas, wide, high, dots) {
 }
 
 function isFocused(element) { return element.getRootNode().activeElement === element; }
+
+// Go on with a stroke to a cell, through all cells in between: pointers skip some.
+function drawTo(stroke, cell) {
+  const from = stroke[stroke.length - 1];
+  const steps = Math.max(...cell.map((to, axis) => Math.abs(to - from[axis])));
+  for (let k = 1; k <= steps; k++) {
+    stroke.push(from.map((start, axis) => start + Math.round((k * (cell[axis] - start)) / steps)));
+  }
+}

@@ -17,7 +17,8 @@ export default function (component) {
     views.set(root, view);
   }
   view.component = component;
-  view.pick = (x, y, z) => component.setTriggerValue('cell', [z, y, x]);
+  view.pick = (axis, cells) => component.setTriggerValue(
+    'cells', { axis, cells: cells.map(([x, y, z]) => [z, y, x]) });
   view.show(component.data);
   // Streamlit may end a call when a later one has already taken the view over, and begin again after it.
   return () => { if (view.component === component) view.stop(); };
