@@ -179,7 +179,7 @@ def describe_run(run: TimingRun | None) -> str:
     """Return what was timed."""
     if run is None:
         return ""
-    image, p = run.training_image, run.cases[-1].parameters
+    image, p = run.training_image, max(run.cases, key=lambda c: len(c.grid_shape)).parameters
     template, overlap = map(_sizes, (p.template_size, p.overlap_size))
     off = "" if p.exact_data else "; data condition the search only, wrong ones are not corrected"
     return (

@@ -127,7 +127,7 @@ def _draw_numbers(state: State) -> None:
         options |= {"format_func": lambda side: f"{side} × {side} × {nz}", "width": 170}
         options["help"] = "The volume that the data lie in; the paper has none."
     field(st.selectbox, "Grid", key=f"data_{name}", **bound_to(page_state, name), **options)
-    numbers = number_options(getattr(page_state, name))
+    numbers = number_options(getattr(page_state, name), nz)
     options = {"options": numbers, "format_func": lambda n: str(n or "none")}
     options["help"] = "They are sampled from an unconditional realization at random cells."
     _draw_pills(page_state, "numbers", "Hard data", options)

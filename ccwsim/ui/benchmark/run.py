@@ -157,9 +157,9 @@ def side_options(free_bytes: int | None) -> list[int]:
     return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
 
 
-def number_options(side: int) -> list[int]:
+def number_options(side: int, nz: int | None = None) -> list[int]:
     """Return the numbers of data on offer: at most a quarter of the cells."""
-    return [n for n in NUMBERS if 4 * n <= side * side]
+    return [n for n in NUMBERS if 4 * n <= side * side * (nz or 1)]
 
 
 def cases_of(state: State, kind: Kind) -> list[TimingCase]:
@@ -181,7 +181,7 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
             cases += [TimingCase(p, (side, side)) for side in as_many for p in flat]
         return sorted(cases, key=lambda case: case.n_cells)
     side = own.side if nz is None else own.side_volume
-    numbers = [n for n in number_options(side) if n in own.numbers]
+    numbers = [n for n in number_options(side, nz) if n in own.numbers]
     if not numbers:
         raise CCWSIMError("Choose at least one number of data.")
     chosen = settings(state, own.data_methods, own.data_levels)

@@ -12,7 +12,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
-Shows = Literal["realization", "second", "data", "probability", "variogram"]
+Shows = Literal["realization", "second", "data", "probability", "variogram", "layer", "section"]
 
 
 @dataclass(frozen=True)
@@ -46,17 +46,24 @@ class Part:
     examples: tuple[Example, ...]
 
 
+def _parameters(row: dict[str, Any]) -> Parameters:
+    """Return parameters; lists are numbers along z, y and x."""
+    own: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in row.items()}
+    return Parameters(**own)
+
+
 def _example(row: dict[str, Any]) -> Example:
     """Return the example of a table of the catalogue, where what is usual is left out."""
     side = row.pop("side", 512)
+    shape = tuple(row.pop("grid", (side, side)))
     choices = Choices(
         ImageChoice(row.pop("image")),
         DataChoice(**row.pop("data", {})),
-        Grid(side, side),
-        Parameters(**row.pop("parameters", {})),
+        Grid.of(shape),
+        _parameters(row.pop("parameters", {})),
         row.pop("n_realizations", 12),
     )
-    others = tuple(Parameters(**other) for other in row.pop("others", []))
+    others = tuple(map(_parameters, row.pop("others", [])))
     shows = tuple(row.pop("shows", Example.shows))
     return Example(**row, choices=choices, others=others, shows=shows)
 

@@ -36,6 +36,7 @@ from ccwsim.ui.examples.opened import (
 from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.jobs.job import PATIENCE
 from ccwsim.ui.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
+from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of
@@ -48,6 +49,8 @@ STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
 """Cells along a side: of a larger study the pictures show its south-west corner."""
+MAX_VOLUME_SIDE = 80
+"""The same of the layers of a volume."""
 N_TOGETHER = 20
 """Realizations of a probability or of curves."""
 MAX_DOTS = 1000
@@ -102,7 +105,8 @@ def class_link(choices: Choices, page: str) -> str:
 def _draw_plan(state: State) -> None:
     step_note(
         "Each opens with one click; your own study is kept, and comes back with one. The pictures "
-        "are realizations made just now, on a grid of at most 300 × 300 cells."
+        "are realizations made just now, on a grid of at most 300 × 300 cells, of volumes 80 × 80 "
+        "in all layers."
     )
     deadline = time.monotonic() + PATIENCE
     number, waiting = 0, []
@@ -200,7 +204,8 @@ def picture_worker() -> StatisticsWorker:
 
 def small(choices: Choices) -> Choices:
     """Return a study on a grid that is small enough for a picture, with the data that are in it."""
-    ny, nx = (min(side, MAX_PICTURE_SIDE) for side in choices.grid.shape)
+    most = MAX_PICTURE_SIDE if choices.grid.nz is None else MAX_VOLUME_SIDE
+    ny, nx = (min(side, most) for side in choices.grid.shape[-2:])
     data = choices.data
     if data.source == "bundled":
         data = replace(data, answers=(("on_outside", "drop"),))
@@ -216,9 +221,39 @@ def pictures_of(example: Example, theme: Theme) -> Task[tuple[Picture, ...]]:
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
     """Return label, columns and rows of each picture, before there are any."""
-    ny, nx = image_of(example.choices.image).shape
-    grid = small(example.choices).grid
-    return [("training image", nx, ny), *((label, grid.nx, grid.ny) for label in labels(example))]
+    image = image_of(example.choices.image)
+    grid, first = small(example.choices).grid, example.shows[0]
+    several = len(example.settings) > 1
+    kinds = [first] * len(example.settings) if several else example.shows
+    heights = [(grid.nz or 0) if kind == "section" else grid.ny for kind in kinds]
+    own_height = image.shape[0] if first == "section" else image.shape[-2]
+    rows = zip(labels(example), heights, strict=True)
+    return [
+        (image_label(example), image.shape[-1], own_height),
+        *((label, grid.nx, height) for label, height in rows),
+    ]
+
+
+def image_label(example: Example) -> str:
+    """Return what is said below the picture of the training image."""
+    kind = {"layer": ", a layer", "section": ", a section"}.get(example.shows[0], "")
+    return f"training image{kind}"
+
+
+def cut(cells: NDArray, kind: str) -> NDArray:
+    """Return the picture of a volume: its middle layer, or the middle section along x.
+
+    Examples
+    --------
+    >>> cells = np.arange(12).reshape(2, 3, 2)
+    >>> cut(cells, "layer").tolist(), cut(cells, "section").tolist()
+    ([[6, 7], [8, 9], [10, 11]], [[2, 3], [8, 9]])
+    >>> cut(cells[0], "realization").shape
+    (3, 2)
+    """
+    if cells.ndim == 2:
+        return cells
+    return cells[:, cells.shape[1] // 2] if kind == "section" else middle_layer(cells)
 
 
 def labels(example: Example) -> list[str]:
@@ -237,6 +272,8 @@ SHOWN = {
     "data": "the data",
     "probability": f"probability, {N_TOGETHER} realizations",
     "variogram": "variogram E–W",
+    "layer": "realization 1, a layer",
+    "section": "realization 1, a section",
 }
 
 
@@ -249,9 +286,11 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[Picture, .
         simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
         for p in settings
     ]
-    own = _img(data_map_png(image.indices, colours, longest=MAX_PIXELS), f"The image {image.name}")
+    first = example.shows[0]
+    picture = data_map_png(cut(image.indices, first), colours, longest=MAX_PIXELS)
+    own = _img(picture, f"The image {image.name}")
     if len(settings) > 1:
-        shown = [_realization(e, 0, colours) for e in ensembles]
+        shown = [_realization(e, 0, colours, first) for e in ensembles]
     else:
         shown = [_shown(name, ensembles[0], colours, theme) for name in example.shows]
     sizes = expected(example)
@@ -263,7 +302,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     if name == "probability":
         probability = e.probability(int(e.training_image.codes[facies]))
         alt = f"Probability of {e.training_image.facies_names[facies]}"
-        return _img(share_png(probability, longest=MAX_PIXELS), alt)
+        return _img(share_png(cut(probability, name), longest=MAX_PIXELS), alt)
     if name == "variogram":
         code = int(e.training_image.codes[facies])
         own = variogram(e, code, lags=N_LAGS).gamma
@@ -275,19 +314,20 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         known[rows, columns] = _facies_of_data(e)
         ground = [*colours, LIGHT.paper]  # facies are seen on it in either theme
         return _img(data_map_png(known, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data")
-    return _realization(e, 1 if name == "second" else 0, colours)
+    return _realization(e, 1 if name == "second" else 0, colours, name)
 
 
-def _realization(e: Ensemble, r: int, colours: list[str]) -> str:
-    dots = None
-    if 0 < e.hard_data.n <= MAX_DOTS:
-        facies = _facies_of_data(e)
-        rows, columns = e.hard_data.cells.T
-        wrong = e.indices[r][rows, columns] != facies
-        dots = Dots(e.hard_data.cells, [colours[k] for k in facies], wrong)
-    return _img(
-        data_map_png(e.indices[r], colours, dots, longest=MAX_PIXELS), f"Realization {r + 1}"
-    )
+def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realization") -> str:
+    dots, cells, facies = None, e.hard_data.cells, _facies_of_data(e)
+    wrong = e.indices[r][tuple(cells.T)] != facies
+    if e.grid.nz is not None:  # those in the slice
+        across, at = (1, e.grid.ny // 2) if kind == "section" else (0, e.grid.nz // 2)
+        here = cells[:, across] == at if len(cells) else np.zeros(0, bool)
+        cells, facies, wrong = np.delete(cells[here], across, 1), facies[here], wrong[here]
+    if 0 < len(cells) <= MAX_DOTS:
+        dots = Dots(cells, [colours[k] for k in facies], wrong)
+    own = cut(e.indices[r], kind)
+    return _img(data_map_png(own, colours, dots, longest=MAX_PIXELS), f"Realization {r + 1}")
 
 
 def _facies_of_data(e: Ensemble) -> NDArray[np.integer]:

@@ -168,7 +168,7 @@ def _draw_ground(state: State, data: HardData, ensemble: Ensemble | None) -> Non
         paint(state, axis, cells, range(low, high + 1))
 
     options: dict[str, Any] = {"grid": grid, "link": VOLUMES, "name": "hard_data"}
-    draw_volume(shown, "volume_editor", on_cells=edited, body=False, max_height=420, **options)
+    draw_volume(shown, "volume_editor", on_cells=edited, **options)
     step_note(HOW_TO)
     if ensemble is not None and ensemble.revised and ensemble.hard_data.digest == data.digest:
         step_note("Local answer to your edits, until the run with all data is finished.")

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
+from base64 import b64decode
 from collections import Counter
 from dataclasses import replace
+from io import BytesIO
 from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
-from ccwsim.metrics import copying
+from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
 from ccwsim.sharing import link_of, read_link
@@ -170,6 +174,39 @@ def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, nam
     known = np.unique(window_hashes(ensembles[0].training_image.indices))
     new = [np.mean([new_shapes(r, known)[1] for r in e.indices]) for e in ensembles]
     assert new[bad] > 1.2 * new[good]
+
+
+def test_a_level_too_high_along_z_breaks_the_lenses(by_setting):
+    coarse, fine = by_setting("volume-lenses")
+    new = [unseen_patterns(e, e.training_image).mean() for e in (coarse, fine)]
+    assert new[0] > 1.3 * new[1]
+
+
+def test_a_location_weight_along_z_keeps_the_order_of_the_beds(by_setting):
+    free, kept = by_setting("volume-trend")
+    own = vertical_proportions(free.training_image)[0]
+    off = [np.abs(vertical_proportions(e).mean(axis=0) - own).mean() for e in (free, kept)]
+    assert off[1] < 0.7 * off[0]
+
+
+def test_wells_make_cells_certain_and_leave_others_open(by_setting):
+    (e,) = by_setting("volume-wells")
+    entropy = etype(e).entropy
+    assert (entropy[tuple(e.hard_data.cells.T)] == 0).all()
+    assert entropy.mean() > 0.2
+
+
+def test_pictures_of_volumes_are_slices():
+    for name, sizes in (
+        ("volume-channels", [(160, 160), (80, 80), (80, 48)]),
+        ("volume-lenses", [(160, 48), (80, 48), (80, 48)]),
+    ):
+        pictures = pictures_of(example(name), LIGHT).work(lambda share: None)
+        assert [(p.nx, p.ny) for p in pictures] == sizes
+        for p in pictures:
+            png = b64decode(re.search(r"base64,([^\"]+)", p.content)[1])
+            width, height = Image.open(BytesIO(png)).size
+            assert width / height == pytest.approx(p.nx / p.ny, rel=0.02)
 
 
 def test_one_candidate_copies_longer_pieces():
