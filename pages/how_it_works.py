@@ -6,4 +6,4 @@ from ccwsim.ui.how_it_works.page import draw_how
 from ccwsim.ui.page import show_page
 
 if __name__ == "__main__":
-    show_page("How it works", draw_how, volumes=False)
+    show_page("How it works", draw_how)

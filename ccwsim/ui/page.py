@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
-from html import escape
 from pathlib import Path
 
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.model.choices import Choices
 from ccwsim.ui.jobs.queue import settle_server
 from ccwsim.ui.jobs.uploads import bound_uploads
 from ccwsim.ui.session.address import take_address
@@ -19,7 +16,6 @@ from ccwsim.ui.session.kept import COOKIE, browser
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
-from ccwsim.ui.study.run import stop_run
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import plain
@@ -54,11 +50,10 @@ OFF_MENU = (("Import", IMPORT_PAGE),)
 """Pages that a step of the study leads to."""
 
 
-def show_page(title: str, body: Callable[[State], None], *, volumes: bool = True) -> None:
+def show_page(title: str, body: Callable[[State], None]) -> None:
     """Draw a page: configuration, menu and `body`, which gets the state of the session.
 
-    An error never takes the state away: it is said in words and the page can be used on. Without
-    `volumes` the page shows maps alone, and says so where the study or its results are a volume.
+    An error never takes the state away: it is said in words and the page can be used on.
     """
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
@@ -81,38 +76,7 @@ def show_page(title: str, body: Callable[[State], None], *, volumes: bool = True
     with error_boundary():
         _top(title, state)
     with error_boundary(whole=True):
-        if volumes or not has_volume(state):
-            body(state)
-        else:
-            draw_maps_only(title)
-
-
-def has_volume(state: State) -> bool:
-    """Return whether the study, or the results on the page, are a volume."""
-    ensemble = state.ensemble
-    shown = ensemble is not None and ensemble.grid.nz is not None
-    return shown or state.choices.grid.nz is not None
-
-
-def draw_maps_only(title: str) -> None:
-    """Say that a page shows maps, and offer the ways to a volume and to a map."""
-    with st.container(key="maps_only", gap="small"):
-        st.html(
-            f'<p role="status">{escape(title)} shows maps so far, and the study is a volume. '
-            "It is kept as it is.</p>"
-        )
-        with st.container(horizontal=True, gap="small"):
-            with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-                st.page_link(SIMULATE_PAGE, label="To the volume on Simulate")
-            button("Open the default map", key="default_map", on_click=_open_default_map)
-
-
-def _open_default_map() -> None:
-    state = session_state()
-    stop_run(state)
-    state.choices, state.image_draft, state.data_draft = Choices(), None, None
-    state.ensemble = state.ran = state.tried = None
-    state.message = ""
+        body(state)
 
 
 def _top(title: str, state: State) -> None:

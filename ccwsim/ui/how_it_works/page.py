@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -22,11 +23,18 @@ from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import PatchView, Scale
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
+from ccwsim.ui.how_it_works.volume import (
+    describe_faces,
+    describe_position,
+    draw_volume_after,
+    draw_volume_patch,
+)
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.study_column import volume_fields
 from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, reported
 from ccwsim.ui.widgets.text import pair, panel_title, plain
@@ -80,8 +88,15 @@ def _after(state: State) -> None:
     how = state.page(How)
     how.resimulated = how.traced
     with error_boundary():
-        if how.trace is not None:
+        if how.trace is not None and is_volume(how.trace):
+            draw_volume_after(how.trace, colours_of(state))
+        elif how.trace is not None:
             draw_resimulation(how, how.trace, colours_of(state), chart_theme())
+
+
+def is_volume(trace: Trace) -> bool:
+    """Whether a realization that is followed is a volume."""
+    return trace.study.grid.nz is not None
 
 
 def _draw_top(state: State) -> None:
@@ -102,7 +117,10 @@ def _draw_top(state: State) -> None:
     with player:
         _draw_player(how, trace)
     with st.container(key="results"):
-        _draw_patch(how, trace, colours_of(state))
+        if is_volume(trace):
+            draw_volume_patch(trace, how, colours_of(state), chart_theme())
+        else:
+            _draw_patch(how, trace, colours_of(state))
 
 
 def tick(how: How, n: int) -> None:
@@ -158,14 +176,17 @@ def _draw_player(how: How, trace: Trace) -> None:
 
 def _position(trace: Trace, patch: Patch) -> str:
     """Return which patch is shown and where it is, in HTML."""
-    path = trace.path
+    path, volume = trace.path, is_volume(trace)
     at = f"row {patch.row + 1} of {path.tiles[1]}, column {patch.column + 1} of {path.tiles[2]}"
+    shape = f"overlap on {describe_faces(trace, patch.shape)}"
     facts = [
         f"<b>Patch {patch.number + 1} of {len(trace.patches)}</b>",
-        escape(words.describe_shape(trace, patch.shape)),
-        f"{at} of the path",
+        escape(shape if volume else words.describe_shape(trace, patch.shape)),
+        describe_position(trace, patch.number) if volume else f"{at} of the path",
     ]
-    if patch.parts > 1:
+    if patch.split and volume:
+        facts.append(f"part {patch.part + 1} of a tile that is full of data ({words.OURS})")
+    elif patch.parts > 1:
         why = f"as the tile is full of data ({words.OURS})"
         facts.append(f"part {patch.part + 1} of {patch.parts**2}, {why}")
     dot = ' <span class="dot">·</span> '
@@ -190,11 +211,16 @@ def _draw_setting(state: State) -> None:
         numbers = {"value": how.number + 1, "min_value": 1, "max_value": MAX_REALIZATIONS}
         look = {"help": "Each has its own random numbers; numbered as on Simulate.", "width": 124}
         field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
-        offered = {"options": [0] if is_ccsim else levels(shape), "disabled": is_ccsim, "width": 96}
-        parameter(st.selectbox, "Level J", "wavelet_level", "level", value=p.level, **offered)
-        offered = {"options": overlap_sizes(p.level, p.template_size), "width": 116}
-        size = p.overlap_size
-        parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", value=size, **offered)
+        if len(shape) == 3:
+            with st.popover("Sizes", key="how_sizes"):
+                volume_fields(p, shape, partial(set_own, state), "how_")
+        else:
+            offered: dict[str, Any] = {"options": [0] if is_ccsim else levels(shape)}
+            offered |= {"disabled": is_ccsim, "width": 96}
+            parameter(st.selectbox, "Level J", "wavelet_level", "level", value=p.level, **offered)
+            offered = {"options": overlap_sizes(p.level, p.template_size), "width": 116}
+            size = p.overlap_size
+            parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", value=size, **offered)
         numbers = {"value": p.n_candidates, "min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
         named = "n_candidates", "candidates"
         parameter(st.number_input, "Candidates K", *named, width=136, **numbers)

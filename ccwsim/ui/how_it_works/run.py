@@ -7,7 +7,6 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.engine.stages.box import L_SHAPE
 from ccwsim.engine.trace import Trace
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
@@ -82,9 +81,10 @@ def trace_of(state: State) -> Trace:
 
 
 def usual_patch(trace: Trace) -> int:
-    """Return a patch with an L-shaped overlap some way down the path: it shows most."""
+    """Return a patch with an overlap on all sides it can have, some way down the path."""
     wanted = SHOWN_FIRST * len(trace.patches)
-    inner = [p.number for p in trace.patches if p.shape == L_SHAPE]
+    most = max(p.shape for p in trace.patches)
+    inner = [p.number for p in trace.patches if p.shape == most]
     return min(inner, key=lambda number: abs(number - wanted), default=0)
 
 

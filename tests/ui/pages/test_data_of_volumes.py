@@ -96,7 +96,6 @@ def test_the_page_shows_wells_and_takes_them_away():
     state = state_of(data)
     app = opened("data", state).run()
     assert not app.exception
-    assert "maps so far" not in html(app)
     remove_wells(app.session_state[KEY], [0])
     assert {cell[1] for cell in data_of(app.session_state[KEY].choices).cells.tolist()} == {8}
     undo(app.session_state[KEY])

@@ -1,0 +1,118 @@
+"""The page that follows a realization with volumes: what it shows is what the engine did."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccwsim import Grid, HardData, Parameters
+from ccwsim.engine.stages.box import BELOW, LEFT, TOP
+from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import from_path
+from ccwsim.engine.trace import fates
+from ccwsim.figures import LIGHT
+from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.how_it_works.run import How, trace_of
+from ccwsim.ui.how_it_works.volume import (
+    VolumeView,
+    cut_volume,
+    describe_position,
+    faces_of,
+    grid_volume,
+    score_volume,
+)
+from ccwsim.ui.session.state import KEY, State
+from tests.ui.widgets import html, named, opened, texts
+
+P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
+WELL = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)
+VOLUME = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(30, 40, nz=12), P)
+WITH_DATA = Choices(
+    ImageChoice("sinuous_channels"), DataChoice("placed", placed=WELL), Grid(30, 40, nz=12), P
+)
+COLOURS = ["#111111", "#eeeeee"]
+
+
+@pytest.fixture(params=[0, 3])
+def view(request) -> VolumeView:
+    state = State(choices=WITH_DATA)
+    state.page(How).number = request.param
+    trace = trace_of(state)
+    step = trace.at(state.page(How).patch)
+    return VolumeView(trace, step, fates(step), COLOURS, LIGHT)
+
+
+def test_what_is_shown_of_the_grid_is_what_the_engine_has(view):
+    shown, step, path = grid_volume(view).indices, view.step, view.trace.path
+    assert shown.shape == (12, 30, 40)
+    part = tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))
+    before = from_path(step.before[part], path.orientation)
+    np.testing.assert_array_equal(shown == 2, before == UNKNOWN)
+    known = before != UNKNOWN
+    np.testing.assert_array_equal(np.where(shown > 2, shown - 3, shown)[known], before[known])
+    lit = int((shown < 2).sum())
+    assert 0 < lit <= step.in_overlap.sum()
+
+
+def test_points_are_the_data_that_condition_the_patch(view):
+    for number in range(len(view.trace.patches)):
+        step = view.trace.at(number)
+        own = VolumeView(view.trace, step, fates(step), COLOURS, LIGHT)
+        placed = {tuple(point[:4]) for point in grid_volume(own).points}
+        assert placed <= {(*cell, facies) for *cell, facies in WELL.triples}
+        if step.data is not None:
+            assert len(placed) == len(step.data.seen)
+
+
+def test_the_cut_and_the_scores_are_those_of_the_patch(view):
+    step = view.step
+    cut = cut_volume(view).indices
+    assert (cut == 0).sum() == step.keep_mask.sum()
+    assert (cut == 2).sum() == (~step.in_overlap & ~step.keep_mask).sum()
+    assert (cut == 3).sum() == (step.error & ~step.keep_mask).sum()
+    shown = score_volume(view)
+    assert shown.indices.size == step.scores.size
+    assert len(shown.points) == step.n_candidates
+    assert sum(point[3] for point in shown.points) == 1
+    drawn = next(point[:3] for point in shown.points if point[3])
+    own = from_path(step.ccw, view.trace.path.orientation)[tuple(drawn)]
+    assert own == step.ccw[tuple(step.places[step.drawn])]
+
+
+def test_faces_are_where_the_path_came_from(view):
+    trace = view.trace
+    faces = faces_of(trace, LEFT | TOP | BELOW)
+    assert len(faces) == 3
+    marked = np.zeros(trace.path.shape)
+    marked[0, 0, 0] = 1  # the first cell of the path lies in the corner of these faces
+    z, y, x = np.argwhere(from_path(marked, trace.path.orientation))[0]
+    assert ("below" in faces, "south" in faces, "west" in faces) == (z == 0, y == 0, x == 0)
+    assert describe_position(trace, 0) == (
+        f"layer 1 of {trace.path.tiles[0]}, row 1 of {trace.path.tiles[1]}, "
+        f"column 1 of {trace.path.tiles[2]} of the path"
+    )
+
+
+@pytest.mark.parametrize("choices", [VOLUME, WITH_DATA], ids=["no data", "data"])
+def test_the_page_steps_through_a_volume(choices):
+    app = opened("how_it_works", State(choices=choices)).run()
+    assert not app.exception
+    assert not texts(app)
+    how = app.session_state[KEY].page(How)
+    n, first = len(how.trace.patches), how.patch
+    assert how.trace.patches[first].shape == LEFT | TOP | BELOW
+    named(app.button, "how_next").click().run()
+    assert not app.exception
+    said = html(app)
+    assert f"Patch {first + 2} of {n}" in said
+    assert "3 faces: " in said or "2 faces: " in said or "1 face: " in said
+    step = how.trace.at(first + 1)
+    assert f"{int(step.keep_mask.sum())} cell" in said.replace("\u202f", "")
+    assert "the minimum cut of a flow" in said
+    changed = int((how.trace.before_repair != how.trace.realization.indices).sum())
+    assert f"<b>{changed} cell" in said.replace("\u202f", "")
+    named(app.selectbox, "how_wavelet_level_z").set_value(0).run()
+    assert not app.exception
+    how = app.session_state[KEY].page(How)
+    assert how.parameters.wavelet_level == (0, 1, 1)
+    assert how.trace.study.parameters.wavelet_level == (0, 1, 1)
