@@ -11,8 +11,9 @@ from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+from ccwsim.ui.how_it_works.maps import xy_of
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
-from ccwsim.ui.how_it_works.words import describe_fate, describe_shape, xy_of
+from ccwsim.ui.how_it_works.words import describe_fate, describe_shape
 from ccwsim.ui.session.resolve import data_of, image_of
 from tests.browser.hands import (
     GLANCE,

@@ -97,6 +97,24 @@ def cells_to_path(
     return np.stack([*layers, rows, columns], axis=1)
 
 
+def cells_from_path(
+    cells: NDArray[np.int64], shape: tuple[int, ...], orientation: int
+) -> NDArray[np.int64]:
+    """Return the grid coordinates of cells, shape (n, 3), of a path of `shape`.
+
+    Examples
+    --------
+    >>> cells_from_path(np.array([[0, 1, 2]]), (4, 5, 6), 4 | 1)
+    array([[0, 2, 3]])
+    """
+    layers, rows, columns = cells.T
+    layers = shape[0] - 1 - layers if orientation & FROM_ABOVE else layers
+    columns = shape[2] - 1 - columns if orientation & 2 else columns
+    rows = shape[1] - 1 - rows if orientation & 1 else rows
+    across = (columns, rows) if orientation & 4 else (rows, columns)
+    return np.stack([layers, *across], axis=1)
+
+
 def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
     """Return how many patches cover `length` cells."""
     step = template_size - overlap_size

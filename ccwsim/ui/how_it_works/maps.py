@@ -51,6 +51,10 @@ class PatchView:
         """The share of the overlaps that is searched where there are data."""
         return self.trace.study.parameters.search_fraction
 
+    def where(self, location: PlaceFate) -> str:
+        """Return the lowest cell, in the image, of the patch of a location."""
+        return xy_of(self.trace, location.row, location.column, self.step.patch.size)
+
     @property
     def block_frame(self) -> Frame:
         """Turns arrays of one value a block of the image from path to grid coordinates."""
@@ -86,6 +90,13 @@ def data_in(trace: Trace, box: Box) -> list[list[int]]:
         for (row, column), facies in zip(cells, trace.study.facies_of_data, strict=True)
         if 0 <= row < box.height and 0 <= column < box.width
     ]
+
+
+def xy_of(trace: Trace, row: int, column: int, size: int) -> str:
+    """Return the south-west cell in the image of a patch at a location in blocks, as (x, y)."""
+    unit = trace.search.block[2]
+    box = trace.image_frame.box_to_grid(row * unit, column * unit, size, size)
+    return f"({box.column}, {box.row})"
 
 
 def patch_map(
@@ -128,27 +139,42 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 def grid_map(view: PatchView) -> CellMap:
     """Return the grid before the patch: the overlap lit, the patch outlined, the path."""
     step, p, frame = view.step, view.step.patch, view.trace.grid_frame
-    n = view.image.n_facies
     lit = np.zeros(step.before.shape, bool)
     lit[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size] = step.in_overlap
-    known = step.before != UNKNOWN
-    has_dim = n <= MAX_LIT
-    indices = np.where(known, step.before, n).astype(int)
-    if has_dim:
-        indices = np.where(known & ~lit, n + 1 + indices, indices)
-    dim = [mixed(c, view.theme.paper, DIM) for c in view.colours] if has_dim else []
-    names = list(view.image.facies_names)
     box = frame.box_to_grid(p.y0, p.x0, p.size, p.size)
-    return CellMap(
-        indices=frame.map_to_grid(indices.astype(np.uint8)),
-        colours=[*view.colours, view.theme.hairline, *dim],
-        labels=[*names, "not simulated yet", *(names if has_dim else [])],
-        alt=f"The grid before patch {p.number + 1}, with its overlap in full colour",
-        keys=list(zip(names, view.colours, strict=True))[:6],
+    alt = f"The grid before patch {p.number + 1}, with its overlap in full colour"
+    before, lit = frame.map_to_grid(step.before), frame.map_to_grid(lit)
+    return replace(
+        lit_map(before, lit, view.image, view.colours, view.theme, alt),
         points=_conditioning_points(view),
-        point_colours=view.colours,
         marks=[box_mark(box, view.theme.reference, "the patch")],
         trail=_trail(view.trace, step),
+    )
+
+
+def lit_map(
+    cells: NDArray[np.uint8],
+    lit: NDArray[np.bool_],
+    image: TrainingImage,
+    colours: Sequence[str],
+    theme: Theme,
+    alt: str,
+) -> CellMap:
+    """Return facies, in full colour where lit and else dim; UNKNOWN cells are blank."""
+    n, known = image.n_facies, cells != UNKNOWN
+    has_dim = n <= MAX_LIT
+    indices = np.where(known, cells, n).astype(int)
+    if has_dim:
+        indices = np.where(known & ~lit, n + 1 + indices, indices)
+    dim = [mixed(colour, theme.paper, DIM) for colour in colours] if has_dim else []
+    names = list(image.facies_names)
+    return CellMap(
+        indices=indices.astype(np.uint8),
+        colours=[*colours, theme.hairline, *dim],
+        labels=[*names, "not simulated yet", *(names if has_dim else [])],
+        alt=alt,
+        keys=list(zip(names, colours, strict=True))[:6],
+        point_colours=colours,
     )
 
 

@@ -50,11 +50,6 @@ MAX_HEIGHT = 460
 SMALL_MAP: dict[str, Any] = {"max_height": 200, "tools": False}
 SUBSCRIPTS = "₀₁₂₃₄₅₆"
 GROUNDS = {"score": "CCW", "costs": "with data", "image": "image"}
-MARKS = (
-    '<p class="marks"><span><i class="mark drawn"></i>drawn</span><span><i class="mark candidate">'
-    "</i>candidate</span>{}</p>"
-)
-REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
 BANDS = {
     "cA": "approximation",
     "cH": "horizontal detail",
@@ -89,7 +84,7 @@ def _after(state: State) -> None:
     how.resimulated = how.traced
     with error_boundary():
         if how.trace is not None and is_volume(how.trace):
-            draw_volume_after(how.trace, colours_of(state))
+            draw_volume_after(how, how.trace, colours_of(state), chart_theme())
         elif how.trace is not None:
             draw_resimulation(how, how.trace, colours_of(state), chart_theme())
 
@@ -307,7 +302,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
     labels = [f"CCW {at.ccw:.4g}, {words.describe_fate(at, step, share)}" for at in view.locations]
     shown.marks.extend(maps.location_marks(view, frame, scale, labels))
     draw_map(shown, "how_map_score", max_height=MAX_HEIGHT, name="ccw_score_map")
-    st.html(MARKS.format(REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""))
+    words.draw_marks(view)
     say(words.describe_scores(step), words.PAPER["scores" if step.patch.shape else "first patch"])
 
 

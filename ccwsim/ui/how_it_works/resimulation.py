@@ -39,8 +39,7 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
         _draw_repair(trace, colours, theme)
         return
     if not trace.study.parameters.exact_data:
-        off = "“Honour data exactly” is off: the search alone is conditioned on the data."
-        say(f"{off} What is wrong stays wrong, as in the authors' code.", PAPER["data"])
+        say_uncorrected()
         return
     if _n_terms(trace) > MAX_TERMS and trace.n_done < len(trace.patches):
         step_note("This realization takes a while to finish.")
@@ -92,22 +91,30 @@ def _boxes_of(changed: NDArray[np.bool_]) -> list[Box]:
 def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the windows of one datum."""
     by_datum = windows_by_datum(trace.windows)
-    say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
+    say_corrected(trace, by_datum)
     if not by_datum:
         return
-    data = list(by_datum)
-    how.datum = min(how.datum, len(data) - 1)
-    windows = by_datum[data[how.datum]]
     with st.container(key="how_mending"):
         left, right = st.columns([1, 2], gap="medium")
     with left:
-        offered = {"value": how.datum, "options": list(range(len(data)))}
-        offered |= {"format_func": lambda k: _name(trace, data[k])}
-        shows = {"key": "how_datum", "write": lambda k: how.stop(datum=k)}
-        field(st.selectbox, "Corrected datum", **shows, **offered)
+        windows = choose_datum(how, trace, by_datum)
         _draw_realization(trace, windows, colours, theme)
     with right:
+        say_windows(windows)
         _draw_windows(trace, windows, colours, theme)
+
+
+def choose_datum(
+    how: How, trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]
+) -> list[ResimulatedWindow]:
+    """Offer the data that were corrected; return the windows of the chosen one."""
+    data = list(by_datum)
+    how.datum = min(how.datum, len(data) - 1)
+    offered = {"value": how.datum, "options": list(range(len(data)))}
+    offered |= {"format_func": lambda k: _name(trace, data[k])}
+    shows = {"key": "how_datum", "write": lambda k: how.stop(datum=k)}
+    field(st.selectbox, "Corrected datum", **shows, **offered)
+    return by_datum[data[how.datum]]
 
 
 def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
@@ -129,6 +136,17 @@ def _n_terms(trace: Trace) -> float:
     return len(trace.patches) * trace.oriented.n_places * terms
 
 
+def say_corrected(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> None:
+    """Say how many data local re-simulation corrected, and how."""
+    say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
+
+
+def say_uncorrected() -> None:
+    """Say that data are not honoured exactly."""
+    off = "“Honour data exactly” is off: the search alone is conditioned on the data."
+    say(f"{off} What is wrong stays wrong, as in the authors' code.", PAPER["data"])
+
+
 def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str:
     data_status = trace.realization.data_status
     n = format_count(len(data_status), "datum", "data")
@@ -143,9 +161,9 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
 
 
 def _name(trace: Trace, datum: int) -> str:
-    row, column = trace.study.hard_data.cells[datum].tolist()
+    at = ", ".join(map(str, trace.study.hard_data.cells[datum].tolist()[::-1]))
     name = trace.study.training_image.facies_names[trace.study.facies_of_data[datum]]
-    return f"{name} at ({column}, {row})"
+    return f"{name} at ({at})"
 
 
 def _box_of(window: ResimulatedWindow) -> Box:
@@ -162,14 +180,18 @@ def _draw_realization(
     draw_map(shown, "how_map_mended", max_height=360, name="corrected")
 
 
-def _draw_windows(
-    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
-) -> None:
+def say_windows(windows: list[ResimulatedWindow]) -> None:
+    """Say what came of the windows where no patch fitted."""
     captions = [describe_window(window) for window in windows if not window.fits]
     if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
         captions.append("Then the window of a nearby datum corrected this one too.")
     if captions:
         st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
+
+
+def _draw_windows(
+    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
+) -> None:
     row = st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key="how_pairs")
     for window in windows:
         if window.fits:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,34 +11,46 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.stages.box import BELOW, LEFT, TOP
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import FROM_ABOVE, ORDERS, from_path
-from ccwsim.engine.trace import PlaceFate, Trace, TracedPatch, fates
+from ccwsim.engine.stages.path import FROM_ABOVE, ORDERS, cells_from_path, from_path
+from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch, fates
 from ccwsim.figures import CIVIDIS, Theme
 from ccwsim.model.arrays import describe_shape, listing
-from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works import words
 from ccwsim.ui.how_it_works.maps import (
     CANDIDATE,
-    DIM,
     KEPT,
     PASTED,
     REJECTED,
+    PatchView,
     Scale,
+    lit_map,
     mixed,
     patch_map,
     value_map,
 )
+from ccwsim.ui.how_it_works.resimulation import (
+    choose_datum,
+    say_corrected,
+    say_uncorrected,
+    say_windows,
+    windows_by_datum,
+)
 from ccwsim.ui.how_it_works.run import How
-from ccwsim.ui.how_it_works.words import OURS, PAPER, format_count, say
-from ccwsim.ui.results.tables import numbers_table
+from ccwsim.ui.how_it_works.words import (
+    OURS,
+    PAPER,
+    describe_window,
+    format_count,
+    is_rejected,
+    say,
+)
 from ccwsim.ui.widgets.maps import CellMap, facies_map, points_of
-from ccwsim.ui.widgets.text import panel_title, scrolled
+from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.volumes import draw_volume
 
 SLICES: dict[str, Any] = {"body": False, "max_height": 300}
 PATCH: dict[str, Any] = {"link": "how_patch", **SLICES}
 """All that is shown of a patch shares the cursor."""
-MAX_ROWS = 24
 ORDER_WORDS = (
     "layer after layer",
     "its rows through all layers, one after the other",
@@ -47,15 +58,8 @@ ORDER_WORDS = (
 )
 
 
-@dataclass(frozen=True)
-class VolumeView:
-    """The patch that is shown, as the page has it."""
-
-    trace: Trace
-    step: TracedPatch
-    locations: list[PlaceFate]
-    colours: Sequence[str]
-    theme: Theme
+class VolumeView(PatchView):
+    """The patch of a volume, and how arrays along its path lie in the grid."""
 
     def turned(self, array: NDArray) -> NDArray:
         """Return an array in path coordinates, shape (nz, ny, nx), as the grid lies."""
@@ -70,11 +74,14 @@ class VolumeView:
     def places(self, cells: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.int64]:
         """Return where cells of an array of a shape, in path coordinates, lie in `turned`."""
         chosen = np.asarray(cells, np.int64).reshape(-1, 3)
-        marked = np.zeros(shape, np.int64)
-        marked[tuple(chosen.T)] = np.arange(1, len(chosen) + 1)
-        turned = self.turned(marked)
-        found = np.argwhere(turned)
-        return found[np.argsort(turned[tuple(found.T)])]
+        return cells_from_path(chosen, shape, self.trace.path.orientation)
+
+    def where(self, location: PlaceFate) -> str:
+        """Return the lowest cell, in the image, of the patch of a location, as (x, y, z)."""
+        at = np.array([location.layer, location.row, location.column]) * self.step.block
+        last = at + self.step.cells.shape - 1
+        ends = self.places([at, last], self.trace.oriented.pyramid.image.shape)
+        return f"({', '.join(map(str, ends.min(axis=0)[::-1].tolist()))})"
 
 
 def draw_volume_patch(trace: Trace, how: How, colours: list[str], theme: Theme) -> None:
@@ -85,6 +92,7 @@ def draw_volume_patch(trace: Trace, how: How, colours: list[str], theme: Theme) 
     with left:
         panel_title("1 Grid so far", "overlap lit")
         options: dict[str, Any] = {"grid": trace.study.grid, "name": "grid_so_far"}
+        options["cursor"] = centre_of_patch(view)
         draw_volume(grid_volume(view), "how_volume_grid", max_height=420, **options)
         say(describe_path(trace), PAPER["path"])
         if offset := describe_offset(trace):
@@ -96,14 +104,17 @@ def draw_volume_patch(trace: Trace, how: How, colours: list[str], theme: Theme) 
         draw_volume(shown, "how_volume_overlap", **PATCH)
         first = "overlap" if step.patch.shape else "first patch"
         say(describe_overlap(view), PAPER[first])
+    panel_title("3 CCW score of each location", "in blocks of the training image")
     left, right = st.columns([1.2, 1.0], gap="medium")
     with left:
-        panel_title("3 CCW score of each location", "in blocks of the training image")
-        draw_volume(score_volume(view), "how_volume_score", **SLICES)
+        scores = score_volume(view)
+        draw_volume(scores, "how_volume_score", cursor=scores.points[-1][:3], **SLICES)
+        words.draw_marks(view)
         say(words.describe_scores(step), PAPER["scores" if step.patch.shape else first])
-        _draw_candidates(view)
     with right:
-        _draw_cut(view)
+        words.say_candidates(view)
+        words.draw_locations(view)
+    _draw_cut(view)
 
 
 def _patch(view: VolumeView, cells: NDArray, alt: str) -> CellMap:
@@ -115,14 +126,17 @@ def _draw_cut(view: VolumeView) -> None:
     step, box = view.step, view.step.box
     part = np.s_[box.z0 : box.z0 + box.nz, box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx]
     panel_title("4 Drawn patch → cut → pasted")
-    for title, key, shown in (
-        ("drawn patch", "drawn", _patch(view, step.cells, "The drawn patch")),
-        ("cut: a surface through the overlap", "cut", cut_volume(view)),
-        ("pasted", "pasted", _patch(view, step.after[part], "The grid with the patch pasted")),
-    ):
-        st.html(f'<p class="caption">{title}</p>')
-        options: dict[str, Any] = PATCH | {"body": key == "cut"}
-        draw_volume(shown, f"how_volume_{key}", **options)
+    shown = {
+        "drawn patch": _patch(view, step.cells, "The drawn patch"),
+        "cut: a surface through the overlap": cut_volume(view),
+        "pasted": _patch(view, step.after[part], "The grid with the patch pasted"),
+    }
+    for place, (title, own) in zip(st.columns(3, gap="medium"), shown.items(), strict=True):
+        with place:
+            key = title.split()[0].strip(":")
+            st.html(f'<p class="caption">{title}</p>')
+            options: dict[str, Any] = PATCH | {"body": key == "cut"}
+            draw_volume(own, f"how_volume_{key}", **options)
     say(describe_draw(view), PAPER["draw" if step.patch.shape else "first patch"])
     if shift := describe_shift(step):
         say(shift, OURS)
@@ -131,29 +145,24 @@ def _draw_cut(view: VolumeView) -> None:
 
 def grid_volume(view: VolumeView) -> CellMap:
     """Return the grid before the patch: the overlap lit, all else dim, data that condition it."""
-    step, box, image = view.step, view.step.box, view.trace.study.training_image
-    n = image.n_facies
+    step, box = view.step, view.step.box
     lit = np.zeros(step.before.shape, bool)
     lit[box.z0 : box.z0 + box.nz, box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx] = (
         step.in_overlap
     )
-    known = step.before != UNKNOWN
-    indices = np.where(known, step.before, n).astype(int)
-    indices = np.where(known & ~lit, n + 1 + indices, indices)
-    names = list(image.facies_names)
-    return CellMap(
-        indices=view.of_grid(indices.astype(np.uint8)),
-        colours=[
-            *view.colours,
-            view.theme.hairline,
-            *(mixed(colour, view.theme.paper, DIM) for colour in view.colours),
-        ],
-        labels=[*names, "not simulated yet", *names],
-        alt=f"The grid before patch {step.patch.number + 1}, with its overlap in full colour",
-        keys=list(zip(names, view.colours, strict=True))[:6],
-        points=_conditioning(view),
-        point_colours=view.colours,
-    )
+    alt = f"The grid before patch {step.patch.number + 1}, with its overlap in full colour"
+    before, lit = view.of_grid(step.before), view.of_grid(lit)
+    shown = lit_map(before, lit, view.image, view.colours, view.theme, alt)
+    return replace(shown, points=_conditioning(view))
+
+
+def centre_of_patch(view: VolumeView) -> list[int]:
+    """Return the middle cell of the patch in the grid, for slices to go through."""
+    box, path = view.step.box, view.trace.path
+    first, lengths = (box.z0, box.y0, box.x0), (box.nz, box.ny, box.nx)
+    ends = zip(first, lengths, path.offset, path.shape, strict=True)
+    middle = [min(max(at + n // 2 - start, 0), last - 1) for at, n, start, last in ends]
+    return view.places(middle, path.shape)[0].tolist()
 
 
 def _conditioning(view: VolumeView) -> list[list[int]]:
@@ -168,7 +177,7 @@ def _conditioning(view: VolumeView) -> list[list[int]]:
 
 
 def score_volume(view: VolumeView) -> CellMap:
-    """Return the CCW score of each location, the K best as points: bright is a good fit."""
+    """Return the CCW score of each location, the best as points: bright is a good fit."""
     step = view.step
     scores = np.where(step.copies, np.nan, step.ccw)
     low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
@@ -176,9 +185,13 @@ def score_volume(view: VolumeView) -> CellMap:
     scale = Scale("CCW", low, high, colours, "only goes on with a patch beside this one")
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     shown = value_map(view.turned(scores), scale, view.theme, alt)
-    candidates = view.places(step.candidates, step.scores.shape)
-    points = [[*map(int, at), int(k == step.drawn), 0] for k, at in enumerate(candidates)]
-    return replace(shown, points=points, point_colours=[CANDIDATE, view.theme.reference])
+    order = [*view.locations[1:], view.locations[0]]  # the drawn one over the others
+    looks = [2 if is_rejected(at) else int(at.fate == "drawn") for at in order]
+    cells = view.places([(at.layer, at.row, at.column) for at in order], step.scores.shape)
+    points = [[*map(int, at), look, 0] for at, look in zip(cells, looks, strict=True)]
+    colours = [CANDIDATE, view.theme.reference, REJECTED]
+    names = "location", "locations"
+    return replace(shown, points=points, point_colours=colours, point_names=names)
 
 
 def cut_volume(view: VolumeView) -> CellMap:
@@ -282,8 +295,8 @@ def describe_shift(step: TracedPatch) -> str:
     shift = np.subtract(step.place, step.drawn_place)
     if not shift.any():
         return ""
-    each = zip(("layers", "rows", "columns"), shift.tolist(), strict=True)
-    moved = listing(f"{abs(n)} {name}" for name, n in each if n)
+    each = zip(("layer", "row", "column"), shift.tolist(), strict=True)
+    moved = listing(format_count(abs(n), name) for name, n in each if n)
     return f"Refinement shifted it by {moved} to where it fits best at full resolution."
 
 
@@ -300,43 +313,19 @@ def describe_cut(step: TracedPatch) -> str:
     )
 
 
-def _draw_candidates(view: VolumeView) -> None:
-    """Draw what became of the best locations, and of the data that condition the patch."""
-    step = view.step
-    text = f"The K = {len(step.places)} best are looked at, <b>{step.n_candidates}</b> of them are "
-    text += "near enough to the very best to be drawn from: the points above, the drawn one red."
-    say(text, PAPER["candidates"])
-    if step.data is not None:
-        inside = sum(datum.inside for datum in step.data.seen)
-        say(
-            f"<b>{format_count(inside, 'datum', 'data')}</b> in the patch and "
-            f"<b>{len(step.data.seen) - inside}</b> ahead of the path condition it.",
-            PAPER["data"],
-        )
-    rows = [
-        [f"{at.column}, {at.row}, {at.layer}", f"{at.ccw:.4g}", _fate(view, at)]
-        for at in view.locations[:MAX_ROWS]
-    ]
-    table = numbers_table(rows, ("block x, y, z along the path", "CCW", "fate"), "fates")
-    st.html(scrolled(table, "Locations"))
-
-
-def _fate(view: VolumeView, at: PlaceFate) -> str:
-    return words.describe_fate(at, view.step, view.trace.study.parameters.search_fraction)
-
-
-def draw_volume_after(trace: Trace, colours: list[str]) -> None:
+def draw_volume_after(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw what local re-simulation and seam repair did after the last patch."""
-    data, image = trace.study.hard_data, trace.study.training_image
+    image, data = trace.study.training_image, trace.study.hard_data
     panel_title("After the last patch", "local re-simulation of data, then seam repair")
-    status = trace.realization.data_status
-    if data.n and trace.study.parameters.exact_data:
-        n = len({window.datum for window in trace.windows if window.fits})
-        tried = f"Windows fitted around {format_count(n, 'datum', 'data')}." if n else ""
-        counted = format_count(len(status), "datum", "data")
-        say(f"Of {counted}: {describe_data_status(status)}. {tried}", OURS)
-    elif not data.n:
+    if not data.n:
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
+    elif not trace.study.parameters.exact_data:
+        say_uncorrected()
+    else:
+        by_datum = windows_by_datum(trace.windows)
+        say_corrected(trace, by_datum)
+        if by_datum:
+            _draw_windows(trace, choose_datum(how, trace, by_datum), colours, theme)
     if not trace.repairs:
         return
     changed = trace.before_repair != trace.realization.indices
@@ -355,3 +344,50 @@ def draw_volume_after(trace: Trace, colours: list[str]) -> None:
             st.html(f'<p class="caption">{name} seam repair</p>')
             options: dict[str, Any] = {"link": "how_repair", "name": f"{name}_seam_repair"}
             draw_volume(own, f"how_volume_{name}", **(SLICES | options))
+
+
+def _draw_windows(
+    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
+) -> None:
+    """Draw where the windows of a datum are, and each that fitted before and after."""
+    say_windows(windows)
+    shown = windows_volume(trace, windows, colours, theme)
+    cursor = trace.study.hard_data.cells[windows[0].datum].tolist()
+    draw_volume(shown, "how_volume_windows", cursor=cursor, name="corrected", **SLICES)
+    for k, window in enumerate(w for w in windows if w.fits):
+        st.html(f'<p class="caption">{describe_window(window)}</p>')
+        shown = {"before": window.before, "after": window.after}
+        for place, (name, cells) in zip(st.columns(2, gap="medium"), shown.items(), strict=True):
+            with place:
+                alt = f"A window {name} local re-simulation"
+                own = patch_map(cells, trace.study.training_image, colours, theme, alt)
+                own = replace(own, points=_data_in(trace, window, cells), point_colours=colours)
+                st.html(f'<p class="caption">{name}</p>')
+                options: dict[str, Any] = {"link": f"how_window_{k}", "name": f"window_{name}"}
+                draw_volume(own, f"how_volume_window_{name}_{k}", **(SLICES | options))
+
+
+def _part(window: ResimulatedWindow) -> tuple[slice, ...]:
+    first = window.layer, window.row, window.column
+    return tuple(slice(k, k + n) for k, n in zip(first, window.before.shape, strict=True))
+
+
+def windows_volume(
+    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
+) -> CellMap:
+    """Return the realization before seam repair: windows in full colour, and the data."""
+    image, lit = trace.study.training_image, np.zeros(trace.before_repair.shape, bool)
+    for window in windows:
+        lit[_part(window)] = True
+    alt = "The realization, corrected, with the windows of the datum in full colour"
+    shown = lit_map(trace.before_repair, lit, image, colours, theme, alt)
+    return replace(shown, points=points_of(trace.study.hard_data, image))
+
+
+def _data_in(trace: Trace, window: ResimulatedWindow, cells: NDArray) -> list[list[int]]:
+    """Return the data in a window, in its own layers, rows and columns."""
+    at = trace.study.hard_data.cells - [window.layer, window.row, window.column]
+    inside = ((at >= 0) & (at < cells.shape)).all(axis=1)
+    facies = trace.study.facies_of_data[inside]
+    wrong = cells[tuple(at[inside].T)] != facies
+    return np.column_stack([at[inside], facies, wrong]).astype(int).tolist()

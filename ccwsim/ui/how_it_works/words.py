@@ -8,10 +8,16 @@ import streamlit as st
 
 from ccwsim.engine.stages.box import LEFT, TOP
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
+from ccwsim.model.arrays import describe_shape as cells_along
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.widgets.text import scrolled
 
 MAX_ROWS = 24
+MARKS = (
+    '<p class="marks"><span><i class="mark drawn"></i>drawn</span><span><i class="mark candidate">'
+    "</i>candidate</span>{}</p>"
+)
+REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
 DATA = "datum", "data"
 OURS = "not in the paper"
 PAPER = {
@@ -209,11 +215,10 @@ def is_rejected(location: PlaceFate) -> bool:
     return location.fate not in ("drawn", "candidate")
 
 
-def xy_of(trace: Trace, row: int, column: int, size: int) -> str:
-    """Return the south-west cell in the image of a patch at a location in blocks, as (x, y)."""
-    unit = trace.search.block[2]
-    box = trace.image_frame.box_to_grid(row * unit, column * unit, size, size)
-    return f"({box.column}, {box.row})"
+def draw_marks(view: PatchView) -> None:
+    """Say what the marks of locations mean."""
+    out = REJECTED_MARK if any(map(is_rejected, view.locations)) else ""
+    st.html(MARKS.format(out))
 
 
 def draw_locations(view: PatchView) -> None:
@@ -222,7 +227,8 @@ def draw_locations(view: PatchView) -> None:
     rejected = [location for location in view.locations if is_rejected(location)]
     shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
     shown += [location for location in rejected if location not in shown][: MAX_ROWS - len(shown)]
-    names = ["location x, y", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
+    axes = "x, y, z" if view.step.cells.ndim == 3 else "x, y"
+    names = [f"location {axes}", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
     head = "".join(f"<th>{escape(name)}</th>" for name in names)
     body = "".join(_row(view, location) for location in shown)
     table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
@@ -232,8 +238,7 @@ def draw_locations(view: PatchView) -> None:
 
 
 def _row(view: PatchView, location: PlaceFate) -> str:
-    at = xy_of(view.trace, location.row, location.column, view.step.patch.size)
-    cells = [at, f"{location.ccw:.4g}"]
+    cells = [view.where(location), f"{location.ccw:.4g}"]
     if view.step.data is not None:
         cells += [str(location.missed + location.held), str(location.ahead)]
     kind = "out" if is_rejected(location) else location.fate
@@ -292,9 +297,13 @@ def _data_and_search(view: PatchView) -> str:
         n = format_count(int((~d.ruled_out).sum()), "location")
         best = f"{100 * view.search_fraction:.3g}"
         searched = f"Only the locations of the best {best} % of overlaps are searched ({n})."
+    within = f"a square of {d.reach} cells"
+    if (shape := view.step.cells.shape)[2:]:
+        times = d.reach // shape[2]
+        within = f"a box of {cells_along([times * n for n in shape])} cells"
     return (
         f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
-        f"ahead of the path, in a square of {d.reach} cells (the paper's virtual template), "
+        f"ahead of the path, in {within} (the paper's virtual template), "
         f"condition it. {searched} The paper searches the sorted scores one after another."
     )
 
@@ -328,4 +337,5 @@ def describe_window(w: ResimulatedWindow) -> str:
         outcome = "joins an isolated datum to its surroundings"
     else:
         outcome = "a patch fits and honours all its data"
-    return f"Window of {w.size} cells: {outcome}."
+    size = cells_along(w.before.shape) if w.before.ndim == 3 else w.size
+    return f"Window of {size} cells: {outcome}."

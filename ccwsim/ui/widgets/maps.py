@@ -49,6 +49,7 @@ class CellMap:
     # (layer,) row, column, index of colour, wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
+    point_names: tuple[str, str] = ("datum", "data")  # what the legend calls one and several
     # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
     # colour, label
     marks: list[dict[str, Any]] = field(default_factory=list)
@@ -166,6 +167,7 @@ def shared_content(cell_map: CellMap) -> dict[str, Any]:
         "strip": cell_map.strip,
         "points": cell_map.points,
         "point_lut": list(cell_map.point_colours) or None,
+        "point_names": list(cell_map.point_names),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
         "alt": cell_map.alt,
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from base64 import b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from hashlib import blake2b
 from typing import Any
 
@@ -51,14 +51,16 @@ def volume_content(
     link: str = "",
     name: str = "volume",
     body: bool = True,
+    cursor: Sequence[int] | None = None,
     max_height: int = 480,
 ) -> dict[str, Any]:
     """Return what the canvas needs to draw a volume.
 
     The coordinates of `grid` are drawn along the edges of the slices. Without `body` there are the
-    three slices alone, for a small panel. The browser keeps cursor, angle and mode under `key`, or
-    under `link`. `name` is the file name, without ending, of the saved picture; `max_height` of the
-    map and of the body is in pixels.
+    three slices alone, for a small panel. Slices go through the cell `cursor` (layer, row, column)
+    when it is another than before; else the user alone moves them. The browser keeps cursor, angle
+    and mode under `key`, or under `link`. `name` is the file name, without ending, of the saved
+    picture; `max_height` of the map and of the body is in pixels.
 
     Examples
     --------
@@ -80,6 +82,7 @@ def volume_content(
         "link": link,
         "name": name,
         "body": body,
+        "cursor": list(cursor[::-1]) if cursor else None,
         "max_height": max_height,
     }
 

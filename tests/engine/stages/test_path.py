@@ -14,6 +14,7 @@ from ccwsim.engine.stages.path import (
     N_ORIENTATIONS,
     ORDERS,
     along_path,
+    cells_from_path,
     cells_to_path,
     from_path,
     in_layers,
@@ -93,6 +94,8 @@ def test_cells_turn_with_the_image(shape, data):
     moved = cells_to_path(cells, image.shape, orientation)
     there = to_path(image, orientation)
     np.testing.assert_array_equal(there[tuple(moved.T)], image[tuple(cells.T)])
+    if len(shape) == 3:
+        np.testing.assert_array_equal(cells_from_path(moved, there.shape, orientation), cells)
 
 
 @given(st.integers(1, 300), st.integers(4, 64), st.data())

@@ -17,11 +17,18 @@ from ccwsim.engine.trace import Trace, fates
 from ccwsim.figures import theme_named
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
-from ccwsim.ui.how_it_works.maps import N_STEPS, PatchView, grid_map, location_marks, score_map
+from ccwsim.ui.how_it_works.maps import (
+    N_STEPS,
+    PatchView,
+    grid_map,
+    location_marks,
+    score_map,
+    xy_of,
+)
 from ccwsim.ui.how_it_works.page import PLAY_SECONDS
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How
-from ccwsim.ui.how_it_works.words import describe_shape, xy_of
+from ccwsim.ui.how_it_works.words import describe_shape
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,14 +14,17 @@ from ccwsim.engine.stages.path import from_path
 from ccwsim.engine.trace import fates
 from ccwsim.figures import LIGHT
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How, trace_of
 from ccwsim.ui.how_it_works.volume import (
     VolumeView,
+    centre_of_patch,
     cut_volume,
     describe_position,
     faces_of,
     grid_volume,
     score_volume,
+    windows_volume,
 )
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened, texts
@@ -35,8 +40,12 @@ COLOURS = ["#111111", "#eeeeee"]
 
 @pytest.fixture(params=[0, 3])
 def view(request) -> VolumeView:
+    return view_of(request.param)
+
+
+def view_of(number: int) -> VolumeView:
     state = State(choices=WITH_DATA)
-    state.page(How).number = request.param
+    state.page(How).number = number
     trace = trace_of(state)
     step = trace.at(state.page(How).patch)
     return VolumeView(trace, step, fates(step), COLOURS, LIGHT)
@@ -72,11 +81,61 @@ def test_the_cut_and_the_scores_are_those_of_the_patch(view):
     assert (cut == 3).sum() == (step.error & ~step.keep_mask).sum()
     shown = score_volume(view)
     assert shown.indices.size == step.scores.size
-    assert len(shown.points) == step.n_candidates
-    assert sum(point[3] for point in shown.points) == 1
-    drawn = next(point[:3] for point in shown.points if point[3])
+    n_rejected = sum(at.fate not in ("drawn", "candidate") for at in view.locations)
+    assert len(shown.points) == step.n_candidates + n_rejected
+    looks = [point[3] for point in shown.points]
+    assert (looks.count(1), looks.count(2)) == (1, n_rejected)
+    assert shown.point_names == ("location", "locations")
+    drawn = next(point[:3] for point in shown.points if point[3] == 1)
     own = from_path(step.ccw, view.trace.path.orientation)[tuple(drawn)]
     assert own == step.ccw[tuple(step.places[step.drawn])]
+
+
+def test_the_drawn_location_is_where_the_image_has_the_patch():
+    for number in range(3):  # realizations of different orientations
+        view = view_of(number)
+        step, image = view.step, view.image.indices
+        drawn = view.locations[0]
+        x, y, z = map(int, view.where(drawn).strip("()").split(", "))
+        at = tuple(slice(k, k + n) for k, n in zip(step.drawn_place, step.cells.shape, strict=True))
+        cells = view.turned(view.trace.oriented.pyramid.image[at])
+        nz, ny, nx = cells.shape
+        np.testing.assert_array_equal(image[z : z + nz, y : y + ny, x : x + nx], cells)
+
+
+def test_slices_go_through_the_patch(view):
+    step, cursor = view.step, tuple(centre_of_patch(view))
+    inside = np.zeros(step.before.shape, bool)
+    box = step.box
+    inside[box.z0 : box.z0 + box.nz, box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx] = True
+    assert view.of_grid(inside)[cursor]
+
+
+def test_windows_are_those_of_local_resimulation():
+    rng = np.random.default_rng(3)
+    columns = rng.integers(0, (30, 40), (40, 2))
+    cells = [(int(z), *map(int, at)) for at in np.unique(columns, axis=0) for z in range(0, 12, 3)]
+    data = HardData(cells, rng.integers(0, 2, len(cells)).tolist())
+    choices = replace(WITH_DATA, data=DataChoice("placed", placed=data))
+    trace = trace_of(State(choices=choices))
+    by_datum = windows_by_datum(trace.windows)
+    assert by_datum
+    datum, windows = next(iter(by_datum.items()))
+    shown = windows_volume(trace, windows, COLOURS, LIGHT)
+    assert shown.indices[tuple(data.cells[datum])] < 2
+    lit = np.zeros(shown.indices.shape, bool)
+    for w in windows:
+        nz, ny, nx = w.before.shape
+        lit[w.layer : w.layer + nz, w.row : w.row + ny, w.column : w.column + nx] = True
+    np.testing.assert_array_equal(shown.indices < 2, lit)
+    np.testing.assert_array_equal(
+        np.where(lit, shown.indices, shown.indices - 3), trace.before_repair
+    )
+    app = opened("how_it_works", State(choices=choices)).run()
+    assert not app.exception
+    x, y, z = data.cells[datum][::-1].tolist()
+    assert f"at ({x}, {y}, {z})" in str(named(app.selectbox, "how_datum").options[0])
+    assert "by local re-simulation" in html(app)
 
 
 def test_faces_are_where_the_path_came_from(view):

@@ -46,6 +46,10 @@ class VolumeView {
     this.own = kept(page.own, data.key);
     this.shared = kept(page.shared, data.link || data.key);
     this.shared.at ??= data.shape.map((n) => n >> 1);
+    if (data.cursor && String(data.cursor) !== this.shared.sent) {
+      this.shared.at = data.cursor;
+      this.shared.sent = String(data.cursor);
+    }
     this.palette = new Uint32Array(data.lut.map((colour) => {
       const [r, g, b] = rgbOf(colour);
       return ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
