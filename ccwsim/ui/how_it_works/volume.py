@@ -101,9 +101,10 @@ def draw_volume_patch(trace: Trace, how: How, colours: list[str], theme: Theme) 
         panel_title("3 CCW score of each location", "in blocks of the training image")
         draw_volume(score_volume(view), "how_volume_score", **SLICES)
         say(words.describe_scores(step), PAPER["scores" if step.patch.shape else first])
-        _draw_candidates(view)
     with right:
-        _draw_cut(view)
+        panel_title("Candidates")
+        _draw_candidates(view)
+    _draw_cut(view)
 
 
 def _patch(view: VolumeView, cells: NDArray, alt: str) -> CellMap:
@@ -115,14 +116,16 @@ def _draw_cut(view: VolumeView) -> None:
     step, box = view.step, view.step.box
     part = np.s_[box.z0 : box.z0 + box.nz, box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx]
     panel_title("4 Drawn patch → cut → pasted")
-    for title, key, shown in (
+    each = (
         ("drawn patch", "drawn", _patch(view, step.cells, "The drawn patch")),
         ("cut: a surface through the overlap", "cut", cut_volume(view)),
         ("pasted", "pasted", _patch(view, step.after[part], "The grid with the patch pasted")),
-    ):
-        st.html(f'<p class="caption">{title}</p>')
-        options: dict[str, Any] = PATCH | {"body": key == "cut"}
-        draw_volume(shown, f"how_volume_{key}", **options)
+    )
+    for place, (title, key, shown) in zip(st.columns(3, gap="medium"), each, strict=True):
+        with place:
+            st.html(f'<p class="caption">{title}</p>')
+            options: dict[str, Any] = PATCH | {"body": key == "cut"}
+            draw_volume(shown, f"how_volume_{key}", **options)
     say(describe_draw(view), PAPER["draw" if step.patch.shape else "first patch"])
     if shift := describe_shift(step):
         say(shift, OURS)
@@ -178,7 +181,9 @@ def score_volume(view: VolumeView) -> CellMap:
     shown = value_map(view.turned(scores), scale, view.theme, alt)
     candidates = view.places(step.candidates, step.scores.shape)
     points = [[*map(int, at), int(k == step.drawn), 0] for k, at in enumerate(candidates)]
-    return replace(shown, points=points, point_colours=[CANDIDATE, view.theme.reference])
+    drawn = [CANDIDATE, view.theme.reference]
+    named = "candidate", "candidates"
+    return replace(shown, points=points, point_colours=drawn, points_are=named)
 
 
 def cut_volume(view: VolumeView) -> CellMap:
