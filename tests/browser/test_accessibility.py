@@ -21,6 +21,10 @@ pytestmark = [
 LASTING = 10_000
 """Milliseconds; a finding is one that lasts."""
 SMALL = "grid=96x64&data=sampled&data-n=30&template=16&overlap=4&realizations=3"
+VOLUME = (
+    "ti=sinuous_channels&data=none&grid=40x36x20&template=16x16x8&overlap=4x4x2&level=1x1x1"
+    "&realizations=2"
+)
 LONG = ("benchmark", "import", "paper", "sweep")
 """Pages that start empty and are filled by a run of their own."""
 CONTRAST = "color-contrast"
@@ -95,4 +99,26 @@ def test_a_page_that_was_filled_has_no_serious_finding(tab, address, name):
     page.wait_for_selector(".st-key-menu", timeout=SLOW)
     FILLED[name](page)
     page.wait_for_function(SETTLED, timeout=SLOW)
+    assert not looked_through(page)
+
+
+@pytest.fixture(scope="module")
+def volume_page(desktop, address):
+    """One tab for all pages with a volume."""
+    page = desktop.new_page()
+    page.goto(f"{address}/simulate?{VOLUME}")
+    page.wait_for_selector(".st-key-volume_realization canvas", timeout=SLOW)
+    yield page
+    page.close()
+
+
+@pytest.mark.parametrize("title", [title for title, _ in PAGES if title != "Paper"])
+def test_a_page_with_a_volume_has_no_serious_finding(volume_page, title):
+    page, name = volume_page, Path(dict(PAGES)[title]).stem
+    follow(page, page.locator(".st-key-menu").get_by_role("link", name=title, exact=True), name)
+    at_rest(page)
+    if name not in (*LONG, "examples"):
+        slices = "[class*=st-key-volume_] canvas, [class*=_volume_] canvas"
+        page.wait_for_selector(slices, timeout=SLOW)
+        page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)

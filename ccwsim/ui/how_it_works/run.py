@@ -83,8 +83,8 @@ def trace_of(state: State) -> Trace:
 def usual_patch(trace: Trace) -> int:
     """Return a patch with an overlap on all sides it can have, some way down the path."""
     wanted = SHOWN_FIRST * len(trace.patches)
-    most = max(p.shape for p in trace.patches)
-    inner = [p.number for p in trace.patches if p.shape == most]
+    rank = max((not p.split, p.shape) for p in trace.patches)
+    inner = [p.number for p in trace.patches if (not p.split, p.shape) == rank]
     return min(inner, key=lambda number: abs(number - wanted), default=0)
 
 

@@ -104,14 +104,15 @@ def draw_volume_patch(trace: Trace, how: How, colours: list[str], theme: Theme) 
         draw_volume(shown, "how_volume_overlap", **PATCH)
         first = "overlap" if step.patch.shape else "first patch"
         say(describe_overlap(view), PAPER[first])
-    panel_title("3 CCW score of each location", "in blocks of the training image")
     left, right = st.columns([1.2, 1.0], gap="medium")
     with left:
+        panel_title("3 CCW score of each location", "in blocks of the training image")
         scores = score_volume(view)
         draw_volume(scores, "how_volume_score", cursor=scores.points[-1][:3], **SLICES)
         words.draw_marks(view)
         say(words.describe_scores(step), PAPER["scores" if step.patch.shape else first])
     with right:
+        panel_title("Candidates" if step.data is None else "Candidates and hard data")
         words.say_candidates(view)
         words.draw_locations(view)
     _draw_cut(view)
@@ -126,17 +127,16 @@ def _draw_cut(view: VolumeView) -> None:
     step, box = view.step, view.step.box
     part = np.s_[box.z0 : box.z0 + box.nz, box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx]
     panel_title("4 Drawn patch → cut → pasted")
-    shown = {
-        "drawn patch": _patch(view, step.cells, "The drawn patch"),
-        "cut: a surface through the overlap": cut_volume(view),
-        "pasted": _patch(view, step.after[part], "The grid with the patch pasted"),
-    }
-    for place, (title, own) in zip(st.columns(3, gap="medium"), shown.items(), strict=True):
+    each = (
+        ("drawn patch", "drawn", _patch(view, step.cells, "The drawn patch")),
+        ("cut: a surface through the overlap", "cut", cut_volume(view)),
+        ("pasted", "pasted", _patch(view, step.after[part], "The grid with the patch pasted")),
+    )
+    for place, (title, key, shown) in zip(st.columns(3, gap="medium"), each, strict=True):
         with place:
-            key = title.split()[0].strip(":")
             st.html(f'<p class="caption">{title}</p>')
             options: dict[str, Any] = PATCH | {"body": key == "cut"}
-            draw_volume(own, f"how_volume_{key}", **options)
+            draw_volume(shown, f"how_volume_{key}", **options)
     say(describe_draw(view), PAPER["draw" if step.patch.shape else "first patch"])
     if shift := describe_shift(step):
         say(shift, OURS)
@@ -191,7 +191,7 @@ def score_volume(view: VolumeView) -> CellMap:
     points = [[*map(int, at), look, 0] for at, look in zip(cells, looks, strict=True)]
     colours = [CANDIDATE, view.theme.reference, REJECTED]
     names = "location", "locations"
-    return replace(shown, points=points, point_colours=colours, point_names=names)
+    return replace(shown, points=points, point_colours=colours, points_are=names)
 
 
 def cut_volume(view: VolumeView) -> CellMap:

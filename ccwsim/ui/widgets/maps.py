@@ -49,7 +49,7 @@ class CellMap:
     # (layer,) row, column, index of colour, wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
-    point_names: tuple[str, str] = ("datum", "data")  # what the legend calls one and several
+    points_are: tuple[str, str] = ("datum", "data")  # what one of the points and several are called
     # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
     # colour, label
     marks: list[dict[str, Any]] = field(default_factory=list)
@@ -167,10 +167,14 @@ def shared_content(cell_map: CellMap) -> dict[str, Any]:
         "strip": cell_map.strip,
         "points": cell_map.points,
         "point_lut": list(cell_map.point_colours) or None,
-        "point_names": list(cell_map.point_names),
+        "points_are": _counted(len(cell_map.points), *cell_map.points_are),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
         "alt": cell_map.alt,
     }
+
+
+def _counted(n: int, one: str, many: str) -> str:
+    return f"{n} {one if n == 1 else many}"
 
 
 def reported(key: str, name: str) -> Any:

@@ -85,7 +85,7 @@ def test_the_cut_and_the_scores_are_those_of_the_patch(view):
     assert len(shown.points) == step.n_candidates + n_rejected
     looks = [point[3] for point in shown.points]
     assert (looks.count(1), looks.count(2)) == (1, n_rejected)
-    assert shown.point_names == ("location", "locations")
+    assert shown.points_are == ("location", "locations")
     drawn = next(point[:3] for point in shown.points if point[3] == 1)
     own = from_path(step.ccw, view.trace.path.orientation)[tuple(drawn)]
     assert own == step.ccw[tuple(step.places[step.drawn])]

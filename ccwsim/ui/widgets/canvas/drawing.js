@@ -54,7 +54,7 @@ function widestTick(pen, low, high) {
   return Math.max(...ticks(low, high, 4).map((mark) => pen.measureText(mark.text).width));
 }
 
-function fillLegend(legend, { keys, strip, points, point_names: [one, several], wrong_label: wrong }) {
+function fillLegend(legend, { keys, strip, points, points_are: named, wrong_label: wrong }) {
   legend.replaceChildren(...keys.map(([label, colour]) => key(label, 'swatch', colour)));
   if (strip) {
     const box = key('', 'strip', null);
@@ -63,7 +63,7 @@ function fillLegend(legend, { keys, strip, points, point_names: [one, several], 
     box.append(strip.high);
     legend.append(box);
   }
-  if (points.length) legend.append(key(points.length > 1 ? `${points.length} ${several}` : `1 ${one}`, 'swatch round', null));
+  if (points.length) legend.append(key(named, 'swatch round', null));
   if (wrong) legend.append(key(wrong, 'swatch round wrong', null));
 }
 
