@@ -109,7 +109,6 @@ def draw_volume_patch(trace: Trace, how: How, colours: list[str], theme: Theme) 
         panel_title("3 CCW score of each location", "in blocks of the training image")
         scores = score_volume(view)
         draw_volume(scores, "how_volume_score", cursor=scores.points[-1][:3], **SLICES)
-        words.draw_marks(view)
         say(words.describe_scores(step), PAPER["scores" if step.patch.shape else first])
     with right:
         panel_title("Candidates" if step.data is None else "Candidates and hard data")
@@ -190,8 +189,10 @@ def score_volume(view: VolumeView) -> CellMap:
     cells = view.places([(at.layer, at.row, at.column) for at in order], step.scores.shape)
     points = [[*map(int, at), look, 0] for at, look in zip(cells, looks, strict=True)]
     colours = [CANDIDATE, view.theme.reference, REJECTED]
-    names = "location", "locations"
-    return replace(shown, points=points, point_colours=colours, points_are=names)
+    keys = list(zip(("candidate", "drawn", "rejected"), colours, strict=True))
+    keys = [key for k, key in enumerate(keys) if k in looks]
+    named = {"points": points, "point_colours": colours, "points_are": ("location", "locations")}
+    return replace(shown, keys=keys, **named)
 
 
 def cut_volume(view: VolumeView) -> CellMap:
@@ -364,6 +365,10 @@ def _draw_windows(
                 own = replace(own, points=_data_in(trace, window, cells), point_colours=colours)
                 st.html(f'<p class="caption">{name}</p>')
                 options: dict[str, Any] = {"link": f"how_window_{k}", "name": f"window_{name}"}
+                options["cursor"] = (
+                    trace.study.hard_data.cells[window.datum]
+                    - [window.layer, window.row, window.column]
+                ).tolist()
                 draw_volume(own, f"how_volume_window_{name}_{k}", **(SLICES | options))
 
 
