@@ -2,14 +2,14 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help install run test slow check format benchmark clean
+.PHONY: help install run test slow check docs format benchmark clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 install: $(BIN)/.installed ## Make the environment .venv with all that tests need
 
-$(BIN)/.installed: requirements.txt requirements-dask.txt requirements-dev.txt
+$(BIN)/.installed: requirements.txt requirements-dask.txt requirements-docs.txt requirements-dev.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install -r requirements-dev.txt
 	@touch $@
@@ -27,6 +27,9 @@ check: install ## Look at style and types
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+docs: install ## Build the documentation in build/site; a warning is an error
+	$(BIN)/mkdocs build --strict
 
 format: install ## Put the source in order
 	$(BIN)/ruff check --fix

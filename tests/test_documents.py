@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
+from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
+
+from ccwsim import Grid, TrainingImage, read_hard_data, read_training_image
 
 ROOT = Path(__file__).parents[1]
 
@@ -47,3 +53,60 @@ def test_the_scripts_of_the_library_run(capsys):
     assert {key[0] for key in names["found"].curves} == {names["sand"]}
     assert len(names["swept"].rows) == len(names["tried"].fitting) == 4
     assert "finished" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["first-study", "wells", "judge", "settings"])
+def test_the_scripts_of_a_tutorial_run(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert names_of(f"docs/tutorials/{name}.md")
+    assert capsys.readouterr().out
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_script_of_the_first_page_honours_its_data(capsys):
+    assert names_of("docs/index.md")["e"].n_mismatched.tolist() == [0, 0, 0, 0]
+
+
+def test_the_files_of_the_page_on_formats_are_read(tmp_path):
+    text = (ROOT / "docs/formats.md").read_text("utf-8")
+    grids, points, table, raster = "grid.sgems", "points.dat", "table.csv", "grid.asc"
+    examples = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    for name, content in zip((grids, table, points, raster), examples, strict=True):
+        (tmp_path / name).write_text(content)
+    expected = [[0, 0, 1, 1], [0, 1, 1, 0]]
+    for name in (grids, raster):
+        assert read_training_image(tmp_path / name).array.tolist() == expected
+    image = TrainingImage(expected, facies_names=("mud", "sand"))
+    for name in (table, points):
+        data = read_hard_data(tmp_path / name, Grid(20, 30), image)
+        assert data.triples == ((2, 10, 1), (9, 20, 0))
+
+
+class Fetched(HTMLParser):
+    """What a page has a browser fetch."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag, attrs):
+        own = dict(attrs)
+        fetched = own.get("src") or (own.get("href") if tag == "link" else None)
+        if fetched:
+            self.found.append(fetched)
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning_and_fetches_nothing_from_elsewhere(tmp_path):
+    pytest.importorskip("mkdocs", reason="mkdocs is not installed")
+    site = tmp_path / "site"
+    build = [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(site)]
+    done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    pages = [*site.rglob("*.html")]
+    assert len(pages) > 15
+    for page in pages:
+        parser = Fetched()
+        parser.feed(page.read_text("utf-8"))
+        outside = [url for url in parser.found if re.match(r"(https?:)?//", url)]
+        assert not outside, page

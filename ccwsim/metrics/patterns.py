@@ -153,7 +153,7 @@ def pyramid_histograms(
     Returns
     -------
     list of list of PatternHistogram
-        [image][factor].
+        By image, then factor.
 
     Examples
     --------
@@ -275,7 +275,7 @@ def divergences(
     Parameters
     ----------
     histograms : list of list of PatternHistogram
-        [image][factor], as `pyramid_histograms` gives them.
+        By image, then factor, as `pyramid_histograms` gives them.
     progress : callable, optional
         Called with the share that is done.
 
