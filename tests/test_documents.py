@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, TrainingImage, read_hard_data, read_training_image
+from ccwsim.model.parameters import parameter_table
 
 ROOT = Path(__file__).parents[1]
 
@@ -80,6 +81,15 @@ def test_the_files_of_the_page_on_formats_are_read(tmp_path):
     for name in (table, points):
         data = read_hard_data(tmp_path / name, Grid(20, 30), image)
         assert data.triples == ((2, 10, 1), (9, 20, 0))
+
+
+def test_the_page_of_parameters_is_their_table():
+    text = (ROOT / "docs/parameters.md").read_text("utf-8")
+    names = ("symbol", "allowed", "default", "meaning")
+    for row in parameter_table():
+        line = " | ".join([f"`{row['name']}`", *(row[name] for name in names)])
+        assert f"| {line} |" in text, row["name"]
+    assert text.count("\n| `") == len(parameter_table())
 
 
 class Fetched(HTMLParser):
