@@ -167,14 +167,10 @@ def shared_content(cell_map: CellMap) -> dict[str, Any]:
         "strip": cell_map.strip,
         "points": cell_map.points,
         "point_lut": list(cell_map.point_colours) or None,
-        "points_are": _counted(len(cell_map.points), *cell_map.points_are),
+        "points_are": list(cell_map.points_are),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
         "alt": cell_map.alt,
     }
-
-
-def _counted(n: int, one: str, many: str) -> str:
-    return f"{n} {one if n == 1 else many}"
 
 
 def reported(key: str, name: str) -> Any:

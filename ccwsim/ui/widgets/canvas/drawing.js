@@ -54,7 +54,7 @@ function widestTick(pen, low, high) {
   return Math.max(...ticks(low, high, 4).map((mark) => pen.measureText(mark.text).width));
 }
 
-function fillLegend(legend, { keys, strip, points, points_are: named, wrong_label: wrong }) {
+function fillLegend(legend, { keys, strip, points, points_are: [one, many], wrong_label: wrong }) {
   legend.replaceChildren(...keys.map(([label, colour]) => key(label, 'swatch', colour)));
   if (strip) {
     const box = key('', 'strip', null);
@@ -63,7 +63,7 @@ function fillLegend(legend, { keys, strip, points, points_are: named, wrong_labe
     box.append(strip.high);
     legend.append(box);
   }
-  if (points.length) legend.append(key(named, 'swatch round', null));
+  if (points.length) legend.append(key(`${points.length} ${points.length > 1 ? many : one}`, 'swatch round', null));
   if (wrong) legend.append(key(wrong, 'swatch round wrong', null));
 }
 
