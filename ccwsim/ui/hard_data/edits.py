@@ -206,8 +206,9 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     wanted = [cell for cell, known in zip(cells, inside, strict=True) if known]
     if axis == "z" and wanted:
         wanted = [(layer, *wanted[-1][1:]) for layer in layers]
-    ensemble, brush = state.ensemble, page_state.brush
+    brush = page_state.brush
     if brush == AS_SHOWN:
+        ensemble = answer(state) or state.ensemble
         if ensemble is None or not fits(ensemble, state.choices):
             page_state.message = "there is no realization to read yet; choose a facies"
             return

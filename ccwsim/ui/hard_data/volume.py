@@ -276,13 +276,20 @@ def draw_tables(state: State) -> None:
         button(words, key="take_wells", type="primary", **use_them)
 
 
+def _named(upload: Upload) -> BytesIO:
+    """Return a file whose name messages say."""
+    file = BytesIO(upload.content)
+    file.name = upload.name
+    return file
+
+
 def wells_from(state: State) -> HardDataImport:
     """Return the data of the tables of wells.
 
     Raises CCWSIMError for tables that cannot be read or contradict each other.
     """
     page_state, choices = state.page(Editor), state.choices
-    files = {name: BytesIO(upload.content) for name, upload in page_state.tables.items() if upload}
+    files = {name: _named(upload) for name, upload in page_state.tables.items() if upload}
     found = import_wells(
         files["collars"],
         files["intervals"],

@@ -18,6 +18,8 @@ from ccwsim.ui.study.run import collect, is_current, question_of, run_button, ta
 from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
+PATIENCE_VOLUME = 0.7
+"""Seconds to wait for a first volume: drawing the volume before it once more would take longer."""
 WAIT_SECONDS = 0.05
 """Seconds between two chances for a change of the user's to end the waiting."""
 
@@ -30,7 +32,8 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
     """
     take_names(state)
     with st.container(key="news"):  # always there, so that what is below is never made anew
-        outdated = _wait_and_dim(state, parts, PATIENCE if wait else 0.0)
+        patience = PATIENCE if state.choices.grid.nz is None else PATIENCE_VOLUME
+        outdated = _wait_and_dim(state, parts, patience if wait else 0.0)
         if state.job is not None:
             _follow_run(state, parts)
         if state.message:

@@ -7,7 +7,16 @@ import pytest
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
-from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, Sampling, paint, redo, undo
+from ccwsim.ui.hard_data.edits import (
+    AS_SHOWN,
+    ERASE,
+    Editor,
+    Sampling,
+    answer,
+    paint,
+    redo,
+    undo,
+)
 from ccwsim.ui.hard_data.menus import sample, sampled
 from ccwsim.ui.hard_data.volume import layers_of_wells, remove_wells, wells_from, wells_of
 from ccwsim.ui.session.resolve import data_of
@@ -68,6 +77,20 @@ def test_cells_are_read_off_the_realization_that_is_shown():
     assert data_of(state.choices).facies.tolist() == shown.tolist()
 
 
+def test_as_shown_reads_the_local_answer_to_the_edits_before():
+    state = run(state_of())
+    state.page(Editor).brush = 1 - int(state.ensemble.indices[0][6, 7, 9])
+    paint(state, "x", [(6, 7, 9)], range(12))
+    shown = answer(state)
+    assert shown is not None
+    assert shown.revised
+    differs = np.argwhere(shown.realizations[0] != state.ensemble.realizations[0])
+    cell = tuple(next(c for c in differs.tolist() if c != [6, 7, 9]))
+    state.page(Editor).brush = AS_SHOWN
+    paint(state, "x", [cell], range(12))
+    assert (*cell, int(shown.realizations[0][cell])) in data_of(state.choices).triples
+
+
 def test_the_realizations_honour_what_was_placed_at_once_and_after_the_run():
     state = run(state_of(HardData([(0, 1, 1)], [1])))
     paint(state, "z", [(0, 20, 30)], range(12))
@@ -123,6 +146,9 @@ def test_wells_in_tables_are_read_and_taken():
     with pytest.raises(CCWSIMError, match="C"):
         wells_from(state)
     assert "C" in texts(opened("data", state).run())
+    page_state.tables["intervals"] = Upload("my_log.csv", b"well,from,to,facies\nA,x,3,1\n")
+    with pytest.raises(CCWSIMError, match="my_log"):
+        wells_from(state)
 
 
 def test_wells_are_sampled_from_a_realization_and_the_field_is_kept():
