@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
 
+EDGE = 0.4
+"""From here to the end of the plot there is no room for half a name."""
+
 
 @dataclass(frozen=True, eq=False)
 class Group:
@@ -35,6 +38,19 @@ class Group:
     symbol: str = "circle"
     labels: Sequence[str] = ()
     ringed: int | None = None
+
+
+def label_side(place: NDArray[np.float64]) -> str:
+    """Return on which side of a point its name has room; the plot goes from −1 to 1.
+
+    Examples
+    --------
+    >>> label_side(np.array([0.9, -0.2])), label_side(np.array([0.0, 0.5]))
+    ('top left', 'bottom center')
+    """
+    x, y = place.tolist()
+    across = "left" if x > EDGE else "right" if x < -EDGE else "center"
+    return f"{'bottom' if y > 0 else 'top'} {across}"
 
 
 def mds_chart(
@@ -83,12 +99,11 @@ def mds_chart(
         chart.add_trace(ring.update(marker_line={"width": 2, "color": theme.ink}, hoverinfo="skip"))
     name = "training image"
     trace = _points(image[None], name, theme.reference, 15, "diamond")
-    side = "bottom center" if image[1] > 0 else "top center"
-    trace.update(mode="markers+text", text=[name], textposition=side)
-    trace.update(textfont={"size": 13, "color": theme.reference})
-    chart.add_trace(trace.update(hovertemplate=f"{name}<extra></extra>"))
     everywhere = np.concatenate([image[None], *(group.positions for group in groups)])
     reach = 1.12 * max(float(np.abs(everywhere).max()), 1e-9)
+    trace.update(mode="markers+text", text=[name], textposition=label_side(image / reach))
+    trace.update(textfont={"size": 13, "color": theme.reference})
+    chart.add_trace(trace.update(hovertemplate=f"{name}<extra></extra>"))
     chart.update_xaxes(range=[-reach, reach], nticks=5)
     chart.update_yaxes(range=[-reach, reach], scaleanchor="x")
     return chart.update_layout(hovermode="closest")
