@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
-from ccwsim.io import read_hard_data, read_realizations, read_training_image, write_training_image
+from ccwsim.io import read_hard_data, read_training_image, write_training_image
 from tests.browser.hands import GLANCE, SLOW, at_rest, follow, menu, run, soon, until, upload
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pyvista = pytest.importorskip("pyvista", exc_type=ImportError)
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
@@ -60,11 +61,7 @@ def wells_file(image_file, tmp_path) -> Path:
 
 
 def vti_cells(path: Path) -> np.ndarray:
-    """The cells of the first realization by another program where it is installed."""
-    try:
-        import pyvista
-    except ImportError:
-        return read_realizations(path)[0].astype(int)
+    """The cells of the first realization, read by another program."""
     mesh = pyvista.read(path)
     nx, ny, nz = (n - 1 for n in mesh.dimensions)
     name = next(iter(mesh.cell_data.keys()))
