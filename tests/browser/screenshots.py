@@ -1,7 +1,8 @@
-"""Take pictures of all pages, or of those named: python -m tests.browser.screenshots OUT [PAGE ...]
+"""Take pictures of pages: python -m tests.browser.screenshots [--volume] OUT [PAGE ...]
 
-At 1440, 1024 and 390 pixels, light and dark: empty (as the page first shows itself), the first
-screen with results, and the whole page.
+Of all pages or of those named, at 1440, 1024 and 390 pixels, light and dark: empty (as the page
+first shows itself), the first screen with results, and the whole page; with --volume of a volume
+with wells.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
+from urllib.parse import urlencode
 
 import numpy as np
 
@@ -19,6 +21,10 @@ from tests.browser.served import browser, served
 
 SIZES = {1440: 900, 1024: 768, 390: 844}
 SLOW = 180_000
+VOLUME = {
+    "ti": "sinuous_channels", "data": "sinuous_channels_10_wells", "grid": "100x100x48",
+    "template": "32x32x16", "overlap": "8x8x4", "level": "2x2x1", "realizations": "4",
+}  # fmt: skip
 SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
 WHOLE = "() => !document.querySelector('.unseen, .working, [data-testid=stSkeleton]')"
 HEIGHT = "document.querySelector('[data-testid=stMain]').scrollHeight"
@@ -119,7 +125,7 @@ def take_whole(page, width: int, path: Path) -> None:
     page.screenshot(path=path)
 
 
-def take_all(out: Path, names: Sequence[str] = ()) -> None:
+def take_all(out: Path, names: Sequence[str] = (), volume: bool = False) -> None:
     """Write the PNGs of each page, width and theme into a folder; of all pages without names."""
     from ccwsim.ui.page import OFF_MENU, PAGES
 
@@ -132,7 +138,8 @@ def take_all(out: Path, names: Sequence[str] = ()) -> None:
                 device_scale_factor=1 if width > 640 else 2,
             )  # fmt: skip
             page = context.new_page()
-            page.goto(f"{address}/{Path(path).stem}")
+            study = f"?{urlencode(VOLUME)}" if volume else ""
+            page.goto(f"{address}/{Path(path).stem}{study}")
             name = f"{Path(path).stem}-{width}-{theme}"
             page.wait_for_selector(".st-key-menu", timeout=60_000)
             page.screenshot(path=out / f"{name}-empty.png")
@@ -148,6 +155,7 @@ def take_all(out: Path, names: Sequence[str] = ()) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit("usage: python -m tests.browser.screenshots OUT [PAGE ...]")
-    take_all(Path(sys.argv[1]), sys.argv[2:])
+    given = [word for word in sys.argv[1:] if word != "--volume"]
+    if not given:
+        sys.exit("usage: python -m tests.browser.screenshots [--volume] OUT [PAGE ...]")
+    take_all(Path(given[0]), given[1:], "--volume" in sys.argv)
