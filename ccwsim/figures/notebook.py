@@ -23,7 +23,8 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
-"""Pixels of the longer side of a picture alone; those of an ensemble have half of it."""
+"""Pixels of the longer side of a picture, and of each of a few; each of many has half of it."""
+FEW = 4
 MAX_TILES = 12
 """Realizations in a picture of an ensemble."""
 HEIGHT = 380
@@ -46,9 +47,11 @@ def ensemble_html(ensemble: Ensemble) -> str:
     colours = facies_colours(image)
     layer, words = _middle(ensemble.grid.shape)
     indices = ensemble.indices[(slice(shown), *layer)]
-    sheet, _ = contact_sheet(indices, colours, longest=THUMB // 2)
+    longest = THUMB if shown <= FEW else THUMB // 2
+    sheet, _ = contact_sheet(indices, colours, longest=longest)
     said = (
-        f"{n} realizations of {describe_shape(ensemble.grid.shape)} cells{words}"
+        f"{n} {'realization' if n == 1 else 'realizations'} of "
+        f"{describe_shape(ensemble.grid.shape)} cells{words}"
         f"{f', the first {shown} shown' if shown < n else ''}, {ensemble.hard_data.n} hard data, "
         f"seed {ensemble.seed}: {_facies(image, ensemble.proportions.mean(axis=0))}"
     )
