@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import pytest
 
 from ccwsim import Grid, TrainingImage, read_hard_data, read_training_image
 from ccwsim.model.parameters import parameter_table
+from tools import tutorials
 
 ROOT = Path(__file__).parents[1]
 
@@ -56,12 +58,49 @@ def test_the_scripts_of_the_library_run(capsys):
     assert "finished" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", ["first-study", "wells", "judge", "settings"])
-def test_the_scripts_of_a_tutorial_run(name, tmp_path, monkeypatch, capsys):
+LONG = ("dense-data", "paper")
+"""Tutorials that take long."""
+TUTORIALS = [
+    pytest.param(page.stem, marks=[pytest.mark.slow] * (page.stem in LONG))
+    for page in sorted(tutorials.PAGES.glob("*.md"))
+]
+
+
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_a_tutorial_prints_and_shows_what_it_says(name, tmp_path, monkeypatch):
+    if name == "ensembles":
+        pytest.importorskip("distributed")
     monkeypatch.chdir(tmp_path)
-    assert names_of(f"docs/tutorials/{name}.md")
-    assert capsys.readouterr().out
-    assert not list(tmp_path.iterdir())
+    text = (tutorials.PAGES / f"{name}.md").read_text("utf-8")
+    names: dict[str, Any] = {}
+    blocks = [*tutorials.BLOCK.finditer(text)]
+    assert len(blocks) == text.count("```python") > 1
+    for block in blocks:
+        shown = tutorials.run(block["code"], names, charts=False)
+        assert shown.text == (block["text"] or "")
+        if shown.picture:
+            stored = tutorials.PICTURES / Path(block["picture"]).name
+            np.testing.assert_array_equal(
+                tutorials.pixels(stored.read_bytes()), tutorials.pixels(shown.picture)
+            )
+
+
+def test_pictures_of_tutorials_are_those_that_are_shown():
+    text = "".join(page.read_text("utf-8") for page in tutorials.PAGES.glob("*.md"))
+    shown = set(re.findall(r"\]\(../images/tutorials/(.*?)\)", text))
+    assert shown == {file.name for file in tutorials.PICTURES.iterdir()}
+    assert max(file.stat().st_size for file in tutorials.PICTURES.iterdir()) < 100_000
+
+
+def test_a_tutorial_is_a_notebook_whose_cells_are_its_blocks():
+    text = (tutorials.PAGES / "first-study.md").read_text("utf-8")
+    cells = json.loads(tutorials.notebook(text))["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert "\n".join(cell["source"] for cell in code) + "\n" == "".join(
+        block["code"] for block in tutorials.BLOCK.finditer(text)
+    )
+    assert code[0]["outputs"][0]["text"].startswith("(256, 256)")
+    assert not any("```" in cell["source"] for cell in cells)
 
 
 def test_the_script_of_the_first_page_honours_its_data(capsys):
@@ -115,6 +154,10 @@ def test_the_site_is_built_without_a_warning_and_fetches_nothing_from_elsewhere(
     assert done.returncode == 0, done.stderr[-2000:]
     pages = [*site.rglob("*.html")]
     assert len(pages) > 15
+    for page in tutorials.PAGES.glob("*.md"):
+        assert (site / "tutorials" / f"{page.stem}.ipynb").is_file()
+        html = (site / "tutorials" / page.stem / "index.html").read_text("utf-8")
+        assert f'href="../{page.stem}.ipynb"' in html
     for page in pages:
         parser = Fetched()
         parser.feed(page.read_text("utf-8"))

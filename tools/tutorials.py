@@ -1,0 +1,198 @@
+"""Write what the tutorials print and show into them: python -m tools.tutorials [NAME …]
+
+A tutorial is a page of Markdown. Its blocks of Python run one after another, as the cells of a
+notebook do: what a block prints follows it as text, and what its last line shows, as a notebook
+would, as a picture. Tests run them again and compare. The site has each one as a notebook too.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import json
+import os
+import re
+import sys
+import tempfile
+from base64 import b64decode
+from collections.abc import Iterator
+from html import unescape
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from PIL import Image
+
+ROOT = Path(__file__).parents[1]
+PAGES = ROOT / "docs" / "tutorials"
+PICTURES = ROOT / "docs" / "images" / "tutorials"
+OUTPUT = '```text title="Output"\n'
+BLOCK = re.compile(
+    r"^```python\n(?P<code>.*?)^```\n"
+    rf"(?:\n{re.escape(OUTPUT)}(?P<text>.*?)^```\n)?"
+    r"(?:\n!\[(?P<words>[^\n]*)\]\((?P<picture>[^\n]*)\)\n)?",
+    re.DOTALL | re.MULTILINE,
+)
+CHART_SIZE = 720, 300
+MAX_SIDE = 640
+"""Pixels of the longer side of a map; a smaller one is enlarged by a whole number."""
+
+
+class Shown(NamedTuple):
+    """What a block prints, and what its last line shows: a PNG with words, or nothing."""
+
+    text: str
+    picture: bytes = b""
+    words: str = ""
+
+
+def run(code: str, names: dict[str, Any], charts: bool = True) -> Shown:
+    """Run a block with the names of those before it; without `charts` no chart is drawn.
+
+    Examples
+    --------
+    >>> names = {}
+    >>> run("a = 2\\nprint(a)", names).text, names["a"]
+    ('2\\n', 2)
+    >>> run("a + 1", names).text
+    '3\\n'
+    """
+    tree = ast.parse(code)
+    last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+    with contextlib.redirect_stdout(StringIO()) as printed:
+        exec(compile(tree, "<block>", "exec"), names)
+        value = None
+        if last is not None:
+            value = eval(compile(ast.Expression(last.value), "<block>", "eval"), names)  # type: ignore[attr-defined]
+    text = printed.getvalue()
+    if value is None:
+        return Shown(text)
+    if hasattr(value, "to_plotly_json"):
+        return Shown(text, *(chart_picture(value) if charts else (b"", "")))
+    if hasattr(value, "_repr_html_"):
+        return Shown(text, *html_picture(value._repr_html_()))
+    return Shown(f"{text}{value!r}\n")
+
+
+def html_picture(html: str) -> tuple[bytes, str]:
+    """Return the picture in what a notebook shows, enlarged, and its words."""
+    found = re.search(r'base64,([^"]*)" alt="([^"]*)"', html)
+    assert found, html
+    picture = Image.open(BytesIO(b64decode(found[1])))
+    times = max(MAX_SIDE // max(picture.size), 1)
+    size = picture.width * times, picture.height * times
+    file = BytesIO()
+    picture.resize(size, Image.Resampling.NEAREST).save(file, "PNG", optimize=True)
+    return file.getvalue(), unescape(found[2])
+
+
+def chart_picture(chart: Any) -> tuple[bytes, str]:
+    """Return a Plotly chart as a browser draws it, and the titles of its axes."""
+    from tests.browser.served import browser
+
+    width, height = CHART_SIZE
+    chart.update_layout(width=width, height=height)
+    with browser() as chromium:
+        page = chromium.new_page(viewport={"width": width, "height": height})
+        page.set_content(chart.to_html(include_plotlyjs=True))
+        page.wait_for_selector(".main-svg")
+        drawn = Image.open(BytesIO(page.locator(".js-plotly-plot").screenshot()))
+    file = BytesIO()
+    drawn.convert("RGB").quantize(64).save(file, "PNG", optimize=True)
+    x, y = chart.layout.xaxis.title.text, chart.layout.yaxis.title.text
+    return file.getvalue(), f"{y} against {x}"
+
+
+def pixels(png: bytes) -> np.ndarray:
+    """Return the colours of a picture."""
+    return np.asarray(Image.open(BytesIO(png)).convert("RGB"))
+
+
+def written_anew(name: str, text: str) -> str:
+    """Run all blocks of a tutorial; return its text with what they show, and write the pictures."""
+    names: dict[str, Any] = {}
+    count = 0
+
+    def with_output(block: re.Match[str]) -> str:
+        nonlocal count
+        shown = run(block["code"], names)
+        parts = [f"```python\n{block['code']}```\n"]
+        if shown.text:
+            parts.append(f"{OUTPUT}{shown.text}```\n")
+        if shown.picture:
+            count += 1
+            file = PICTURES / f"{name}-{count}.png"
+            PICTURES.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(shown.picture)
+            words = block["words"] or shown.words
+            parts.append(f"![{words}](../images/tutorials/{file.name})\n")
+        return "\n".join(parts)
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        for old in PICTURES.glob(f"{name}-[0-9]*.png"):
+            old.unlink()
+        return BLOCK.sub(with_output, text)
+
+
+def cells_of(text: str) -> Iterator[dict[str, Any]]:
+    """Yield the cells of a notebook of a tutorial."""
+
+    def words(source: str) -> Iterator[dict[str, Any]]:
+        if source.strip():
+            yield {"cell_type": "markdown", "metadata": {}, "source": source.strip()}
+
+    at = 0
+    for block in BLOCK.finditer(text):
+        yield from words(text[at : block.start()])
+        stream = {"output_type": "stream", "name": "stdout", "text": block["text"]}
+        yield {
+            "cell_type": "code", "metadata": {}, "execution_count": None,
+            "source": block["code"].rstrip("\n"), "outputs": [stream] if block["text"] else [],
+        }  # fmt: skip
+        at = block.end()
+    yield from words(text[at:])
+
+
+def notebook(text: str) -> str:
+    """Return a tutorial as a notebook, without its pictures, which running it shows.
+
+    Examples
+    --------
+    >>> cells = json.loads(notebook("Add.\\n\\n```python\\n1 + 1\\n```\\n"))["cells"]
+    >>> [(cell["cell_type"], cell["source"]) for cell in cells]
+    [('markdown', 'Add.'), ('code', '1 + 1')]
+    """
+    kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    cells = [{"id": f"cell-{k}", **cell} for k, cell in enumerate(cells_of(text))]
+    return json.dumps(
+        {"cells": cells, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5},
+        indent=1,
+    )
+
+
+def on_page_markdown(text: str, page: Any, **_: Any) -> str:
+    """Link the notebook of a tutorial at its end; called when the site is built."""
+    source = Path(page.file.src_uri)
+    if source.parent.name != PAGES.name:
+        return text
+    return f'{text}\n\n<a href="../{source.stem}.ipynb" download>This tutorial as a notebook</a>\n'
+
+
+def on_post_build(config: Any, **_: Any) -> None:
+    """Put each tutorial as a notebook beside its page; called when the site is built."""
+    folder = Path(config["site_dir"]) / "tutorials"
+    for page in sorted(PAGES.glob("*.md")):
+        (folder / f"{page.stem}.ipynb").write_text(notebook(page.read_text("utf-8")), "utf-8")
+
+
+def main(names: list[str]) -> None:
+    """Write the tutorials named, or all, anew."""
+    for page in sorted(PAGES.glob("*.md")):
+        if not names or page.stem in names:
+            page.write_text(written_anew(page.stem, page.read_text("utf-8")), "utf-8")
+            print(os.path.relpath(page))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
