@@ -81,8 +81,9 @@ def draw_advice(
 def advice_table(found: Diagnosis, parameters: Parameters) -> str:
     """Return advice, what is set, and the reason, as an HTML table."""
     rows = "".join(
-        f"<tr><th>{NAMES[advice.parameter]}</th><td><b>{_size(advice.value)}</b></td>"
-        f"<td>{_size(getattr(parameters, advice.parameter))}</td>"
+        f"<tr><th>{NAMES[advice.parameter]}</th>"
+        f'<td class="size"><b>{_size(advice.value)}</b></td>'
+        f'<td class="size">{_size(getattr(parameters, advice.parameter))}</td>'
         f'<td class="reason">{escape(advice.reason)}</td></tr>'
         for advice in found.advice
     )
