@@ -479,16 +479,17 @@ def test_the_images_of_a_file_and_of_the_bundle_do_not_mix(tmp_path, monkeypatch
         assert set(np.unique(loaded(Path("out.npz"))["realizations"])) == codes
 
 
-def blocks(language: str) -> list[str]:
-    """The examples of the README in one language."""
-    text = (ROOT / "README.md").read_text("utf-8")
-    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+def commands() -> list[str]:
+    """The commands that documents and the help show."""
+    documents = ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))
+    text = "\n".join(document.read_text("utf-8") for document in documents)
+    shown = "\n".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
+    return re.findall(r"ccwsim (simulate .*)", shown + EPILOG.replace("\\\n", " "))
 
 
-def test_the_command_lines_of_the_readme_and_of_the_help_are_understood():
-    shown = "\n".join(blocks("sh")) + EPILOG.replace("\\\n", " ")
-    lines = re.findall(r"ccwsim (simulate .*)", shown)
-    assert len(lines) >= 8
+def test_the_command_lines_of_documents_and_of_the_help_are_understood():
+    lines = commands()
+    assert len(lines) >= 12
     for line in lines:
         _, *arguments = shlex.split(line)
         assert command.make_context("simulate", arguments).params["output"]
