@@ -13,8 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccwsim import Grid, TrainingImage, read_hard_data, read_training_image
+from ccwsim import (
+    CCWSIMError,
+    Grid,
+    Parameters,
+    TrainingImage,
+    read_hard_data,
+    read_training_image,
+    simulate,
+)
+from ccwsim.metrics import measures
 from ccwsim.model.parameters import parameter_table
+from tests.test_layers import LAYERS
 from tools import tutorials
 
 ROOT = Path(__file__).parents[1]
@@ -103,6 +113,33 @@ def test_a_tutorial_is_a_notebook_whose_cells_are_its_blocks():
 
 def test_the_script_of_the_first_page_honours_its_data(capsys):
     assert names_of("docs/index.md")["e"].n_mismatched.tolist() == [0, 0, 0, 0]
+
+
+def test_the_worked_examples_of_extending_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs/extending.md").read_text("utf-8")
+    for name, code in re.findall(r'```python title="(.*?)"\n(.*?)```', text, re.DOTALL):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(code, "utf-8")
+    names = names_of("docs/extending.md")
+    of, entries = names["of"], names["entries"]
+    monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, entries))
+    image = of.training_image
+    p = Parameters((4, 4, 4), (1, 1, 1), (0, 0, 0))
+    cells = np.tile(image.array, (1, 8, 8))
+    found = measures.measure(simulate(TrainingImage(cells), (8, 6, 6), p, seed=0), 1)
+    assert entries in found.measures
+    with pytest.raises(CCWSIMError, match=r"a\.grd promises 2 rows of 3, but 5 values"):
+        names["read_surfer"](names["surfer"][:-2], "a.grd")
+
+
+def test_the_picture_of_the_layers_has_all_folders_in_their_order():
+    drawn = re.findall(r'class="n">(.*?)<', (ROOT / "docs/images/layers.svg").read_text("utf-8"))
+    at = {name: k for k, names in enumerate(drawn) for name in names.split(", ")}
+    folders = [(name.split("/")[0], k) for k, names in enumerate(LAYERS) for name in names]
+    assert at.keys() == {folder for folder, _ in folders}
+    for lower, k in folders:
+        assert all(at[lower] >= at[higher] for higher, m in folders if m > k)
 
 
 def test_the_files_of_the_page_on_formats_are_read(tmp_path):
