@@ -16,6 +16,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import ccwsim
+from tools import tutorials
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -87,6 +88,15 @@ def test_the_script_of_the_readme_runs_from_an_empty_folder(installed, tmp_path)
     (tmp_path / "script.py").write_text(script, "utf-8")
     run(installed / "python", "script.py", cwd=tmp_path)
     assert (tmp_path / "out.npz").exists()
+
+
+@pytest.mark.slow
+def test_the_first_tutorial_runs_from_an_empty_folder(installed, tmp_path):
+    text = (tutorials.PAGES / "first-study.md").read_text("utf-8")
+    blocks = [*tutorials.BLOCK.finditer(text)]
+    (tmp_path / "tutorial.py").write_text("".join(block["code"] for block in blocks), "utf-8")
+    printed = run(installed / "python", "tutorial.py", cwd=tmp_path)
+    assert printed == "".join(block["text"] or "" for block in blocks)
 
 
 @pytest.mark.slow
