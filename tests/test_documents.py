@@ -145,16 +145,21 @@ def test_the_picture_of_the_layers_has_all_folders_in_their_order():
 def test_the_files_of_the_page_on_formats_are_read(tmp_path):
     text = (ROOT / "docs/formats.md").read_text("utf-8")
     grids, points, table, raster = "grid.sgems", "points.dat", "table.csv", "grid.asc"
+    matrix = "matrix.csv"
     examples = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    for name, content in zip((grids, table, points, raster), examples, strict=True):
+    for name, content in zip((grids, table, points, raster, matrix), examples, strict=True):
         (tmp_path / name).write_text(content)
     expected = [[0, 0, 1, 1], [0, 1, 1, 0]]
-    for name in (grids, raster):
+    for name in (grids, raster, matrix):
         assert read_training_image(tmp_path / name).array.tolist() == expected
     image = TrainingImage(expected, facies_names=("mud", "sand"))
     for name in (table, points):
         data = read_hard_data(tmp_path / name, Grid(20, 30), image)
         assert data.triples == ((2, 10, 1), (9, 20, 0))
+
+
+def test_the_scripts_of_the_page_on_formats_run():
+    assert names_of("docs/formats.md")["again"].n == 3
 
 
 def test_the_page_of_parameters_is_their_table():
