@@ -15,7 +15,6 @@ from PIL import Image
 from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.page import OFF_MENU, PAGES
 from tests.browser.pictures import MAX_BYTES, PICTURES, WIDTH, few_colours
-from tests.test_layers import imported
 
 ROOT = Path(__file__).parents[1]
 HOW_TOS = sorted((ROOT / "docs/how-to").glob("*.md"))
@@ -25,10 +24,15 @@ ANY = "…"
 
 
 @cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text("utf-8"))
+
+
+@cache
 def literals(path: Path) -> frozenset[str]:
     """Return all texts of a module, those with values in them too."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             found.add(node.value)
         elif isinstance(node, ast.JoinedStr):
@@ -41,11 +45,11 @@ def literals(path: Path) -> frozenset[str]:
 def modules_used(path: Path) -> frozenset[Path]:
     """Return the modules of the program that a file imports."""
     found = set()
-    for name in imported(path):
-        if name.startswith("ccwsim"):
-            whole = ROOT.joinpath(*name.split("."))
-            tried = (whole.with_suffix(".py"), whole / "__init__.py", whole.parent / "__init__.py")
-            tried += (whole.parent.with_suffix(".py"),)
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("ccwsim"):
+            whole = ROOT.joinpath(*str(node.module).split("."))
+            named = (whole / alias.name for alias in node.names)
+            tried = (whole / "__init__.py", *(at.with_suffix(".py") for at in (whole, *named)))
             found |= {module for module in tried if module.is_file()}
     return frozenset(found)
 
