@@ -126,7 +126,7 @@ PICTURES = {
     "quiz": Picture("examples", 810, play_quiz),
     "benchmark": Picture("benchmark", 860, FILLED["benchmark"]),
     "paper": Picture("paper", 800, unfold_experiments),
-    "share": Picture(f"simulate?{STUDY}", 480, open_share, left=580),
+    "share": Picture(f"simulate?{STUDY}", 480, open_share, left=530),
 }
 
 
