@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help install run test slow check docs format benchmark clean
+.PHONY: help install run test slow check docs pictures format benchmark clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -30,6 +30,9 @@ check: install ## Look at style and types
 
 docs: install ## Build the documentation in build/site; a warning is an error
 	$(BIN)/mkdocs build --strict
+
+pictures: install ## Make the pictures of the how-to pages anew, in a browser
+	$(BIN)/python -m tests.browser.pictures
 
 format: install ## Put the source in order
 	$(BIN)/ruff check --fix

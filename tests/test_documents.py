@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+import unicodedata
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -169,6 +170,56 @@ def test_the_page_of_parameters_is_their_table():
         line = " | ".join([f"`{row['name']}`", *(row[name] for name in names)])
         assert f"| {line} |" in text, row["name"]
     assert text.count("\n| `") == len(parameter_table())
+
+
+DOCUMENTS = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
+
+
+def prose_of(document: Path) -> str:
+    """Return a document without its code."""
+    text = re.sub(r"(?ms)^```.*?^```", "", document.read_text("utf-8"))
+    return re.sub(r"`[^`\n]*`", "", text)
+
+
+def anchors_of(document: Path) -> set[str]:
+    """Return the anchors of the headings of a document, as the site names them."""
+    text = re.sub(r"(?ms)^```.*?^```", "", document.read_text("utf-8"))
+    found: set[str] = set()
+    for head in re.findall(r"(?m)^#+ +(.*?)\s*$", text):
+        words = unicodedata.normalize("NFKD", head).encode("ascii", "ignore").decode()
+        name = re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", words).strip().lower())
+        same = sum(1 for other in found if re.fullmatch(rf"{re.escape(name)}(_\d+)?", other))
+        found.add(f"{name}_{same}" if same else name)
+    return found
+
+
+def broken_links(document: Path) -> list[str]:
+    """Return the links and pictures of a document that lead to no file, or to no heading."""
+    broken = []
+    for link in re.findall(r"\]\(<?([^)>\s]+)>?[^)]*\)", prose_of(document)):
+        if re.match(r"[a-z]+:", link):  # elsewhere
+            continue
+        path, _, anchor = link.partition("#")
+        target = document.parent / path if path else document
+        if not target.exists() or (anchor and anchor not in anchors_of(target)):
+            broken.append(link)
+    return broken
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_to_files_and_headings_that_exist(document):
+    assert not broken_links(document)
+
+
+def test_a_link_that_leads_nowhere_is_found(tmp_path):
+    (tmp_path / "there.md").write_text("# Two words, `code`\n## Again\n## Again\n")
+    good = "[a](there.md) ![b](there.md) [c](there.md#two-words-code) [d](there.md#again_1) [e](#f)"
+    bad = "[x](gone.md) ![y](gone.png) [z](there.md#gone) [w](#gone)"
+    (tmp_path / "from.md").write_text(f"# F\n{good} {bad} `[n](code.md)` <https://a.b>\n")
+    assert broken_links(tmp_path / "from.md") == ["gone.md", "gone.png", "there.md#gone", "#gone"]
 
 
 class Fetched(HTMLParser):

@@ -117,6 +117,13 @@ def test_the_command_line_runs_from_an_empty_folder(installed, tmp_path):
 
 
 @pytest.mark.slow
+def test_the_how_to_pages_are_installed(installed, tmp_path):
+    script = "from ccwsim.ui.widgets.how_to import how_tos; print(*how_tos(), sep=', ')"
+    titles = run(installed / "python", "-c", script, cwd=tmp_path)
+    assert {"Simulate", "Paper", "Measures"} <= set(titles.strip().split(", "))
+
+
+@pytest.mark.slow
 def test_the_dashboard_starts_from_an_empty_folder(installed, tmp_path):
     port = 18_000 + os.getpid() % 2_000
     command = [installed / "ccwsim", "dashboard", "--port", str(port), "--server.headless=true"]

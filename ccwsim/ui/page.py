@@ -17,6 +17,7 @@ from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.how_to import draw_how_to
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
@@ -80,11 +81,12 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 
 
 def _top(title: str, state: State) -> None:
-    """The menu of pages, those to share and open a study, and what of an address was not taken."""
+    """The menu of pages; share, open and how to use this one; what of an address was not taken."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
         draw_open(state)
+        draw_how_to(title)
     if state.notes:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.notes))

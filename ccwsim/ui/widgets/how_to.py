@@ -1,0 +1,65 @@
+"""How to use a page: the how-to pages of the documentation, read over the page that they are of.
+
+They are in `docs` of a checkout and inside an installed package, so that they can be read offline.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import streamlit as st
+
+import ccwsim
+
+LINK = re.compile(r"\[([^\]]+)\]\((?:\.\./)?([\w/-]+\.md)(?:#[\w-]+)?\)")
+PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
+
+
+@cache
+def how_tos() -> dict[str, str]:
+    """Return the text of each how-to, and of the definitions of measures, by its title."""
+    package = Path(ccwsim.__file__).parent
+    folders = (package / "docs", package.parent / "docs")
+    docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
+    if docs is None:  # left out by whoever put the files there
+        return {}
+    found = {}
+    for path in (*sorted((docs / "how-to").glob("*.md")), docs / "measures.md"):
+        title, _, text = path.read_text("utf-8").partition("\n")
+        found[title.removeprefix("# ")] = on_a_page(text.strip())
+    return found
+
+
+def on_a_page(text: str) -> str:
+    """Return a document without its pictures, which show the page that is there, and without links.
+
+    Examples
+    --------
+    >>> print(on_a_page("![It](a.png)\\n\\n## Run\\n[Sweep](sweep.md), [Files](../formats.md)"))
+    ### Run
+    Sweep, Files (docs/formats.md)
+    """
+
+    def named(link: re.Match[str]) -> str:
+        words, path = link.groups()
+        is_here = path == "measures.md" or not link[0].partition("](")[2].startswith("../")
+        return words if is_here else f"{words} (docs/{path})"
+
+    return re.sub(r"(?m)^## ", "### ", LINK.sub(named, PICTURE.sub("", text)))
+
+
+@st.fragment
+def draw_how_to(title: str) -> None:
+    """Draw a menu with the how-to of a page, by its title; the others can be read there too."""
+    titles = list(how_tos())
+    if title not in titles:
+        return
+    menu = st.popover("How to", key="how_to", on_change="rerun", help="How to use this page")
+    if not menu.open:
+        return
+    with menu, st.container(key="how_to_text", gap="small"):
+        first = {"index": titles.index(title), "key": f"how_to_{title}"}
+        chosen = st.selectbox("How to use", titles, label_visibility="collapsed", **first)
+        st.markdown(how_tos()[chosen])

@@ -1,0 +1,152 @@
+"""The how-to pages: what they name is on the screen, and their pictures are small."""
+
+from __future__ import annotations
+
+import ast
+import re
+from functools import cache
+from html import unescape
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from ccwsim.model.parameters import parameter_table
+from ccwsim.ui.page import OFF_MENU, PAGES
+from tests.browser.pictures import MAX_BYTES, PICTURES, WIDTH, few_colours
+
+ROOT = Path(__file__).parents[1]
+HOW_TOS = sorted((ROOT / "docs/how-to").glob("*.md"))
+PICTURED = ROOT / "docs/images/how-to"
+ANY = "…"
+"""Stands in a text for what is put in when it is written."""
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text("utf-8"))
+
+
+@cache
+def literals(path: Path) -> frozenset[str]:
+    """Return all texts of a module, those with values in them too."""
+    found = set()
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found.add(node.value)
+        elif isinstance(node, ast.JoinedStr):
+            parts = (p.value if isinstance(p, ast.Constant) else ANY for p in node.values)
+            found.add("".join(map(str, parts)))
+    return frozenset(found)
+
+
+@cache
+def modules_used(path: Path) -> frozenset[Path]:
+    """Return the modules of the program that a file imports."""
+    found = set()
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("ccwsim"):
+            whole = ROOT.joinpath(*str(node.module).split("."))
+            named = (whole / alias.name for alias in node.names)
+            tried = (whole / "__init__.py", *(at.with_suffix(".py") for at in (whole, *named)))
+            found |= {module for module in tried if module.is_file()}
+    return frozenset(found)
+
+
+def modules_of(start: Path) -> set[Path]:
+    """Return a file and all modules of the program that it imports, and those that they import."""
+    found, to_look_at = {start}, [start]
+    while to_look_at:
+        new = modules_used(to_look_at.pop()) - found
+        found |= new
+        to_look_at += new
+    return found
+
+
+def module_of(page: Path) -> Path:
+    """Return the page of the dashboard that a how-to is of; for the menu Share that of all."""
+    files = {label: ROOT / path for label, path in (*PAGES, *OFF_MENU)}
+    title = page.read_text("utf-8").partition("\n")[0].removeprefix("# ")
+    return files.get(title, ROOT / "ccwsim/ui/page.py")
+
+
+@cache
+def texts_of(start: Path, folder: str) -> frozenset[str]:
+    """Return the texts of a page's modules in a folder, of components and of parameters."""
+    texts = [row["name"].replace("_", " ").capitalize() for row in parameter_table()]
+    for path in modules_of(start):
+        if path == start or path.is_relative_to(ROOT / folder):
+            texts += literals(path)
+    for path in (ROOT / "ccwsim/ui/widgets/canvas").glob("*.html"):
+        texts += re.findall(r">([^<>]+)<", path.read_text("utf-8"))
+    cleaned = (re.sub(r"<[^>]*>", " ", unescape(text)) for text in texts)
+    return frozenset(" ".join(text.split()) for text in cleaned)
+
+
+def on_screen(page: Path, folder: str) -> frozenset[str]:
+    """Return the texts of the page of a how-to, and of those whose how-to it links to."""
+    linked = re.findall(r"\]\(([\w-]+\.md)", page.read_text("utf-8"))
+    pages = {page, *(page.parent / name for name in linked)}
+    return frozenset().union(*(texts_of(module_of(one), folder) for one in pages))
+
+
+def emphasised(path: Path, stars: str) -> list[str]:
+    """Return what a page sets in bold (two stars) or italics (one)."""
+    text = re.sub(r"`[^`]*`", "", path.read_text("utf-8"))
+    star = re.escape(stars)
+    found = re.findall(rf"(?<!\*){star}([^*]+?){star}(?!\*)", text)
+    return [" ".join(name.split()) for name in found]
+
+
+@pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)
+def test_what_is_bold_is_a_control_of_the_dashboard(page):
+    texts = on_screen(page, "ccwsim/ui")
+    missing = {name for name in emphasised(page, "**") if name not in texts}
+    assert missing <= {"bold"}
+    assert emphasised(page, "**")
+
+
+@pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)
+def test_what_is_italic_can_be_read_on_the_screen(page):
+    texts = on_screen(page, "ccwsim")
+
+    def can_be_read(name: str) -> bool:
+        whole = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)", re.IGNORECASE)
+        return any(whole.search(text) for text in texts)
+
+    missing = {name for name in emphasised(page, "*") if not can_be_read(name)}
+    assert missing <= {"italic"}
+
+
+@pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)
+def test_a_page_is_short_and_in_the_usual_order(page):
+    text = page.read_text("utf-8")
+    assert 40 <= len(text.splitlines()) <= 90
+    heads = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    assert heads[-2:] == ["What the figures mean", "What can go wrong"]
+    assert "](../" in text.partition("## What the figures mean")[2]
+    assert f"](../images/how-to/{page.stem}.png)" in text
+
+
+def test_each_picture_is_small_and_is_in_a_page():
+    shown = {
+        name
+        for page in HOW_TOS
+        for name in re.findall(r"how-to/([\w-]+)\.png", page.read_text("utf-8"))
+    }
+    assert shown == set(PICTURES) == {path.stem for path in PICTURED.iterdir()}
+    for path in PICTURED.iterdir():
+        assert path.stat().st_size <= MAX_BYTES
+        with Image.open(path) as picture:
+            assert picture.mode == "P"
+            assert picture.width <= WIDTH
+
+
+def test_a_picture_of_many_colours_becomes_small():
+    out = BytesIO()
+    Image.radial_gradient("L").convert("RGB").resize((1500, 300)).save(out, "PNG")
+    content = few_colours(out.getvalue(), 60_000)
+    assert len(content) <= 60_000
+    with Image.open(BytesIO(content)) as picture:
+        assert picture.size == (WIDTH, 256)

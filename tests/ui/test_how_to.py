@@ -1,0 +1,69 @@
+"""Every page offers its own how-to, which is read over it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from streamlit.testing.v1 import AppTest
+from streamlit.testing.v1.element_tree import Selectbox
+
+from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import Parameters
+from ccwsim.ui.page import OFF_MENU, PAGES
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.how_to import how_tos
+from tests.ui.widgets import named, opened
+
+TITLES = {Path(path).stem: title for title, path in (*PAGES, *OFF_MENU)}
+SMALL = Choices(
+    data=DataChoice(),
+    grid=Grid(48, 64),
+    parameters=Parameters(template_size=16, overlap_size=4),
+    n_realizations=2,
+)
+
+
+def menu_of(name: str, title: str) -> tuple[AppTest, Selectbox]:
+    """A page with its menu of how-tos open, and the choice of one of them."""
+    app = opened(name, State(choices=SMALL)).run()
+    assert not app.exception
+    assert f"how_to_{title}" not in [box.key for box in app.selectbox]
+    app.session_state["how_to"] = True
+    return app, named(app.run().selectbox, f"how_to_{title}")
+
+
+def reads(app: AppTest, title: str) -> bool:
+    assert not app.exception
+    return how_tos()[title] in [text.value for text in app.markdown]
+
+
+@pytest.mark.parametrize(("name", "title"), TITLES.items())
+def test_a_page_opens_its_own_how_to(name, title):
+    app, choice = menu_of(name, title)
+    assert choice.value == title
+    assert reads(app, title)
+
+
+def test_another_how_to_is_read_from_there():
+    app, choice = menu_of("paper", "Paper")
+    assert reads(choice.set_value("Measures").run(), "Measures")
+    assert not reads(app, "Paper")
+
+
+def test_a_how_to_on_a_page_has_no_pictures_and_no_links_that_lead_nowhere():
+    assert {*TITLES.values(), "Share and open", "Measures"} == set(how_tos())
+    for text in how_tos().values():
+        assert len(text.splitlines()) > 20
+        assert not re.search(r"!\[|\]\(", text)
+
+
+def test_an_installation_without_documents_offers_none(monkeypatch):
+    monkeypatch.setattr("ccwsim.ui.widgets.how_to.how_tos", dict)
+    app = opened("paper", State(choices=SMALL))
+    app.session_state["how_to"] = True
+    app.run()
+    assert not app.exception
+    assert not [box.key for box in app.selectbox]
