@@ -16,6 +16,12 @@ published way (`published_draw`, no seam repair). Images that had a part in the 
 - CPU: time of a realization, measured in turns
 
 With CCWSIM_DATA set to a folder of published data, its images are measured too.
+
+``--data`` measures studies with hard data instead, a row each, by default over as published:
+
+- ends, JS, variety: as above, as ratios
+- Brier: score of every fifth datum, which is held back, as a ratio
+- wrong, forced: data not honoured by default, and share of those of which a cell alone was set, %
 """
 
 from __future__ import annotations
@@ -24,7 +30,7 @@ import argparse
 import os
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +39,9 @@ from numpy.typing import NDArray
 from benchmarks.volumes import image_of
 from benchmarks.volumes import published as published_volumes
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
+from ccwsim.datasets.sampling import sample_random
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
+from ccwsim.paper import inputs
 
 CHOSEN = (
     *("channels", "stone_wall", "fractures", "levees", "bend", "ti_channel_256x256"),
@@ -51,7 +59,10 @@ COLUMNS = (
 RATIOS = ("JS", "tau", "variety", "CPU")
 """Columns whose means are of ratios to the published way."""
 GEOMETRIC = ("ends",)
-N, N_LATTICE, N_VOLUMES = 40, 300, 6
+N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 8
+OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
+"""Columns of studies with hard data."""
+DENSE = (1000, 4000)
 VOLUME = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
 
 
@@ -168,6 +179,72 @@ def judged(image: TrainingImage, p: Parameters, data: HardData | None = None) ->
     return {key: float(value) for key, value in rows.items()}
 
 
+def studies() -> Iterator[tuple[str, TrainingImage, HardData, tuple[int, ...]]]:
+    """Yield studies of maps with hard data: bundled, sampled more densely, and published ones."""
+    for name in datasets.hard_data_names():
+        image = datasets.load(datasets.hard_data_training_image(name))
+        yield name, image, datasets.load_hard_data(name), datasets.hard_data_grid_shape(name)
+    for name, n in product(
+        ("channels_60_wells", "stone_wall_300_data", "barchans_200_data"), DENSE
+    ):
+        image = datasets.load(datasets.hard_data_training_image(name))
+        truth = datasets.load_reference_field(name)
+        yield f"{image.name}, {n} data", image, sample_random(truth.array, n, 3), truth.shape
+    authors = inputs.inputs_in(os.environ.get("CCWSIM_DATA"))
+    for kind, n in inputs.DATA:
+        if authors.is_own(kind):
+            ny, nx = map(int, inputs.DATA[kind, n].rsplit("grid", 1)[1].split("x"))
+            yield (
+                f"the paper's {kind}, {n} data",
+                authors.image(kind),
+                authors.data(kind, n, (ny, nx)),
+                (ny, nx),
+            )
+
+
+def conditioned(image: TrainingImage, data: HardData, shape: tuple[int, ...]) -> dict[str, float]:
+    """Return a row of the table of studies with data."""
+    held = np.arange(data.n) % 5 == 4
+    known = HardData(data.cells[~held], data.facies[~held])
+    ways = [replace(Parameters(), **WAYS[way]) for way in ("published", "default")]
+    found = [simulate(image, shape, p, known, N_DATA, seed=1) for p in ways]
+    own = [int(np.searchsorted(image.codes, code)) for code in _own(image)]
+    at = (slice(None), *data.cells[held].T)
+    true = np.searchsorted(image.codes, data.facies[held])
+    sure = np.eye(image.n_facies)[true]
+
+    def of(e: Ensemble) -> dict[str, float]:
+        share = np.mean(np.eye(image.n_facies)[e.indices[at]], axis=0)
+        return {
+            "ends": float(np.mean([dead_ends(e.indices, k) for k in own])),
+            "JS": float(pattern_distance(e, image, factors=(1,)).mean()),
+            "Brier": float(((share - sure) ** 2).sum(axis=1).mean()),
+            "variety": float(np.mean([(a != b).mean() for a, b in pairwise(e.indices)])),
+        }
+
+    before, after = map(of, found)
+    e = found[1]
+    row = {key: after[key] / max(before[key], 1e-9) for key in before}
+    row["wrong"] = float(e.n_mismatched.sum())
+    return {**row, "forced": 100 * float(e.n_forced.mean()) / known.n}
+
+
+def print_studies(only: str) -> None:
+    """Measure and print the studies with hard data."""
+    print("| study | " + " | ".join(OF_DATA) + " |\n|---" + "|---" * len(OF_DATA) + "|")
+    rows = []
+    for name, image, data, shape in studies():
+        if only in name:
+            rows.append(conditioned(image, data, shape))
+            print(
+                f"| {name} | " + " | ".join(f"{rows[-1][c]:.3g}" for c in OF_DATA) + " |",
+                flush=True,
+            )
+    means = [np.exp(np.mean(np.log([max(row[c], 1e-3) for row in rows]))) for c in OF_DATA[:4]]
+    means += [np.mean([row[c] for row in rows]) for c in OF_DATA[4:]]
+    print("| mean | " + " | ".join(f"{m:.3g}" for m in means) + " |")
+
+
 def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
     """Return the CPU seconds of a realization of each way, run in turns."""
     shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
@@ -184,7 +261,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fidelity", description=__doc__)
     parser.add_argument("--only", metavar="TEXT", default="", help="images whose name has this")
     parser.add_argument("--template", type=int, default=32, help="of maps; default: 32")
+    parser.add_argument("--data", action="store_true", help="studies with hard data")
     options = parser.parse_args()
+    if options.data:
+        return print_studies(options.only)
     tables: dict[str, dict[str, list[dict[str, float]]]] = {"chosen": {}, "confirmed": {}}
     print("| image | way | " + " | ".join(COLUMNS) + " |\n|" + "---|" * (len(COLUMNS) + 2))
     for name, image in images():
