@@ -29,7 +29,7 @@ check: install ## Look at style and types
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 docs: install ## Build the documentation in build/site; a warning is an error
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 pictures: install ## Make the pictures of the how-to pages anew, in a browser
 	$(BIN)/python -m tests.browser.pictures

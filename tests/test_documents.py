@@ -254,3 +254,7 @@ def test_the_site_is_built_without_a_warning_and_fetches_nothing_from_elsewhere(
         parser.feed(page.read_text("utf-8"))
         outside = [url for url in parser.found if re.match(r"(https?:)?//", url)]
         assert not outside, page
+    for style in site.rglob("*.css"):
+        assert not re.search(r"""(url\(|@import )["']?(https?:)?//""", style.read_text("utf-8")), (
+            style
+        )
