@@ -9,12 +9,12 @@ from typing import Any, Literal
 import numpy as np
 
 from ccwsim.engine.revision import revise
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
 
 Cell = tuple[int, ...]
@@ -104,12 +104,9 @@ class Editor:
     local: Ensemble | None = None  # re-simulated around the edits since the last run
     message: str = ""  # what went wrong with the last edit
     # of volumes: the index of the facies to place, or ERASE or AS_SHOWN; the first and the last
-    # layer of a well, None for all; tables of wells by what they are, and how they are read
+    # layer of a well, None for all
     brush: int = 1
     layers: tuple[int, int] | None = None
-    tables: dict[str, Upload | None] = field(default_factory=dict)
-    facies_column: str = ""
-    outside: str = "error"
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
@@ -133,10 +130,18 @@ def take(state: State, choice: DataChoice, reference: TrainingImage | None = Non
     state.data_draft, state.reference = None, reference
 
 
-def take_data(state: State, data: HardData, reference: TrainingImage | None = None) -> None:
-    """Make data placed by hand the study's, unless they are the same."""
+def take_data(
+    state: State,
+    data: HardData,
+    reference: TrainingImage | None = None,
+    wells: CellsOfWells = (),
+) -> None:
+    """Make data placed by hand the study's, unless they are the same.
+
+    `wells` says which cells had a well's name in a file; those without data count no more.
+    """
     if data.digest != data_of(state.choices).digest:
-        take(state, DataChoice("placed", placed=data), reference)
+        take(state, DataChoice("placed", placed=data, wells=wells), reference)
 
 
 def moment_of(state: State) -> Moment:
@@ -218,7 +223,8 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
         code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
         changes = dict.fromkeys(wanted, code)
     try:
-        take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+        data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
+        take_data(state, data, state.reference, wells)
     except CCWSIMError as error:
         page_state.message = str(error)
 
