@@ -153,7 +153,7 @@ def draw_sampling(state: State) -> None:
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
         field(st.selectbox, "Read from", key="sample_from", **origin)
         if choice is not None:
-            _ask_reference(page_state, choice)
+            _ask_reference(page_state, choice, state.choices.grid.nz is not None)
         _ask_way(page_state, state.choices.grid.nz is not None)
         button("Take these data", key="sample_take", on_click=sample, args=(state,))
 
@@ -200,11 +200,11 @@ def reference_of(state: State) -> TrainingImage:
     return reference
 
 
-def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
+def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> None:
     def use_upload(upload: Upload | None) -> None:
         page_state.reference_choice = ImageChoice()
         if upload is not None:
-            page_state.reference_choice = image_of_file(upload)
+            page_state.reference_choice = image_of_file(upload, volume=volume)
 
     def change(choice: ImageChoice) -> None:
         page_state.reference_choice = choice
@@ -215,7 +215,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
         problem = problem_of_image(choice)
         if problem:
             st.error(plain(problem))
-        ask_about_image(choice, change)
+        ask_about_image(choice, change, volume=volume)
 
 
 def _ask_way(page_state: Editor, volume: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from io import BytesIO
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ from ccwsim.ui.hard_data.edits import (
     redo,
     undo,
 )
-from ccwsim.ui.hard_data.menus import sample, sampled, use_file
+from ccwsim.ui.hard_data.menus import reference_of, sample, sampled, use_file
 from ccwsim.ui.hard_data.volume import (
     describe_wells,
     layers_of_wells,
@@ -302,3 +304,19 @@ def test_wells_are_sampled_from_a_realization_and_the_field_is_kept():
     assert named(app.selectbox, "sample_way").options == [
         "vertical wells", "cells at random", "vertical wells on a grid"
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("volume", [True, False])
+def test_a_reference_file_with_layers_is_read_as_the_grid_is(volume):
+    field = np.zeros((12, 30, 40), np.uint8)
+    field[6, :, 20:] = 1
+    content = BytesIO()
+    np.save(content, field)
+    map_ = Choices(data=DataChoice(), grid=Grid(30, 40), parameters=Parameters(16, 4, 1))
+    app = opened("data", State(choices=VOLUME if volume else map_)).run()
+    named(app.selectbox, "sample_from").set_value(True).run()
+    app.file_uploader(key="reference_file").upload("f.npy", content.getvalue(), "x/y").run()
+    assert not app.exception
+    state = app.session_state[KEY]
+    wanted = field if volume else field[6]
+    assert (reference_of(state).array == wanted).all()
