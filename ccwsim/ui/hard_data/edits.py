@@ -168,8 +168,9 @@ def _restore(state: State, moment: Moment | None) -> None:
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
     """Take the edits of the canvas that were not taken before, in their order.
 
-    Each has `seq`, a growing number, and either `set`, a list of [row, column, index of the facies
-    or −1 to erase], or `do`, "undo" or "redo".
+    Each has `seq`, a growing number, and `do`, "undo" or "redo", or what was drawn: on a map `set`,
+    a list of [row, column, index of the facies or −1 to erase], in a volume `cells`, a list of
+    [layer, row, column], and `axis`, that across the slice.
     """
     page_state = state.page(Editor)
     page_state.message = ""
@@ -188,6 +189,10 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
         undo(state)
     elif edit.get("do") == "redo":
         redo(state)
+    elif state.choices.grid.nz is not None:
+        low, high = layers_of_wells(state.page(Editor), state.choices.grid.nz)
+        cells = [(int(z), int(y), int(x)) for z, y, x in edit.get("cells", [])]
+        paint(state, str(edit.get("axis")), cells, range(low, high + 1))
     else:
         codes = image_of(state.choices.image).codes.tolist()
         ny, nx = state.choices.grid.shape
@@ -197,6 +202,12 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
             if 0 <= row < ny and 0 <= column < nx and facies < len(codes)
         }
         take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+
+
+def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
+    """Return the first and the last layer of a well that is placed: all of them at first."""
+    low, high = page_state.layers or (0, nz - 1)
+    return min(low, nz - 1), min(high, nz - 1)
 
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:

@@ -22,9 +22,10 @@ from ccwsim.ui.hard_data.edits import (
     Editor,
     answer,
     fits,
-    paint,
+    layers_of_wells,
     redo,
     take,
+    take_edits,
     undo,
 )
 from ccwsim.ui.hard_data.menus import (
@@ -54,7 +55,7 @@ REST = 0.6
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 HOW_TO = (
     "Click the map: a vertical well through the layers chosen. Press and draw in a section: cells. "
-    "With the keyboard: arrow keys move the slices, Enter does what a click does."
+    "With the keyboard: arrow keys move the slices, Enter does what a click does, Ctrl+Z undoes it."
 )
 
 
@@ -140,12 +141,6 @@ def _layers(state: State) -> int:
     return nz
 
 
-def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
-    """Return the first and the last layer of a well that is placed: all of them at first."""
-    low, high = page_state.layers or (0, nz - 1)
-    return min(low, nz - 1), min(high, nz - 1)
-
-
 def _draw_ground(state: State, data: HardData, ensemble: Ensemble | None) -> None:
     """Draw the volume that takes the edits, with the data in it."""
     page_state, grid, colours = state.page(Editor), state.choices.grid, colours_of(state)
@@ -155,13 +150,15 @@ def _draw_ground(state: State, data: HardData, ensemble: Ensemble | None) -> Non
         field(st.segmented_control, "What is under the data", key="ground", **ground)
     points = points_of(data, image_of(state.choices.image))
     shown = replace(ground_of(state, ensemble), points=points, point_colours=colours)
-    low, high = layers_of_wells(page_state, _layers(state))
 
-    def edited(axis: str, cells: list[tuple[int, int, int]]) -> None:
-        paint(state, axis, cells, range(low, high + 1))
+    def edited(edits: list[dict[str, Any]]) -> None:
+        take_edits(state, edits)
 
+    history = page_state.history
+    editing = {"ack": page_state.taken}
+    editing |= {"can_undo": bool(history.past), "can_redo": bool(history.future)}
     options: dict[str, Any] = {"grid": grid, "link": VOLUMES, "name": "hard_data"}
-    draw_volume(shown, "volume_editor", on_cells=edited, **options)
+    draw_volume(shown, "volume_editor", on_edits=edited, editing=editing, **options)
     step_note(HOW_TO)
     if ensemble is not None and ensemble.revised and ensemble.hard_data.digest == data.digest:
         step_note("Local answer to your edits, until the run with all data is finished.")

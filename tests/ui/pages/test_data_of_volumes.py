@@ -15,14 +15,15 @@ from ccwsim.ui.hard_data.edits import (
     Editor,
     Sampling,
     answer,
+    layers_of_wells,
     paint,
     redo,
+    take_edits,
     undo,
 )
 from ccwsim.ui.hard_data.menus import reference_of, sample, sampled, use_file
 from ccwsim.ui.hard_data.volume import (
     describe_wells,
-    layers_of_wells,
     remove_wells,
     rows_of_wells,
     table_of_wells,
@@ -71,6 +72,22 @@ def test_a_click_on_the_map_places_a_well_and_a_stroke_in_a_section_cells():
     assert data_of(state.choices).triples == tuple((k, 3, 4, 1) for k in range(2, 9))
     redo(state)
     assert data_of(state.choices).n == 8
+
+
+def test_edits_of_the_canvas_are_taken_once_and_in_their_order():
+    state = state_of()
+    well = {"seq": 5, "axis": "z", "cells": [[0, 3, 4]]}
+    cell = {"seq": 6, "axis": "y", "cells": [[2, 8, 9], [99, 8, 9]]}
+    take_edits(state, [cell, well])
+    take_edits(state, [well, cell, {"seq": 7, "do": "undo"}])
+    assert data_of(state.choices).triples == tuple((k, 3, 4, 1) for k in range(12))
+    take_edits(state, [{"seq": 7, "do": "undo"}, {"seq": 8, "do": "redo"}])
+    assert data_of(state.choices).n == 13
+    take_edits(state, [{"seq": 9, "set": [[1, 1, 1]]}, {"seq": 10}])  # of a map, and of nothing
+    assert data_of(state.choices).n == 13
+    state.page(Editor).layers = (2, 4)
+    take_edits(state, [{"seq": 11, "axis": "z", "cells": [[0, 20, 20]]}])
+    assert data_of(state.choices).n == 16
 
 
 def test_cells_are_read_off_the_realization_that_is_shown():
