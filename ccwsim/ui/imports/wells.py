@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pandas as pd
 import streamlit as st
 
 from ccwsim.figures import placement_svg
 from ccwsim.io import PlacedPoints, PointsPreview
-from ccwsim.model.choices import Choices, DataChoice, Upload, WellTables
+from ccwsim.model.choices import Answers, Choices, DataChoice, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import (
@@ -29,6 +30,8 @@ from ccwsim.ui.study.data_step import (
     use_data,
 )
 from ccwsim.ui.study.questions import (
+    IN_SCRIPTS,
+    ask_columns_of_wells,
     ask_data,
     described,
     offer_fit,
@@ -61,15 +64,12 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
         if upload is not None:
             use_data(state, DataChoice("file", upload=upload))
 
-    def use_tables(choice: DataChoice) -> None:
-        use_data(state, choice)
-
     choice = state.data_draft or state.choices.data
     if choice.source != "file" or (choice.tables is not None) != tables:
         choice = DataChoice("file", tables=WellTables() if tables else None)
     if tables:
         with st.container(horizontal=True, gap="medium", key="import_well_tables"):
-            draw_table_uploaders("wells", choice, use_tables)
+            draw_table_uploaders("wells", choice, partial(use_data, state))
     else:
         data_uploader("wells_file", use_upload)
     if not choice.files:
@@ -77,33 +77,27 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
         return
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
-    for preview in _previews(tried):
-        _draw_rows(preview)
-    if not tables and summary_of(choice.upload) is None:
+
+    def write(answers: Answers) -> None:
+        use_data(state, replace(choice, answers=answers))
+
+    if tables:
+        for table, preview in previews_of_wells(choice).items():
+            if isinstance(preview, PointsPreview):
+                _draw_rows(preview)
+            ask_columns_of_wells(choice, table, preview, write, wide=True)
+    elif summary_of(choice.upload) is None:
         return
+    else:
+        preview = preview_of(choice, tried.grid)
+        if preview.columns:
+            _draw_rows(preview)
     map_, questions = st.columns([3, 2], gap="large")
     with questions:
-        ask_data(
-            tried,
-            lambda answers: use_data(state, replace(choice, answers=answers)),
-            lambda grid: use_data(state, choice, grid),
-            wide=True,
-        )
+        ask_data(tried, write, lambda grid: use_data(state, choice, grid), wide=True)
     with map_:
         _draw_map(state, tried)
         offer_fit(tried, lambda grid: use_data(state, choice, grid))
-
-
-def _previews(tried: Choices) -> list[PointsPreview]:
-    """The first rows of each table that can be read."""
-    choice = tried.data
-    if choice.tables is not None:
-        found = previews_of_wells(choice).values()
-        return [preview for preview in found if isinstance(preview, PointsPreview)]
-    if summary_of(choice.upload) is None:
-        return []
-    preview = preview_of(choice, tried.grid)
-    return [preview] if preview.columns else []
 
 
 def _say_state(state: State, tried: Choices) -> None:
@@ -141,7 +135,7 @@ def _draw_rows(preview: PointsPreview) -> None:
     )
     st.dataframe(table, height="content")
     for reason in preview.reasons:
-        st.caption(plain(reason))
+        st.caption(plain(IN_SCRIPTS.sub("", reason)))
 
 
 def _draw_map(state: State, tried: Choices) -> None:

@@ -171,9 +171,12 @@ def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice
             others = WellTables(now["collars"], now["surveys"])
             use(replace(choice, upload=now["intervals"], tables=others, answers=known))
 
-        file_uploader(label, key=f"{key}_{table}", take=take, type=list(TABLE_TYPES), help=tip)
-        if (there := brought[table]) is not None:
-            st.caption(plain(f"From your file {there.name}"))
+        with st.container():
+            name = f"{key}_{table}"
+            file_uploader(label, key=name, take=take, type=list(TABLE_TYPES), help=tip)
+            there = brought[table]
+            if there is not None and st.session_state.get(name) is None:
+                st.caption(plain(f"From your file {there.name}"))
 
 
 def _summary(choices: Choices, problem: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,8 @@ EITHER = ((("depth_from", "depth_to"), ("depth",)), (TILTS[:1], TILTS[1:]))
 """Columns of which a table has the ones or the others."""
 MAY_LACK = (*DEPTHS, "collar_length", *TILTS)
 NO_COLUMN = ""
+WIDTH = 232
+"""Pixels of a question where there are many side by side."""
 KEPT = "The study keeps the data that it has."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
 """What an error says to those who write scripts."""
@@ -166,18 +169,14 @@ def ask_data(
 
     `write` is called with the answers, `fit` with a grid that holds all data. Where it is `wide`,
     all columns and names are shown with what is guessed of them, rows that do not fit in full, and
-    a grid that holds the data is offered elsewhere.
+    a grid that holds the data is offered elsewhere, as the columns of tables of wells are asked.
     """
     choice, grid = choices.data, choices.grid
     answers, points = choice.answers, None
     if choice.source == "file" and choice.tables is not None:
-        for table, preview in previews_of_wells(choice).items():
-            if isinstance(preview, CCWSIMError):
-                st.error(plain(f"{preview}."))
-            else:
-                said = preview.name if wide else taken_as(preview)
-                st.caption(plain(f"{table.capitalize()}: {said}"))
-                _ask_columns(choice, preview, ROLES_OF_WELLS[table], write, wide)
+        if not wide:
+            for table, preview in previews_of_wells(choice).items():
+                ask_columns_of_wells(choice, table, preview, write)
         points = _tried(lambda: points_of(choice, grid))
     elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
@@ -248,6 +247,23 @@ def _ask_way(
     field(st.selectbox, label, key=f"ask_{name}", **chosen)
 
 
+def ask_columns_of_wells(
+    choice: DataChoice,
+    table: str,
+    preview: PointsPreview | CCWSIMError,
+    write: Write,
+    *,
+    wide: bool = False,
+) -> None:
+    """Ask which columns of a table of wells are what; say what is wrong with one that is none."""
+    if isinstance(preview, CCWSIMError):
+        st.error(plain(f"{preview}."))
+        return
+    if not wide:
+        st.caption(plain(f"{table.capitalize()}: {taken_as(preview)}"))
+    _ask_columns(choice, preview, ROLES_OF_WELLS[table], write, wide)
+
+
 def taken_as(preview: PointsPreview) -> str:
     """Return in words which column is taken for what.
 
@@ -280,6 +296,8 @@ def _ask_columns(
     taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
     lack = _may_lack(roles)
     asked = _open_either(preview, roles)
+    many = wide and roles is not ROLES
+    places = st.container(horizontal=True) if many else nullcontext()
     for role, label in roles.items():
 
         def choose(name: str, role: str = role) -> None:
@@ -299,7 +317,9 @@ def _ask_columns(
         options |= {name: name for name in names}
         value = taken[role] or (NO_COLUMN if role in lack else None)
         chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(options)}
-        field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
+        chosen |= {"width": WIDTH} if many else {}
+        with places:
+            field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
 
 
 def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
