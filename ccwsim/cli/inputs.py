@@ -55,9 +55,20 @@ DATA_HELP = {
     "--collars": "a table of the collars of wells (name, x, y, z): --hard-data then has their "
     "intervals (name, from, to, facies)",
     "--surveys": "a table of stations of deviated wells (name, depth, azimuth, inclination or dip)",
-    "--hard-x": "which column is x",
-    "--hard-y": "which column is y",
-    "--hard-z": "which column is z, in a volume",
+    "--hard-x": "which column is x; with --collars, of that table",
+    "--hard-y": "which column is y, likewise",
+    "--hard-z": "which column is z, in a volume, likewise",
+    "--hard-well": "which column of --hard-data holds the names of wells, in a volume",
+    "--hard-from": "which column of --hard-data is the depth where intervals begin, in a volume",
+    "--hard-to": "which column is the depth where intervals end",
+    "--hard-depth": "which column is the depth of points; '' where there is none",
+    "--collar-well": "which column of --collars holds the names of wells",
+    "--collar-length": "which column of --collars holds their lengths; '' where there is none",
+    "--survey-well": "which column of --surveys holds the names of wells",
+    "--survey-depth": "which column of --surveys is the depth along the well",
+    "--survey-azimuth": "which column of --surveys is the direction from north, clockwise",
+    "--survey-inclination": "which column of --surveys is the tilt from straight down",
+    "--survey-dip": "which column of --surveys is the tilt from the horizontal, below it negative",
     "--hard-facies": "which column holds the facies, as codes, names or values",
     "--facies-name": "the code of a name in the file, where it is not one of the training image; "
     "once for each name",
@@ -89,6 +100,17 @@ VALUES: dict[str, dict[str, Any]] = {
     "--hard-x": {"metavar": "NAME"},
     "--hard-y": {"metavar": "NAME"},
     "--hard-z": {"metavar": "NAME"},
+    "--hard-well": {"metavar": "NAME"},
+    "--hard-from": {"metavar": "NAME"},
+    "--hard-to": {"metavar": "NAME"},
+    "--hard-depth": {"metavar": "NAME"},
+    "--collar-well": {"metavar": "NAME"},
+    "--collar-length": {"metavar": "NAME"},
+    "--survey-well": {"metavar": "NAME"},
+    "--survey-depth": {"metavar": "NAME"},
+    "--survey-azimuth": {"metavar": "NAME"},
+    "--survey-inclination": {"metavar": "NAME"},
+    "--survey-dip": {"metavar": "NAME"},
     "--hard-facies": {"metavar": "NAME"},
     "--facies-name": {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
     "--hard-variable": {"metavar": "NAME"},
@@ -106,6 +128,17 @@ READING_DATA = {
     "hard_x": "x",
     "hard_y": "y",
     "hard_z": "z",
+    "hard_well": "well",
+    "hard_from": "depth_from",
+    "hard_to": "depth_to",
+    "hard_depth": "depth",
+    "collar_well": "collar_well",
+    "collar_length": "collar_length",
+    "survey_well": "survey_well",
+    "survey_depth": "survey_depth",
+    "survey_azimuth": "survey_azimuth",
+    "survey_inclination": "survey_inclination",
+    "survey_dip": "survey_dip",
     "hard_facies": "facies",
     "facies_name": "facies_names",
     "hard_variable": "variable",
@@ -117,8 +150,10 @@ READING_DATA = {
     "on_unknown": "on_unknown",
 }
 """Options for reading hard data, and what `import_hard_data` calls them."""
-OF_POINTS = ("x", "y", "z", "variable", "coordinates")
+OF_POINTS = ("variable", "coordinates")
 """What `import_hard_data` is told of a table and `import_wells` is not."""
+OF_COLLARS, OF_SURVEYS = "collar_", "survey_"
+"""How arguments begin that name columns of other tables of wells."""
 OF_FILES = (*READING_IMAGE, "hard_data", "collars", "surveys", *READING_DATA)
 OF_PROJECT = ("training_image", "grid", "cell_size", "origin", "cell_height", "bottom", *OF_FILES)
 """What a project says itself, so that it cannot be given beside it."""
@@ -302,6 +337,13 @@ def hard_data_of(
         raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
     if collars is None and surveys is not None:
         raise CCWSIMError("--surveys are of wells whose collars are a table; give --collars")
+    for table, given, prefix in (
+        ("collars", collars, OF_COLLARS),
+        ("surveys", surveys, OF_SURVEYS),
+    ):
+        if given is None and (own := [name for name in reading if name.startswith(prefix)]):
+            said = own[0].replace("_", "-")
+            raise CCWSIMError(f"--{said} names a column of a table of {table}; give --{table}")
     if collars is None:
         report = import_hard_data(name, grid, image, **reading)
     elif found := [own for own in OF_POINTS if own in reading]:

@@ -18,7 +18,12 @@ from ccwsim.io.hard_data.placing import (
     resolve_points,
 )
 from ccwsim.io.hard_data.points import ImportedPoints, PointsPreview, preview_points, read_points
-from ccwsim.io.hard_data.wells import import_wells, read_wells
+from ccwsim.io.hard_data.wells import (
+    import_wells,
+    preview_wells,
+    read_well_points,
+    read_wells,
+)
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
@@ -70,6 +75,7 @@ __all__ = [
     "parameters_to_json",
     "place_points",
     "preview_points",
+    "preview_wells",
     "project_as_bytes",
     "read_colours",
     "read_grid",
@@ -78,6 +84,7 @@ __all__ = [
     "read_project",
     "read_realizations",
     "read_training_image",
+    "read_well_points",
     "read_wells",
     "realizations_as_bytes",
     "resolve_points",

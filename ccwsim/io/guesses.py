@@ -54,9 +54,9 @@ def guess_answers(
     -------
     answers : dict
         With a guess for each question that was not answered: of several variables the first that
-        holds codes, the middle slice, the squarest shape, the largest rectangle without gaps, so
-        thin a picture that it is no larger than it may be, Otsu's threshold of grey values, and as
-        many classes as a picture has main colours.
+        holds codes, all layers of a volume (with `volume=False` the middle slice), the squarest
+        shape, the largest rectangle without gaps, so thin a picture that it is no larger than it
+        may be, Otsu's threshold of grey values, and as many classes as a picture has main colours.
     asked : tuple of str
         The keys of `QUESTIONS` that this file raises, answered or not.
 
@@ -103,9 +103,9 @@ def guess_answers(
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
-    """The values of the variable and slice, row 0 in the south; asks for both where it must.
+    """The values of the variable, row 0 in the south; asks for it and for layers where it must.
 
-    Where the whole volume is meant, all layers.
+    All layers of a volume are taken unless one of them, or none but one, was asked for.
     """
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
@@ -121,7 +121,8 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
     grid = file.grid_of(key, known.get("shape"))
     if len(grid) > 1 and 1 not in grid.shape[1:]:
         asked.append("slice")
-        if known.get("volume"):
+        if known.get("volume", "slice_index" not in known):
+            known["volume"] = True
             return grid if known.get("up", file.south_first) else np.flip(grid, -2)
         known.setdefault("slice_index", len(grid) // 2)
     values = layer(file.name, grid, known.get("slice_index"))

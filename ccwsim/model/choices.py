@@ -50,6 +50,23 @@ class ImageChoice:
         turned = self.flip_ew, self.flip_ns, self.transpose
         return digest(source, self.answers, turned, self.names)
 
+    @property
+    def files(self) -> tuple[Upload, ...]:
+        """The file of the user, if it is one."""
+        return () if self.upload is None else (self.upload,)
+
+
+@dataclass(frozen=True)
+class WellTables:
+    """What belongs to a table of the intervals of wells."""
+
+    collars: Upload | None = None
+    surveys: Upload | None = None  # none where all wells are vertical
+
+
+CellsOfWells = tuple[tuple[str, tuple[tuple[int, ...], ...]], ...]
+"""Names of wells, and the cells of each."""
+
 
 @dataclass(frozen=True)
 class DataChoice:
@@ -62,6 +79,21 @@ class DataChoice:
     n_sampled: int = 400
     seed_sampled: int = 1
     placed: HardData | None = None
+    tables: WellTables | None = None  # `upload` has intervals of wells, and these are the others
+    wells: CellsOfWells = ()  # of data placed by hand: wells that had a name in a file
+
+    @property
+    def files(self) -> tuple[Upload, ...]:
+        """The files of the user."""
+        tables = self.tables or WellTables()
+        return tuple(f for f in (self.upload, tables.collars, tables.surveys) if f is not None)
+
+    @property
+    def waits(self) -> bool:
+        """Whether a file is still to be brought."""
+        tables = self.tables
+        missing = self.upload is None or (tables is not None and tables.collars is None)
+        return self.source == "file" and missing
 
 
 @dataclass(frozen=True)

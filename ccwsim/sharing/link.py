@@ -87,8 +87,9 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     found = []
     for choice in own_choices(choices).values():
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
-        if choice.upload is not None:
-            found.append(f"the {what} {choice.upload.name}")
+        if choice.files:
+            names = ", ".join(file.name for file in choice.files)
+            found.append(f"the {what} {names}")
         elif isinstance(choice, DataChoice) and choice.placed is not None:
             n = choice.placed.n
             found.append(f"the {n} data placed by hand (it can carry {MAX_LINK_DATA})")
@@ -107,10 +108,13 @@ def own_choices(choices: Choices) -> dict[str, Own]:
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
     if data.source == "file" and data.upload is not None:
-        found[f"{OWN}-{digest(data.upload.digest, data.answers)}"] = data
+        files = tuple(file.digest for file in data.files)
+        found[f"{OWN}-{digest(*files, data.answers)}"] = data
     placed = data.placed if data.source == "placed" else None
     if placed is not None and placed.n > MAX_LINK_DATA:
-        found[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(data, upload=None)
+        found[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(
+            data, upload=None, tables=None
+        )
     return found
 
 

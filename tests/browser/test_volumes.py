@@ -225,9 +225,58 @@ def test_a_click_tells_the_page_only_where_it_asks_for_cells(tab):
     tab.mouse.click(*spot(tab, "y", 3, 7))
 
     def told() -> None:
-        assert tab.evaluate("told") == [["cells", {"axis": "y", "cells": [[7, 5, 3]]}]]
+        assert edits(tab) == [{"axis": "y", "cells": [[7, 5, 3]]}]
 
     soon(told)
+
+
+def edits(tab) -> list[dict[str, Any]]:
+    """What the page was told last, without the numbers, which grow."""
+    told = tab.evaluate("told")
+    assert {kind for kind, _ in told} <= {"edits"}
+    last = told[-1][1] if told else []
+    numbers = [edit.pop("seq") for edit in last]
+    assert numbers == sorted({*numbers})
+    return last
+
+
+def test_ctrl_z_undoes_on_a_volume_that_takes_edits(tab):
+    show(tab)
+    tab.keyboard.press("Control+z")
+    assert edits(tab) == []
+    content = volume_content(VOLUME, "volume")
+    begin(tab, "volume", content | {"picks": True, "ack": 0, "can_undo": False, "can_redo": False})
+    tab.evaluate("() => { call(); }")
+    drawn(tab)
+    tab.keyboard.press("Control+z")
+    assert edits(tab) == []  # there is nothing to undo
+    for cell in ((2, 9), (3, 4)):
+        tab.mouse.click(*spot(tab, "z", *cell))
+    tab.get_by_role("slider", name="Layer of the map (z)").focus()
+    tab.keyboard.press("Control+z")
+
+    def one_after_the_other() -> None:
+        told = edits(tab)
+        assert [edit.get("axis") for edit in told] == ["z", "z", None]
+        assert [cells[-1][1:] for edit in told[:2] for cells in [edit["cells"]]] == [[9, 2], [4, 3]]
+        assert told[2] == {"do": "undo"}
+
+    soon(one_after_the_other)
+    ack = tab.evaluate("told.at(-1)[1][1].seq")
+    taken = {"picks": True, "ack": ack, "can_undo": True, "can_redo": True}
+    tab.evaluate("(data) => { callWith(data); }", content | taken)
+    tab.keyboard.press("Control+y")
+
+    def what_is_not_taken_yet() -> None:
+        assert edits(tab) == [{"do": "undo"}, {"do": "redo"}]
+
+    soon(what_is_not_taken_yet)
+    tab.evaluate("document.body.append(document.createElement('textarea'))")
+    tab.locator("textarea").focus()
+    n = len(tab.evaluate("told"))
+    tab.keyboard.press("Control+z")  # of the text
+    assert len(edits(tab)) == 2
+    assert len(tab.evaluate("told")) <= n + 1  # they may have been sent again meanwhile
 
 
 def test_views_of_one_link_move_together_and_others_do_not(tab):

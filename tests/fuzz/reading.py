@@ -18,6 +18,7 @@ NAMES = (
 """What a client may call its file."""
 
 _TI = TrainingImage(np.array([[0, 0, 1, 2], [0, 1, 1, 2], [2, 1, 0, 0]]))
+_COLLARS, _LOG = b"well,x,y,z\nA,1,2,5\n", b"well,from,to,facies\nA,0,2,1\n"
 _DROP = {"on_collision": "majority", "on_outside": "drop", "on_unknown": "drop"}
 
 WAYS: dict[str, Callable] = {
@@ -36,6 +37,18 @@ WAYS: dict[str, Callable] = {
         file, Grid(3, 4), _TI, facies_names={"sand": 1, "a": 0}, on_unknown="drop"
     ),
     "preview": lambda file: cio.preview_points(file),
+    "points of a volume": lambda file: cio.import_hard_data(file, Grid(3, 4, nz=5), **_DROP),
+    "preview of a volume": lambda file: cio.preview_points(file, grid_shape=(5, 3, 4)),
+    "collars": lambda file: cio.import_wells(file, io.BytesIO(_LOG), Grid(3, 4, nz=5), **_DROP),
+    "intervals": lambda file: cio.import_wells(
+        io.BytesIO(_COLLARS), file, Grid(3, 4, nz=5), **_DROP
+    ),
+    "surveys": lambda file: cio.import_wells(
+        io.BytesIO(_COLLARS), io.BytesIO(_LOG), Grid(3, 4, nz=5), surveys=file, **_DROP
+    ),
+    "preview of collars": lambda file: cio.preview_wells(file, "collars"),
+    "preview of intervals": lambda file: cio.preview_wells(file, "intervals"),
+    "preview of surveys": lambda file: cio.preview_wells(file, "surveys"),
     "fitted grid": lambda file: cio.fit_grid(cio.read_points(file)),
     "project": lambda file: cio.read_project(file),
     "realizations": lambda file: cio.read_realizations(file),

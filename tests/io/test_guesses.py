@@ -52,7 +52,7 @@ VOLUME = np.stack([FACIES] * 5)
 OPEN = {
     "two variables": (sample.two_variables(), ("variable",), {"variable": "facies"}),
     "a table": (sample.gslib_table(), ("shape",), {"shape": (3, 4)}),
-    "a volume": (saved(VOLUME), ("slice", "up"), {"slice_index": 2}),
+    "a volume": (saved(VOLUME), ("slice", "up"), {"volume": True}),
     "gaps": (saved(GAPS), ("up", "gaps"), {"crop": (0, 0, 2, 3)}),
     "grey values": (saved(FACIES * 0.1 + 0.05), ("up", "values"), {"threshold": 0.1}),
 }
@@ -66,6 +66,21 @@ def test_each_question_has_a_guess_with_which_the_file_is_read(what):
     assert guess == {name: found[name] for name in guess} or what == "grey values"
     assert set(found) == set(guess)
     assert cio.read_training_image(BytesIO(content), **found).n_facies > 1
+
+
+def test_layers_are_a_volume_unless_one_is_wanted():
+    content = saved(VOLUME)
+    assert cio.guess_answers(BytesIO(content), {"slice_index": 1})[0] == {"slice_index": 1}
+    one, asked = cio.guess_answers(BytesIO(content), {"volume": False})
+    assert (one, asked) == ({"volume": False, "slice_index": len(VOLUME) // 2}, ("slice", "up"))
+    layer = cio.read_training_image(BytesIO(content), **one).array
+    assert layer.tolist() == VOLUME[len(VOLUME) // 2].tolist()
+    flat = saved(FACIES)
+    assert "volume" not in cio.guess_answers(BytesIO(flat))[0]
+    own = cio.guess_answers(BytesIO(flat), {"volume": False})[0]
+    assert cio.read_training_image(BytesIO(flat), **own).array.shape == FACIES.shape
+    section = saved(VOLUME[:, :1])
+    assert "slice" not in cio.guess_answers(BytesIO(section))[1]
 
 
 def test_an_answer_is_kept_and_the_rest_is_guessed_with_it():

@@ -184,3 +184,98 @@ def test_a_map_reads_files_with_z_as_before():
     assert found.hard_data.triples == ((5, 5, 1),)
     with pytest.raises(CCWSIMError, match="of a volume; give a grid with nz"):
         cio.read_hard_data(BytesIO(text.encode()), (8, 9), z="z")
+
+
+# --- which column is what -------------------------------------------------------------------
+UNNAMED = "a,b,c,d\n350005,4505010,-9.8,1\n350015,4505030,-9.3,2\n"
+
+
+def preview(text: str, **choices) -> cio.PointsPreview:
+    return cio.preview_points(BytesIO(text.encode()), grid_shape=GRID.shape, **choices)
+
+
+@given(st.permutations(["x", "y", "z", "facies"]), st.permutations(list("abcd")))
+def test_columns_of_points_may_be_called_anything_where_they_are_named(roles, names):
+    rows = [{"x": 350005, "y": 4505010, "z": -9.8, "facies": 1}]
+    rows.append({"x": 350015, "y": 4505030, "z": -9.3, "facies": 2})
+    lines = [names, *([str(row[role]) for role in roles] for row in rows)]
+    text = "\n".join(map(",".join, lines))
+    columns = dict(zip(roles, names, strict=True))
+    assert read(text, **columns).triples == ((0, 0, 0, 1), (1, 1, 1, 2))
+    first = preview(text, **columns)
+    assert first.guess == columns
+    assert first.reasons == ()
+
+
+@pytest.mark.parametrize("header", ["well,x,y,z,from,to,facies", "Hole;East;North;Elev;MD;Litho"])
+def test_a_preview_of_a_volume_shows_heights_and_wells(header):
+    mark = ";" if ";" in header else ","
+    names = header.split(mark)
+    text = f"{header}\nA{mark}" + mark.join("123456"[: len(names) - 1]) + "\n"
+    roles = ["well", "x", "y", "z", "depth_from", "depth_to", "facies"]
+    if len(names) == 6:
+        roles = ["well", "x", "y", "z", "depth", "facies"]
+    found = preview(text)
+    assert found.guess == dict(zip(roles, names, strict=True))
+    assert (found.reasons, found.unclear) == ((), False)
+    of_map = cio.preview_points(BytesIO(text.encode()))
+    assert {*of_map.guess} == {"x", "y", "facies"}
+
+
+def test_what_is_not_told_of_a_volume_is_asked():
+    found = preview(UNNAMED)
+    assert found.guess == {"x": "a", "y": "b"}
+    assert found.unclear
+    assert "no column of heights" in found.reasons[1]
+    assert "pick one (facies=)" in found.reasons[2]
+    assert preview(UNNAMED, facies="a").guess == {"x": "b", "y": "c", "facies": "a"}
+    cells = preview("row,col,k,facies\n1,2,3,1\n")
+    assert cells.guess == {"x": "col", "y": "row", "z": "k", "facies": "facies"}
+    assert not cells.world
+
+
+def test_depths_below_z_are_said_and_may_be_left_out():
+    rows = "A,350005,4505010,-1,8.8,1"
+    text = well(rows, "well,x,y,z,depth,facies")
+    report = cio.import_hard_data(BytesIO(text.encode()), GRID, IMAGE)
+    assert report.notes[0] == "z is that of the collar, and depth below it."
+    assert report.hard_data.triples == ((0, 0, 0, 1),)
+    assert [*report.wells] == ["A"]
+    own = cio.import_hard_data(BytesIO(text.encode()), GRID, IMAGE, depth="", well="")
+    assert own.hard_data.triples == ((18, 0, 0, 1),)
+    assert not own.wells
+    assert not any("collar" in note for note in own.notes)
+    named = well("A,350005,4505010,-1,1,2,1", "a,x,y,z,b,c,facies")
+    assert read(named, depth_from="b", depth_to="c").n == 2
+    assert read(named, depth="b").triples == ((16, 0, 0, 1),)
+    numbers = cio.read_points(BytesIO(named.encode()), grid_shape=GRID.shape, well="b").wells
+    assert numbers == {2: "1"}
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"z": "a", "x": "a"}, "x and z are both 'a'; name two columns"),
+        ({"well": "e"}, "no variable 'e'; it has 'a', 'b', 'c', 'd'"),
+        ({"z": ""}, "no column of heights, which a volume needs"),
+        ({"x": "a", "y": "b", "depth": "c", "depth_to": "d"}, "depth and depth_to are both named"),
+        ({"z": "c", "depth_to": "d"}, r"add a column from, or name it \(depth_from=\)"),
+        (
+            {"z": "c", "depth": "d", "coordinates": "cells"},
+            "depth = 'd' is a depth below z, and ce",
+        ),
+    ],
+)
+def test_columns_that_cannot_be_are_said(columns, said):
+    with pytest.raises(CCWSIMError, match=said):
+        read(UNNAMED, **columns)
+
+
+@pytest.mark.parametrize("name", ["z", "well", "depth_from", "depth_to", "depth"])
+def test_columns_of_a_volume_are_refused_for_a_map(name):
+    text = BytesIO(UNNAMED.encode())
+    with pytest.raises(CCWSIMError, match=f"{name} = 'c' is of a volume; give a grid with nz"):
+        cio.read_hard_data(text, (8, 9), **{name: "c"})
+    array = BytesIO(sample.npy(np.array(DATA.triples)))
+    with pytest.raises(CCWSIMError, match=f"no named columns; leave {name} out"):
+        cio.read_hard_data(array, GRID, **{name: "c"})

@@ -90,7 +90,7 @@ def test_columns_are_named():
         cio.read_points(BytesIO(text), x="a", y="a")
     with pytest.raises(CCWSIMError, match="mean the same; give one"):
         cio.read_points(BytesIO(text), facies="a", variable="b")
-    with pytest.raises(CCWSIMError, match="no named columns; leave x and y out"):
+    with pytest.raises(CCWSIMError, match="no named columns; leave x out"):
         cio.read_points(BytesIO(sample.npy(POINTS)), x="a")
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
-from ccwsim.io import import_wells, read_wells
+from ccwsim.io import import_hard_data, import_wells, preview_wells, read_wells
 from ccwsim.io.hard_data.paths import Stations, positions
 from tests.small_images import blobs
 
@@ -197,7 +197,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
     [
         ({"collars": b"x,y,z\n1,2,3\n"}, "no column of the names of the wells; it has x, y, z"),
         ({"collars": b"well,x,y\nA-1,1,2\n"}, "no column of the elevations of the collars"),
-        ({"collars": b"well;a;b;z\nB;1;2;3\n"}, "no columns of x and y of the collars"),
+        ({"collars": b"well;a;b;z\nB;1;2;3\n"}, "no column of x of the collars"),
         ({"collars": COLLARS + b"B;1;2;3;4\n"}, "lines 3 and 4: the well 'B' has two collars"),
         ({"collars": b"well;x;y;z\nB;;2;3\nA-1;1;2;3\n"}, "line 2: x is missing; add it"),
         (
@@ -249,6 +249,165 @@ def test_tables_that_cannot_be_are_said_with_their_rows(tables, said):
     with pytest.raises(CCWSIMError) as error:
         imported(**tables)
     assert said in str(error.value)
+
+
+PLAIN = {
+    "collars": ["collar_well,x,y,z,collar_length", "A-1,110.5,222.0,12.5,30", "B,131,250,9.75,30"],
+    "intervals": ["well,depth_from,depth_to,facies", "A-1,0,2.6,1", "A-1,2.6,7.1,0", "B,1.1,4.1,1"],
+    "surveys": ["survey_well,survey_depth,survey_azimuth,survey_dip", "B,0,90,-70", "B,5,80,-60"],
+}
+"""Tables whose columns are called as the arguments that name them."""
+TILTED = b"well,depth,azi,dip,inc\nB,0,0,-90,0\n"
+WORDS = [*"abcdefg", "x", "y", "z", "depth", "from", "to", "well", "top", "dip", "length", "facies"]
+
+
+@st.composite
+def renamed(draw):
+    """The plain tables with columns in any order, called anything, and what names them."""
+    tables, columns = {}, {}
+    for table, rows in PLAIN.items():
+        cells = [row.split(",") for row in rows]
+        order = draw(st.permutations(range(len(cells[0]))))
+        names = draw(st.lists(st.sampled_from(WORDS), min_size=5, max_size=5, unique=True))
+        columns |= {cells[0][k]: name for k, name in zip(order, names, strict=False)}
+        lines = [names[: len(order)], *([row[k] for k in order] for row in cells[1:])]
+        tables[table] = "\n".join(map(",".join, lines)).encode()
+    return tables, columns
+
+
+@settings(max_examples=60, deadline=None)
+@given(renamed())
+def test_columns_may_be_called_anything_where_they_are_named(drawn):
+    tables, columns = drawn
+    plain = {name: "\n".join(rows) for name, rows in PLAIN.items()}
+    plain["collars"] = plain["collars"].replace("collar_", "")
+    plain["surveys"] = plain["surveys"].replace("survey_", "")
+    plain["intervals"] = plain["intervals"].replace("depth_", "")
+    wanted = imported(**{name: text.encode() for name, text in plain.items()})
+    found = imported(**tables, **columns)
+    assert found.hard_data.digest == wanted.hard_data.digest
+    assert {name: c.tolist() for name, c in found.wells.items()} == {
+        name: c.tolist() for name, c in wanted.wells.items()
+    }
+    for table, content in tables.items():
+        own = {name: column for name, column in columns.items() if name != "facies"}
+        first = preview_wells(BytesIO(content), table, facies=columns["facies"], **own)
+        roles = PLAIN[table][0].split(",")
+        assert first.guess == {role: columns[role] for role in roles}
+        assert first.reasons == ()
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.sampled_from(WORDS), min_size=2, max_size=6, unique=True), st.data())
+def test_a_preview_shows_the_columns_that_are_read(names, data):
+    """Where nothing is left to say, reading with what was guessed changes nothing."""
+    table = data.draw(st.sampled_from(list(PLAIN)))
+    content = "\n".join([",".join(names), ",".join("1" for _ in names)]).encode()
+    first = preview_wells(BytesIO(content), table)
+    assert first.columns == tuple(names)
+    assert len({*first.guess.values()}) == len(first.guess)
+    again = dict(first.guess)
+    facies = again.pop("facies", None)
+    second = preview_wells(BytesIO(content), table, facies=facies, **again)
+    assert (second.guess, second.reasons) == (first.guess, first.reasons)
+
+
+def test_an_empty_name_says_that_there_is_no_such_column():
+    collars = COLLARS.replace(b"EOH", b"depth")
+    deep = b"well,from,to,facies\nB,1,31,1\n"
+    with pytest.raises(CCWSIMError, match="below the end of 'B' at 30"):
+        imported(collars, deep, on_outside="drop")
+    assert imported(collars, deep, collar_length="", on_outside="drop").hard_data.n > 0
+    both = b"well,from,to,depth,facies\nB,1,3,2,1\n"
+    assert imported(intervals=both).hard_data.n == 4
+    assert imported(intervals=both, depth="depth").hard_data.n == 1
+    assert imported(intervals=both, depth_from="", depth_to="").hard_data.n == 1
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"x": "Ost"}, "file has no variable 'Ost'; it has 'Hole ID', 'East', 'North'"),
+        ({"x": "East", "y": "east"}, "x and y are both 'East'; name two columns"),
+        ({"facies": "To", "depth_to": "To"}, "facies and depth_to are both 'To'"),
+        ({"depth": "From", "depth_to": "To"}, "depth and depth_to are both named"),
+        ({"depth_from": "From", "depth_to": ""}, r"add a column to, or name it (depth_to=)"),
+        ({"z": ""}, "no column of the elevations of the collars"),
+        ({"collar_well": ""}, "call it well, or name it (collar_well=)"),
+        ({"well": 3}, "file has no variable 3"),
+        ({"survey_dip": "a"}, "survey_dip = 'a' is of a table of surveys; give surveys"),
+        (
+            {"surveys": TILTED, "survey_dip": "dip", "survey_inclination": "inc"},
+            "survey_dip and survey_inclination are both named",
+        ),
+        (
+            {"surveys": b"a,depth,azi,dip\nB,0,0,-90\n"},
+            "call it well, or name it (survey_well=)",
+        ),
+        ({"depth_from": "BHID", "well": "From"}, "line 2: 'A-1'"),
+    ],
+)
+def test_columns_that_cannot_be_are_said(tables, said):
+    with pytest.raises(CCWSIMError) as error:
+        imported(**tables)
+    assert said in str(error.value)
+
+
+def test_an_argument_that_names_no_column_is_a_mistake():
+    with pytest.raises(TypeError, match="'colour'"):
+        imported(colour="a")
+    with pytest.raises(CCWSIMError, match="table = 'logs' must be one of collars, intervals, surv"):
+        preview_wells(BytesIO(COLLARS), "logs")
+
+
+def test_wells_are_known_by_their_names():
+    found = imported(on_outside="drop", surveys=b"well,depth,azimuth,dip\nB,0,90,-60\n")
+    assert [*found.wells] == ["A-1", "B"]
+    both = np.concatenate([*found.wells.values()])
+    assert sorted(map(tuple, both.tolist())) == sorted(map(tuple, found.hard_data.cells.tolist()))
+    assert len({*map(tuple, found.wells["B"][:, 1:].tolist())}) > 1  # it is not vertical
+    crossing = imported(
+        b"well,x,y,z\nA,110.5,222,12.5\nB,110.6,222.1,12.5\n",
+        b"well,depth,facies\nA,1,1\nB,1,1\nB,2,0\n",
+    )
+    assert {name: len(cells) for name, cells in crossing.wells.items()} == {"A": 1, "B": 2}
+    assert crossing.hard_data.n == 2
+    one = b"x,y,z,from,to,facies,Hole\n110.5,222,12.5,0,2.6,1,A\n131,250,9.75,1.1,4.1,1,\n"
+    alone = import_hard_data(BytesIO(one), GRID)
+    assert {name: len(cells) for name, cells in alone.wells.items()} == {"A": 5}
+    assert import_hard_data(BytesIO(b"hole,x,y,facies\nA,1,1,0\n"), (8, 8)).wells == {}
+
+
+def test_the_command_line_takes_names_of_columns(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    tables = {
+        "collars.csv": b"a;b;c;d;e\n" + COLLARS.split(b"\n", 1)[1],
+        "logs.csv": b"a,b,c,d\n" + INTERVALS.split(b"\n", 1)[1],
+        "surveys.csv": b"a,b,c,d\nB,0,90,-80\n",
+    }
+    for name, content in tables.items():
+        (tmp_path / name).write_bytes(content)
+    np.save(tmp_path / "ti.npy", blobs((20, 40, 40), 2))
+    line = (
+        "simulate ti.npy --grid 30x20x40 --cell-size 2 4 --cell-height 0.5 --origin 100 200 "
+        "--bottom -7 --template 16x16x8 --overlap 4x4x4 --level 1 --hard-data logs.csv "
+        "--output out.npz --hard-well a --hard-from b --hard-to c --hard-facies d "
+    )
+    of_collars = "--collar-well a --hard-x b --hard-y c --hard-z d --collar-length e "
+    of_surveys = "--survey-well a --survey-depth b --survey-azimuth c --survey-dip d "
+    whole = f"--collars collars.csv {of_collars} --surveys surveys.csv {of_surveys}"
+    assert main((line + whole).split()) == 0
+    data = imported(surveys=b"well,depth,azimuth,dip\nB,0,90,-80\n").hard_data
+    with np.load(tmp_path / "out.npz") as saved:
+        assert saved["realizations"][0][tuple(data.cells.T)].tolist() == data.facies.tolist()
+    assert main((line + "--collars collars.csv " + of_collars + of_surveys).split()) != 0
+    assert (
+        "--survey-well names a column of a table of surveys; give --surv" in capsys.readouterr().err
+    )
+    assert main((line + of_collars).split()) != 0
+    assert (
+        "--collar-well names a column of a table of collars; give --coll" in capsys.readouterr().err
+    )
 
 
 def test_the_command_line_takes_wells(tmp_path, monkeypatch):

@@ -109,6 +109,7 @@ def test_an_image_of_a_strange_shape_breaks_no_page(shape):
     app.file_uploader(key="image_file").upload("a.npy", content, "text/plain").run()
     assert not app.exception
     if len(shape) == 3:
+        app.button_group(key="ask_layers").set_value("one layer").run()
         named(app.number_input, "ask_slice").set_value(7).run()
         app.button(key="image_take").click().run()
         assert not app.exception

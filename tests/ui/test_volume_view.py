@@ -89,7 +89,7 @@ def _page() -> None:
     from tests.ui.test_volume_view import COLOURS, IMAGE, facies_map
 
     shown = facies_map(IMAGE.indices, IMAGE, COLOURS, "An image")
-    draw_volume(shown, "volume", link="all", on_cells=lambda axis, cells: None)
+    draw_volume(shown, "volume", link="all", on_edits=lambda edits: None)
     draw_volume(shown, "slices", link="all", body=False, max_height=200)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ccwsim.io.data_file import DataFile
@@ -51,6 +51,7 @@ _WELL = _words(
     "bhid holeid hole boreholeid borehole bore well wellname wellid uwi bohrung bohrungsname sonde "
     "dhid name id"
 )
+_HOLE = tuple(word for word in _WELL if word not in ("name", "id"))  # points have such, too
 _LENGTH = _words("length totaldepth td eoh maxdepth enddepth endofhole laenge endteufe depth")
 _AZIMUTH = _words("azimuth azi azim bearing brg az richtung azimut")
 _INCLINATION = _words("inclination incl inc deviation dev zenith neigung")
@@ -92,15 +93,22 @@ def table_roles(
     >>> table_roles(file, None, None, None, None)
     Roles(x='Ost', y='Nord', world=True, facies='Rock', notes=[])
     """
-    first, second, world, notes = place_columns(file, x, y, coordinates)
+    taken = [] if facies is None else [file.column(facies)]
+    first, second, world, notes = place_columns(file, x, y, coordinates, taken)
     rest = [name for name in file.names if name not in (first, second)]
     return Roles(first, second, world, value_column(file, rest, facies), notes)
 
 
 def place_columns(
-    file: DataFile, x: str | None = None, y: str | None = None, coordinates: str | None = None
+    file: DataFile,
+    x: str | None = None,
+    y: str | None = None,
+    coordinates: str | None = None,
+    taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
     """Return the columns of x and y, or of col and row; whether they are of the world; notes.
+
+    Columns that are `taken` for something else are never guessed to be these.
 
     Examples
     --------
@@ -112,7 +120,7 @@ def place_columns(
     asked = [None if name is None else file.column(name) for name in (x, y)]
     if asked[0] is not None and asked[0] == asked[1]:
         raise CCWSIMError(f"{file.name}: x and y are both {shown(asked[0])}; name two columns")
-    free = [name for name in names if name not in asked]
+    free = [name for name in names if name not in (*asked, *taken)]
     column, row = asked[0] or _first(free, _COLUMN), asked[1] or _first(free, _ROW)
     first, second = asked[0] or _first(free, _X, 4), asked[1] or _first(free, _Y, 4)
     if coordinates is None and column and row:
@@ -143,6 +151,110 @@ def _untold(one: str, two: str, said: str) -> str:
     return f"No column is called so: {one} and {two} were taken as {said}."
 
 
+class Role(NamedTuple):
+    """What a column holds, by which names it is known, and what it is to be called."""
+
+    words: tuple[str, ...]
+    what: str
+    call: str
+    prefix: int = 0  # letters from which on the beginning of a name will do
+
+
+Asked = Mapping[str, str | None]
+"""Columns that were named, by the argument that names them; an empty text is none."""
+DEPTHS = {
+    "depth_from": Role(_FROM, "where intervals begin", "from"),
+    "depth_to": Role(_TO, "where intervals end", "to"),
+    "depth": Role(_DEPTH, "depths", "from and to, or depth"),
+}
+_NAMES_OF_WELLS = Role(_WELL, "the names of the wells", "well")
+WELL_OF_POINTS = {"well": Role(_HOLE, "the names of the wells", "well")}
+HEIGHTS = {"z": Role(_COLLAR, "heights", "z"), **DEPTHS}
+LAYERS = {"z": Role(_LAYER, "layers", "layer")}
+COLLARS = {
+    "collar_well": _NAMES_OF_WELLS,
+    "x": Role(_X, "x of the collars", "x", 4),
+    "y": Role(_Y, "y of the collars", "y", 4),
+    "z": Role(_COLLAR, "the elevations of the collars", "z"),
+    "collar_length": Role(_LENGTH, "the lengths of the wells", "length"),
+}
+INTERVALS = {"well": _NAMES_OF_WELLS, **DEPTHS}
+SURVEYS = {
+    "survey_well": _NAMES_OF_WELLS,
+    "survey_depth": Role((*_DEPTH, "at"), "depths", "depth"),
+    "survey_azimuth": Role(_AZIMUTH, "directions", "azimuth"),
+    "survey_inclination": Role(_INCLINATION, "how wells are tilted", "inclination"),
+    "survey_dip": Role(_DIP, "how wells are tilted", "inclination or dip"),
+}
+"""The columns of tables of wells, by the arguments that name them."""
+EITHER = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
+"""Of these a table has the one or the others; unasked the others are taken."""
+
+
+def columns_of(
+    file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
+) -> dict[str, str]:
+    """Return the columns of roles: as asked for, or by their names; those that are not there lack.
+
+    Of one depth and two that which is asked for is returned, else two, or the one of them that is
+    there; and of inclination and dip the inclination.
+
+    Examples
+    --------
+    >>> columns = ("hole", "from", "to", "depth", "rock")
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
+    >>> columns_of(file, INTERVALS, {})
+    {'well': 'hole', 'depth_from': 'from', 'depth_to': 'to'}
+    >>> columns_of(file, INTERVALS, {"depth": "DEPTH", "well": ""})
+    {'depth': 'depth'}
+    """
+    named = asked_columns(file, {role: asked.get(role) for role in roles})
+    free = [name for name in file.names if name not in (*named.values(), *taken)]
+    found = {}
+    for role, own in roles.items():
+        column = named.get(role)
+        if column is None and asked.get(role) is None:
+            column = _first(free, own.words, own.prefix)
+        if column is not None:
+            found[role] = column
+            free = [name for name in free if name != column]
+    for one, others in EITHER.items():
+        rivals = [other for other in others if other in named]
+        if one in named and rivals:
+            raise CCWSIMError(
+                f"{file.name}: {one} and {rivals[0]} are both named, and only one of them can be; "
+                "leave one out"
+            )
+        if one in named:
+            found = {role: column for role, column in found.items() if role not in others}
+        elif any(other in found for other in others):
+            found.pop(one, None)
+    return found
+
+
+def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
+    """Return the columns that were named; an error where one is not there or is two things.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("East", "North"))
+    >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
+    {'x': 'East'}
+    """
+    found: dict[str, str] = {}
+    for role, name in asked.items():
+        if name is None or (isinstance(name, str) and not name):
+            continue
+        column = file.column(name)
+        twice = next((other for other, own in found.items() if own == column), None)
+        if twice is not None:
+            raise CCWSIMError(
+                f"{file.name}: {twice} and {role} are both {shown(column)}; name two columns"
+            )
+        found[role] = column
+    return found
+
+
 class HeightRoles(NamedTuple):
     """Which columns of a table hold heights: all empty for a map."""
 
@@ -150,111 +262,120 @@ class HeightRoles(NamedTuple):
     depths: tuple[str, ...] = ()  # below it: of points, or from and to of intervals
 
 
-def height_roles(file: DataFile, z: str | None, taken: Sequence[str], world: bool) -> HeightRoles:
+def height_roles(file: DataFile, asked: Asked, taken: Sequence[str], world: bool) -> HeightRoles:
     """Return which columns hold the heights of data of a volume; an error names what is missing.
 
     Examples
     --------
     >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Z", "from", "to"))
-    >>> height_roles(file, None, [], True)
+    >>> height_roles(file, {}, [], True)
     HeightRoles(z='Z', depths=('from', 'to'))
     """
-    own = None if z is None else file.column(z)
-    if own in taken:
+    if not world and (role := next((role for role in DEPTHS if asked.get(role)), None)):
         raise CCWSIMError(
-            f"{file.name}: z = {shown(z)} is a column of something else; name another"
+            f"{file.name}: {role} = {shown(asked[role])} is a depth below z, and cells have a "
+            "layer; leave it out"
         )
-    free = [name for name in file.names if name not in (*taken, own)]
+    found = columns_of(file, HEIGHTS if world else LAYERS, asked, taken)
+    there = ", ".join(file.names)
+    if "z" in found:
+        return HeightRoles(found["z"], depth_columns(file, found))
     if not world:
-        layer = own or _first(free, _LAYER)
-        if layer is None:
-            raise CCWSIMError(
-                f"{file.name} has no column of layers, which a volume needs; it has "
-                f"{', '.join(file.names)}: name it (z=)"
-            )
-        return HeightRoles(layer)
-    start, end, depth = (_first(free, words) for words in (_FROM, _TO, _DEPTH))
-    collar = own or _first(free, _COLLAR)
-    if collar is None:
-        depths = " and ".join(name for name in (start, end, depth) if name)
-        said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
         raise CCWSIMError(
-            f"{file.name} has {said}, which a volume needs; it has {', '.join(file.names)}: add "
-            "a column z, or name it (z=)"
+            f"{file.name} has no column of layers, which a volume needs; it has {there}: name it "
+            "(z=)"
         )
-    if bool(start) != bool(end) and not depth:
-        raise CCWSIMError(
-            f"{file.name} has the depth {start or end} of intervals, but not that of their other "
-            f"end; add a column {'to' if start else 'from'}"
-        )
-    if start and end:
-        return HeightRoles(collar, (start, end))
-    return HeightRoles(collar, (depth,) if depth else ())
+    depths = " and ".join(name for role, name in found.items() if role != "z")
+    said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
+    raise CCWSIMError(
+        f"{file.name} has {said}, which a volume needs; it has {there}: add a column z, or name it "
+        "(z=)"
+    )
 
 
-def well_columns(file: DataFile) -> tuple[str, str, str]:
-    """Return the columns of a table of collars: well, z, and length or an empty text.
+def depth_columns(file: DataFile, found: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the columns of depths among those found: from and to, one of points, or none."""
+    ends = [found[role] for role in ("depth_from", "depth_to") if role in found]
+    if len(ends) == 1:
+        other = "depth_to" if "depth_from" in found else "depth_from"
+        raise CCWSIMError(
+            f"{file.name} has the depth {ends[0]} of intervals, but not that of their other end; "
+            f"add a column {DEPTHS[other].call}, or name it ({other}=)"
+        )
+    return tuple(ends) or tuple(found[role] for role in ("depth",) if role in found)
+
+
+def well_columns(file: DataFile, asked: Asked) -> dict[str, str]:
+    """Return the columns of a table of collars by what they are: the length only if it has one.
 
     Examples
     --------
     >>> columns = ("HoleID", "East", "North", "Elev", "EOH")
-    >>> well_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
-    ('HoleID', 'Elev', 'EOH')
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
+    >>> list(well_columns(file, {}).values())
+    ['HoleID', 'East', 'North', 'Elev', 'EOH']
     """
-    well = needed_column(file, _WELL, "the names of the wells", "well")
-    z = needed_column(file, _COLLAR, "the elevations of the collars", "z")
-    return well, z, _first(list(file.names), _LENGTH) or ""
+    return _all_but(file, COLLARS, asked, ("collar_length",))
 
 
-def interval_columns(file: DataFile) -> tuple[str, tuple[str, ...]]:
+def interval_columns(
+    file: DataFile, asked: Asked, facies: str | None = None
+) -> tuple[str, tuple[str, ...]]:
     """Return the columns of a table of intervals: well, and from and to, or the depth of points.
 
     Examples
     --------
     >>> columns = ("BHID", "From", "To", "Rock")
-    >>> interval_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    >>> interval_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns), {})
     ('BHID', ('From', 'To'))
     """
-    names = list(file.names)
-    well = needed_column(file, _WELL, "the names of the wells", "well")
-    start, end, depth = (_first(names, words) for words in (_FROM, _TO, _DEPTH))
-    if start and end:
-        return well, (start, end)
-    if start or end:
-        raise CCWSIMError(
-            f"{file.name} has the depth {start or end} of intervals, but not that of their other "
-            f"end; add a column {'to' if start else 'from'}"
-        )
-    return well, (depth or needed_column(file, _DEPTH, "depths", "from and to, or depth"),)
+    value = asked_columns(file, {"facies": facies, **{role: asked.get(role) for role in INTERVALS}})
+    taken = [value["facies"]] if "facies" in value else []
+    found = _all_but(file, INTERVALS, asked, tuple(DEPTHS), taken)
+    depths = depth_columns(file, found)
+    return found["well"], depths or (_needed(file, INTERVALS, found, "depth"),)
 
 
-def survey_columns(file: DataFile) -> tuple[str, str, str, str, bool]:
+def survey_columns(file: DataFile, asked: Asked) -> tuple[str, str, str, str, bool]:
     """Return the columns of a table of surveys: well, depth, azimuth, tilt; whether it is a dip.
 
     Examples
     --------
     >>> columns = ("BHID", "MD", "Azi", "Dip")
-    >>> survey_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    >>> survey_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns), {})
     ('BHID', 'MD', 'Azi', 'Dip', True)
     """
-    well = needed_column(file, _WELL, "the names of the wells", "well")
-    depth = needed_column(file, (*_DEPTH, "at"), "depths", "depth")
-    azimuth = needed_column(file, _AZIMUTH, "directions", "azimuth")
-    tilt = _first(list(file.names), _INCLINATION)
-    if tilt:
-        return well, depth, azimuth, tilt, False
-    dip = needed_column(file, _DIP, "how wells are tilted", "inclination or dip")
-    return well, depth, azimuth, dip, True
+    found = _all_but(file, SURVEYS, asked, ("survey_inclination", "survey_dip"))
+    is_dip = "survey_inclination" not in found
+    tilt = _needed(file, SURVEYS, found, "survey_dip" if is_dip else "survey_inclination")
+    well, depth, azimuth = (found[f"survey_{name}"] for name in ("well", "depth", "azimuth"))
+    return well, depth, azimuth, tilt, is_dip
 
 
-def needed_column(file: DataFile, words: tuple[str, ...], what: str, name: str) -> str:
-    """Return the column that is called by one of some words; an error says what is missing."""
-    found = _first(list(file.names), words)
-    if found is None:
-        raise CCWSIMError(
-            f"{file.name} has no column of {what}; it has {', '.join(file.names)}: call it {name}"
-        )
+def _all_but(
+    file: DataFile,
+    roles: Mapping[str, Role],
+    asked: Asked,
+    optional: tuple[str, ...],
+    taken: Sequence[str] = (),
+) -> dict[str, str]:
+    """Return the columns of roles, all of them but some that may lack."""
+    found = columns_of(file, roles, asked, taken)
+    for role in roles:
+        if role not in optional:
+            _needed(file, roles, found, role)
     return found
+
+
+def _needed(file: DataFile, roles: Mapping[str, Role], found: Mapping[str, str], role: str) -> str:
+    """Return the column of a role; an error says what is missing."""
+    if role not in found:
+        own = roles[role]
+        raise CCWSIMError(
+            f"{file.name} has no column of {own.what}; it has {', '.join(file.names)}: call it "
+            f"{own.call}, or name it ({role}=)"
+        )
+    return found[role]
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:

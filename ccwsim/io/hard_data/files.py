@@ -42,12 +42,18 @@ def import_hard_data(
     on_unknown: str = "error",
     z: str | None = None,
     z_up: bool | None = None,
+    well: str | None = None,
+    depth_from: str | None = None,
+    depth_to: str | None = None,
+    depth: str | None = None,
 ) -> HardDataImport:
     """Return the hard data of a file and a report of what happened on the way.
 
     Parameters
     ----------
     path_or_file, x, y, z, facies, variable, coordinates, up, z_up, slice_index
+        As in `read_points`.
+    well, depth_from, depth_to, depth
         As in `read_points`.
     grid : Grid, pair or triple of int, optional
         A pair is rows and columns of unit cells from (0, 0) on, a triple layers, rows and columns.
@@ -83,6 +89,10 @@ def import_hard_data(
         slice_index=slice_index,
         z=z,
         z_up=z_up,
+        well=well,
+        depth_from=depth_from,
+        depth_to=depth_to,
+        depth=depth,
     )
     placed = place_points(
         points,
@@ -117,6 +127,10 @@ def read_hard_data(
     on_unknown: str = "error",
     z: str | None = None,
     z_up: bool | None = None,
+    well: str | None = None,
+    depth_from: str | None = None,
+    depth_to: str | None = None,
+    depth: str | None = None,
 ) -> HardData:
     """Return the hard data of a file; `import_hard_data` also says what happened on the way.
 
@@ -124,7 +138,7 @@ def read_hard_data(
     ----------
     path_or_file, grid, training_image, x, y, z, facies, variable, coordinates, up, z_up
         As in `import_hard_data`.
-    slice_index, facies_names, threshold, classes
+    slice_index, well, depth_from, depth_to, depth, facies_names, threshold, classes
         As in `import_hard_data`.
     on_collision, on_outside, on_unknown
         As in `import_hard_data`.
@@ -162,6 +176,10 @@ def read_hard_data(
         on_unknown=on_unknown,
         z=z,
         z_up=z_up,
+        well=well,
+        depth_from=depth_from,
+        depth_to=depth_to,
+        depth=depth,
     )
     return imported.hard_data
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -329,6 +329,8 @@ class HardDataImport:
         Points that were left out because they are outside, unknown or lost a collision.
     notes : tuple of str
         All of it in sentences, for the screen.
+    wells : dict of str to ndarray of int64, shape (n, 3)
+        Of a volume, where the file names wells: the cells of the data of each.
     """
 
     hard_data: HardData
@@ -341,6 +343,7 @@ class HardDataImport:
     n_repeated: int
     n_dropped: int
     notes: tuple[str, ...]
+    wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
 
 
 def resolve_points(
@@ -481,4 +484,20 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
         n_repeated,
         int(np.count_nonzero(~keep)),
         notes,
+        _cells_of_wells(placed, keep),
     )
+
+
+def _cells_of_wells(placed: PlacedPoints, keep: NDArray[np.bool_]) -> dict[str, NDArray[np.int64]]:
+    """Return the cells of the data of each well, those of no data left out."""
+    names = placed.points.wells
+    if not names:
+        return {}
+    known = list(dict.fromkeys(name for name in names.values() if name))
+    numbers = {name: k for k, name in enumerate(known)}
+    lines = placed.points.lines[keep].tolist()
+    which = np.array([numbers.get(names.get(line, ""), -1) for line in lines], np.int64)
+    rows = np.unique(np.column_stack([which, placed.cells[keep]])[which >= 0], axis=0)
+    own, starts = np.unique(rows[:, 0], return_index=True)
+    parts = np.split(rows[:, 1:], starts[1:])
+    return {known[k]: part for k, part in zip(own.tolist(), parts, strict=True)} if len(own) else {}

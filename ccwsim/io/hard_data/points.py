@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,15 @@ from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import Picture
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.hard_data.columns import (
+    DEPTHS,
+    HEIGHTS,
+    LAYERS,
+    WELL_OF_POINTS,
+    Asked,
     HeightRoles,
     Roles,
+    asked_columns,
+    columns_of,
     height_column,
     height_roles,
     place_columns,
@@ -60,6 +67,8 @@ class ImportedPoints:
         Where the file is a whole grid with gaps: that grid, placed where the file says.
     spans : ndarray of float64, shape (n, 2), optional
         Of intervals in vertical wells: z of their bottoms and tops; z in `places` is the middle.
+    wells : dict of int to str
+        Of a volume, where the file names wells: the name of the well of each line.
     """
 
     places: NDArray[np.float64]
@@ -74,6 +83,7 @@ class ImportedPoints:
     words: tuple[str, ...] = ()
     grid: Grid | None = None
     spans: NDArray[np.float64] | None = None
+    wells: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -122,6 +132,10 @@ def read_points(
     slice_index: int | None = None,
     z: str | None = None,
     z_up: bool | None = None,
+    well: str | None = None,
+    depth_from: str | None = None,
+    depth_to: str | None = None,
+    depth: str | None = None,
 ) -> ImportedPoints:
     """Return the hard data of a file as they stand in it.
 
@@ -158,6 +172,12 @@ def read_points(
         `coordinates="cells"`, the layer. Guessed by the names where not given.
     z_up : bool, optional
         For whole grids of a volume: whether the first layer is the bottom, as it is by default.
+    well : str, optional
+        For a volume: which column holds the names of wells.
+    depth_from, depth_to, depth : str, optional
+        For a volume: which columns hold depths below z, two of intervals or one of points. Guessed
+        by the names where not given, as `well` is; "" says that there is none, so that z is that of
+        the points.
 
     Raises
     ------
@@ -182,10 +202,14 @@ def read_points(
             f"facies = {shown(facies)} and variable = {shown(variable)} mean the same; give one"
         )
     variable = facies if variable is None else variable
+    heights = {"z": z, "depth_from": depth_from, "depth_to": depth_to, "depth": depth}
+    asked = {"x": x, "y": y, "facies": variable, "well": well, **heights}
     if file.is_table:
-        return _of_table(file, *_roles(file, x, y, z, variable, coordinates, grid_shape))
-    if x is not None or y is not None or z is not None:
-        raise CCWSIMError(f"{file.name} has no named columns; leave x and y out")
+        return _of_table(file, *_roles(file, asked, coordinates, grid_shape))
+    named = [name for name, column in asked.items() if column and name != "facies"]
+    if named:
+        said = " and ".join(named[:2])
+        raise CCWSIMError(f"{file.name} has no named columns; leave {said} out")
     key = file.chosen(variable, PREFERRED)
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
@@ -203,27 +227,31 @@ def _is_volume(grid_shape: Shape | None) -> bool:
 
 
 def _roles(
-    file: DataFile,
-    x: str | None,
-    y: str | None,
-    z: str | None,
-    facies: str | None,
-    coordinates: str | None,
-    grid_shape: Shape | None,
-) -> tuple[Roles, HeightRoles]:
-    """Columns of places and facies, and those of heights where the grid is a volume."""
+    file: DataFile, asked: Asked, coordinates: str | None, grid_shape: Shape | None
+) -> tuple[Roles, HeightRoles, str]:
+    """Columns of places and facies; where the grid is a volume those of heights and wells too."""
+    of_volume = {name: asked[name] for name in ("z", *DEPTHS, "well")}
     if not _is_volume(grid_shape):
-        if z is not None:
-            raise CCWSIMError(
-                f"z = {shown(z)} is of a volume; give a grid with nz, or leave it out"
-            )
-        return table_roles(file, x, y, facies, coordinates), HeightRoles()
-    first, second, world, notes = place_columns(file, x, y, coordinates)
-    asked = [] if facies is None else [file.column(facies)]
-    heights = height_roles(file, z, [first, second, *asked], world)
-    taken = (first, second, heights.z, *heights.depths)
-    rest = [name for name in file.names if name not in taken]
-    return Roles(first, second, world, value_column(file, rest, facies), notes), heights
+        for name, column in of_volume.items():
+            if column:
+                raise CCWSIMError(
+                    f"{name} = {shown(column)} is of a volume; give a grid with nz, or leave it out"
+                )
+        roles = table_roles(file, asked["x"], asked["y"], asked["facies"], coordinates)
+        return roles, HeightRoles(), ""
+    named = asked_columns(file, asked)
+    others = [column for name, column in named.items() if name not in ("x", "y")]
+    first, second, world, notes = place_columns(file, asked["x"], asked["y"], coordinates, others)
+    taken = [named[name] for name in ("facies", "well") if name in named]
+    heights = height_roles(file, of_volume, [first, second, *taken], world)
+    taken = [first, second, *taken, heights.z, *heights.depths]
+    well = columns_of(file, WELL_OF_POINTS, of_volume, taken).get("well", "")
+    rest = [name for name in file.names if name not in (*taken, well)]
+    return (
+        Roles(first, second, world, value_column(file, rest, asked["facies"]), notes),
+        heights,
+        well,
+    )
 
 
 @dataclass(frozen=True)
@@ -245,7 +273,8 @@ class PointsPreview:
     n_rows : int
         How many rows there are.
     guess : dict of str
-        For "x", "y" and "facies" the column that is taken, where one is.
+        For "x", "y" and "facies" the column that is taken, where one is; of a volume, and of tables
+        of wells, by the other arguments that name columns, too.
     reasons : tuple of str
         What was taken for granted, and what has to be asked, one sentence each.
     world : bool
@@ -269,18 +298,26 @@ class PointsPreview:
 def preview_points(
     path_or_file: PathOrFile,
     *,
+    grid_shape: Shape | None = None,
     x: str | None = None,
     y: str | None = None,
     facies: str | None = None,
     coordinates: str | None = None,
     n_rows: int = 6,
+    z: str | None = None,
+    well: str | None = None,
+    depth_from: str | None = None,
+    depth_to: str | None = None,
+    depth: str | None = None,
 ) -> PointsPreview:
     """Return what a table of hard data holds and which columns are taken for what.
 
     Parameters
     ----------
-    path_or_file, x, y, facies, coordinates
+    path_or_file, x, y, facies, coordinates, z, well, depth_from, depth_to, depth
         As in `read_points`.
+    grid_shape : (ny, nx) or (nz, ny, nx), optional
+        The simulation grid: for a volume, columns of heights and of wells are looked for as well.
     n_rows : int
         How many rows to show, at least 1.
 
@@ -302,19 +339,50 @@ def preview_points(
     file = open_file(path_or_file)
     if isinstance(file, Picture) or not file.is_table:
         return PointsPreview(file.name, (), (), (), (), 0, {}, ())
+    heights = {"z": z, "depth_from": depth_from, "depth_to": depth_to, "depth": depth}
+    volume = _is_volume(grid_shape)
+    asked = {"x": x, "y": y, "facies": facies, **(heights | {"well": well} if volume else {})}
+    named: dict[str, str] = {}
     guess: dict[str, str] = {}
     reasons: list[str] = []
     world = coordinates != "cells"
     try:
-        guess["x"], guess["y"], world, reasons = place_columns(file, x, y, coordinates)
+        named = asked_columns(file, asked)
+        others = [column for role, column in named.items() if role not in ("x", "y")]
+        guess["x"], guess["y"], world, reasons = place_columns(file, x, y, coordinates, others)
     except CCWSIMError as error:
         reasons.append(str(error))
     unclear = bool(reasons)
-    try:
-        rest = [name for name in file.names if name not in guess.values()]
-        guess["facies"] = value_column(file, rest, facies)
-    except CCWSIMError as error:
-        reasons.append(str(error))
+    if volume:
+        try:
+            roles = {**(HEIGHTS if world else LAYERS), **WELL_OF_POINTS}
+            taken = [*guess.values(), *(named[role] for role in ("facies",) if role in named)]
+            guess |= columns_of(file, roles, asked, taken)
+            height_roles(file, asked, taken, world)
+        except CCWSIMError as error:
+            reasons.append(str(error))
+    return preview_of(file, guess, reasons, facies, n_rows, world=world, unclear=unclear)
+
+
+def preview_of(
+    file: DataFile,
+    guess: dict[str, str],
+    reasons: Sequence[str],
+    facies: str | None,
+    n_rows: int,
+    **found: bool,
+) -> PointsPreview:
+    """Return a first look at a table, with the column of facies among those that are left.
+
+    An empty `facies` is none at all.
+    """
+    said = list(reasons)
+    if facies != "":
+        try:
+            rest = [name for name in file.names if name not in guess.values()]
+            guess = guess | {"facies": value_column(file, rest, facies)}
+        except CCWSIMError as error:
+            said.append(str(error))
     texts = [_texts(file, name, n_rows) for name in file.names]
     n = len(next(iter(file.variables.values())))
     lines = file.lines if file.lines is not None else np.arange(1, n + 1)
@@ -326,9 +394,8 @@ def preview_points(
         tuple(lines[:n_rows].tolist()),
         n,
         guess,
-        tuple(reasons),
-        world,
-        unclear,
+        tuple(dict.fromkeys(said)),
+        **found,
     )
 
 
@@ -338,7 +405,7 @@ def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
     return ["" if v != v else f"{v:.12g}" for v in file.variables[column][:n].tolist()]
 
 
-def _of_table(file: DataFile, roles: Roles, heights: HeightRoles) -> ImportedPoints:
+def _of_table(file: DataFile, roles: Roles, heights: HeightRoles, well: str) -> ImportedPoints:
     _check_few(file.name, len(next(iter(file.variables.values()))), "rows")
     lines = file.lines
     if lines is None:
@@ -353,11 +420,31 @@ def _of_table(file: DataFile, roles: Roles, heights: HeightRoles) -> ImportedPoi
         columns = [place_numbers(file, name, lines) for name in (heights.z, *heights.depths)]
         z, spans = heights_below(file.name, lines, columns[0], columns[1:])
         along.append(z)
+        if heights.depths:
+            below = " and ".join(heights.depths)
+            notes.append(f"{heights.z} is that of the collar, and {below} below it.")
     places = np.stack(along if roles.world else along[::-1], axis=1)
     values, words = facies_column(file, roles.facies)
     own = replace(file, missing=()) if words else file  # a place in the names is no value
     how = roles.world, file.counted, notes, spans
-    return replace(known_points(own, roles.facies, places, values, lines, *how), words=words)
+    points = known_points(own, roles.facies, places, values, lines, *how)
+    names = zip(lines.tolist(), names_of_wells(file, well), strict=True) if well else ()
+    return replace(points, words=words, wells=dict(names))
+
+
+def names_of_wells(file: DataFile, column: str) -> list[str]:
+    """Return the names of wells, equal for a number in a column of words and in one of numbers."""
+    if column in file.words:
+        words = [name.strip() for name in file.words[column]]
+        return [(is_number(word) and _name_of(float(word))) or word for word in words]
+    return [_name_of(value) for value in file.variables[column].tolist()]
+
+
+def _name_of(number: float) -> str:
+    """A number as the name of a well, with all its digits: those of a sidetrack are the last."""
+    if not np.isfinite(number):
+        return ""
+    return str(int(number)) if number.is_integer() else repr(number)
 
 
 def place_numbers(file: DataFile, column: str, lines: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes
 from ccwsim.io.formats.pictures import Picture
-from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.columns import (
+    COLLARS,
+    INTERVALS,
+    SURVEYS,
+    Asked,
+    asked_columns,
+    columns_of,
     interval_columns,
-    place_columns,
     survey_columns,
     value_column,
     well_columns,
@@ -29,9 +33,18 @@ from ccwsim.io.hard_data.placing import (
     place_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.points import ImportedPoints, facies_column, known_points, place_numbers
+from ccwsim.io.hard_data.points import (
+    ImportedPoints,
+    PointsPreview,
+    facies_column,
+    known_points,
+    names_of_wells,
+    place_numbers,
+    preview_of,
+)
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
+from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -41,6 +54,11 @@ STEPS_A_CELL = 16
 """Points of a deviated well along the shortest side of a cell."""
 MAX_BEND = np.radians(179.0)
 """Beyond it directions are opposite, and the plane of the arc between them is unclear."""
+
+
+TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
+"""What the columns of each table may be, by the arguments that name them."""
+WELL_COLUMNS = tuple(dict.fromkeys(name for roles in TABLES.values() for name in roles))
 
 
 def import_wells(
@@ -57,6 +75,7 @@ def import_wells(
     on_collision: str = "error",
     on_outside: str = "error",
     on_unknown: str = "error",
+    **columns: str | None,
 ) -> HardDataImport:
     """Return the hard data of wells and a report of what happened on the way.
 
@@ -82,6 +101,11 @@ def import_wells(
         The column of facies, where its name does not tell.
     on_collision, on_outside, on_unknown
         As in `resolve_points`.
+    **columns : str, optional
+        The other columns, where their names do not tell: of the collars `x`, `y`, `z`,
+        `collar_well` (their names) and `collar_length`; of the intervals `well`, `depth_from` and
+        `depth_to`, or `depth`; of the surveys `survey_well`, `survey_depth`, `survey_azimuth`, and
+        `survey_inclination` or `survey_dip`. An empty text says that there is none.
 
     Returns
     -------
@@ -113,12 +137,9 @@ def import_wells(
     5
     """
     own = Grid.of(grid)
-    if own.nz is None:
-        raise CCWSIMError(f"wells need a grid with layers, but {own} is a map; give nz")
-    paths = _collars(_table(collars))
-    if surveys is not None:
-        _add_stations(_table(surveys), paths)
-    points = _points(_table(intervals), paths, own, facies)
+    points = read_well_points(
+        collars, intervals, own, surveys=surveys, facies=facies, **_known(columns)
+    )
     placed = place_points(
         points, own, training_image, facies_names=facies_names, threshold=threshold, classes=classes
     )
@@ -141,6 +162,7 @@ def read_wells(
     on_collision: str = "error",
     on_outside: str = "error",
     on_unknown: str = "error",
+    **columns: str | None,
 ) -> HardData:
     """Return the hard data of wells; `import_wells` also says what happened on the way.
 
@@ -148,7 +170,7 @@ def read_wells(
     ----------
     collars, intervals, grid, training_image, surveys, facies
         As in `import_wells`.
-    facies_names, threshold, classes, on_collision, on_outside, on_unknown
+    facies_names, threshold, classes, on_collision, on_outside, on_unknown, **columns
         As in `import_wells`.
 
     Raises
@@ -176,8 +198,119 @@ def read_wells(
         on_collision=on_collision,
         on_outside=on_outside,
         on_unknown=on_unknown,
+        **columns,
     )
     return imported.hard_data
+
+
+def read_well_points(
+    collars: PathOrFile,
+    intervals: PathOrFile,
+    grid: Grid | Sequence[int],
+    *,
+    surveys: PathOrFile | None = None,
+    facies: str | None = None,
+    **columns: str | None,
+) -> ImportedPoints:
+    """Return the data of wells as points: one for each cell of an interval, or each depth.
+
+    Parameters
+    ----------
+    collars, intervals, grid, surveys, facies, **columns
+        As in `import_wells`.
+
+    Raises
+    ------
+    CCWSIMError
+        For tables that cannot be read or contradict each other; the message names their rows.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> collars, log = BytesIO(b"a,b,c,d\\nA,10.5,2.5,8\\n"), BytesIO(b"a,b,c\\nA,1.2,1\\n")
+    >>> named = {"collar_well": "a", "x": "b", "y": "c", "z": "d", "well": "a", "depth": "b"}
+    >>> points = read_well_points(collars, log, (8, 8, 16), **named)
+    >>> points.places.tolist(), points.wells
+    ([[10.5, 2.5, 6.8]], {2: 'A'})
+    """
+    own, asked = Grid.of(grid), _known(columns)
+    if own.nz is None:
+        raise CCWSIMError(f"wells need a grid with layers, but {own} is a map; give nz")
+    paths = _collars(_table(collars), asked)
+    if surveys is not None:
+        _add_stations(_table(surveys), paths, asked)
+    elif lost := next((name for name in SURVEYS if asked.get(name)), None):
+        raise CCWSIMError(
+            f"{lost} = {shown(asked[lost])} is of a table of surveys; give surveys, or leave it out"
+        )
+    return _points(_table(intervals), paths, own, facies, asked)
+
+
+def _known(columns: Asked) -> Asked:
+    """Return arguments that name columns; another one is a mistake in the call."""
+    unknown = [name for name in columns if name not in WELL_COLUMNS]
+    if unknown:
+        raise TypeError(f"unexpected keyword argument {unknown[0]!r} for wells")
+    return columns
+
+
+def preview_wells(
+    path_or_file: PathOrFile,
+    table: str,
+    *,
+    facies: str | None = None,
+    n_rows: int = 6,
+    **columns: str | None,
+) -> PointsPreview:
+    """Return what a table of wells holds and which columns are taken for what.
+
+    Parameters
+    ----------
+    path_or_file : path or binary file
+    table : "collars", "intervals" or "surveys"
+        Which of the tables it is.
+    facies, **columns
+        As in `import_wells`; those of other tables are not looked at.
+    n_rows : int
+        How many rows to show, at least 1.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that is no table; columns that cannot be guessed are no error here.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> found = preview_wells(BytesIO(b"BHID,From,To,Rock\\nA,1,3,1\\n"), "intervals")
+    >>> found.guess
+    {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
+    >>> found = preview_wells(BytesIO(b"a,b,c,d\\nA,1,3,1\\n"), "collars", x="b")
+    >>> found.guess, found.reasons[0].split(";")[0]
+    ({'x': 'b'}, 'file has no column of the names of the wells')
+    """
+    if table not in TABLES:
+        raise CCWSIMError(f"table = {shown(table)} must be one of {', '.join(TABLES)}")
+    n_rows = check_int("n_rows", n_rows, 1)
+    file, asked = _table(path_or_file), _known(columns)
+    own = facies if table == "intervals" else ""
+    guess: dict[str, str] = {}
+    reasons: list[str] = []
+    try:
+        value = asked_columns(file, {"facies": own})
+        guess = columns_of(file, TABLES[table], asked, [*value.values()])
+        _check_columns(file, table, asked, own)
+    except CCWSIMError as error:
+        reasons.append(str(error))
+    return preview_of(file, guess, reasons, own, n_rows)
+
+
+def _check_columns(file: DataFile, table: str, asked: Asked, facies: str | None) -> None:
+    """Say which column is missing of a table of wells."""
+    if table == "intervals":
+        interval_columns(file, asked, facies)
+    else:
+        (well_columns if table == "collars" else survey_columns)(file, asked)
 
 
 class Well(NamedTuple):
@@ -196,21 +329,6 @@ def _table(path_or_file: PathOrFile) -> DataFile:
     return file
 
 
-def _names(file: DataFile, column: str) -> list[str]:
-    """The names of wells, equal for a number in a column of words and in one of numbers."""
-    if column in file.words:
-        words = [name.strip() for name in file.words[column]]
-        return [(is_number(word) and _name_of(float(word))) or word for word in words]
-    return [_name_of(value) for value in file.variables[column].tolist()]
-
-
-def _name_of(number: float) -> str:
-    """A number as the name of a well, with all its digits: those of a sidetrack are the last."""
-    if not np.isfinite(number):
-        return ""
-    return str(int(number)) if number.is_integer() else repr(number)
-
-
 def _number(file: DataFile, column: str) -> NDArray[np.float64]:
     """A column of numbers, none missing."""
     assert file.lines is not None
@@ -221,22 +339,17 @@ def _number(file: DataFile, column: str) -> NDArray[np.float64]:
     return values
 
 
-def _collars(file: DataFile) -> dict[str, Well]:
+def _collars(file: DataFile, asked: Asked) -> dict[str, Well]:
     """Return the wells of a table of collars by their names."""
-    well, z, length = well_columns(file)
-    x, y, world, notes = place_columns(file)
-    if notes or not world:  # two other columns would be taken for them
-        raise CCWSIMError(
-            f"{file.name} has no columns of x and y of the collars; it has "
-            f"{', '.join(file.names)}: call them x and y"
-        )
-    places = np.column_stack([_number(file, name) for name in (x, y, z)])
+    columns = well_columns(file, asked)
+    well, length = columns["collar_well"], columns.get("collar_length")
+    places = np.column_stack([_number(file, columns[name]) for name in ("x", "y", "z")])
     lengths = np.full(len(places), np.inf)
     if length:
         lengths = place_numbers(file, length, np.array(_lines(file)))
         lengths = np.where(np.isnan(lengths), np.inf, lengths)  # not known of this well
     found: dict[str, Well] = {}
-    rows = zip(_lines(file), _names(file, well), places, lengths, strict=True)
+    rows = zip(_lines(file), names_of_wells(file, well), places, lengths, strict=True)
     for line, name, place, own in rows:
         if not name:
             raise CCWSIMError(f"{file.name}, line {line}: the name of the well is missing; add it")
@@ -249,9 +362,9 @@ def _collars(file: DataFile) -> dict[str, Well]:
     return found
 
 
-def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
+def _add_stations(file: DataFile, wells: dict[str, Well], asked: Asked) -> None:
     """Give wells the directions of a table of surveys."""
-    well, depth, azimuth, tilt, is_dip = survey_columns(file)
+    well, depth, azimuth, tilt, is_dip = survey_columns(file, asked)
     depths, bearings, tilts = (_number(file, name) for name in (depth, azimuth, tilt))
     lines = _lines(file)
     if is_dip and tilts.max(initial=0) > 0 and tilts.min() >= 0:
@@ -271,7 +384,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well]) -> None:
     radians, bearing = np.radians(tilts - least), np.radians(bearings)  # both from straight down
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
-    names = np.array(_names(file, well))
+    names = np.array(names_of_wells(file, well))
     for name in dict.fromkeys(names.tolist()):
         own = np.flatnonzero(names == name)
         if name not in wells:
@@ -307,16 +420,16 @@ def _lines(file: DataFile) -> list[int]:
 
 
 def _points(
-    file: DataFile, wells: dict[str, Well], grid: Grid, facies: str | None
+    file: DataFile, wells: dict[str, Well], grid: Grid, facies: str | None, asked: Asked
 ) -> ImportedPoints:
     """Return the points of all wells: one for each cell of an interval, or each depth."""
-    well, depths = interval_columns(file)
+    well, depths = interval_columns(file, asked, facies)
     rest = [name for name in file.names if name not in (well, *depths)]
     variable = value_column(file, rest, facies)
     columns = [_number(file, name) for name in depths]
     start, end, lines = columns[0], columns[-1], np.array(_lines(file))
     below = heights_below(file.name, lines, np.zeros(len(lines)), columns)
-    names = _names(file, well)
+    names = names_of_wells(file, well)
     _check(file, names, start, end, wells)
     values, words = facies_column(file, variable)
     if words:
@@ -325,7 +438,7 @@ def _points(
     places = collars + np.outer(below.z, [0, 0, 1])
     spans = None if below.spans is None else below.spans + collars[:, 2:]
     points = known_points(file, variable, places, values, lines, True, "line", [], spans)
-    points = replace(points, words=words)
+    points = replace(points, words=words, wells=dict(zip(lines.tolist(), names, strict=True)))
     known = np.isin(lines, points.lines)
     names, start, end = np.array(names)[known], start[known], end[known]
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)

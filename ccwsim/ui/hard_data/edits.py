@@ -9,12 +9,12 @@ from typing import Any, Literal
 import numpy as np
 
 from ccwsim.engine.revision import revise
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
 
 Cell = tuple[int, ...]
@@ -104,12 +104,9 @@ class Editor:
     local: Ensemble | None = None  # re-simulated around the edits since the last run
     message: str = ""  # what went wrong with the last edit
     # of volumes: the index of the facies to place, or ERASE or AS_SHOWN; the first and the last
-    # layer of a well, None for all; tables of wells by what they are, and how they are read
+    # layer of a well, None for all
     brush: int = 1
     layers: tuple[int, int] | None = None
-    tables: dict[str, Upload | None] = field(default_factory=dict)
-    facies_column: str = ""
-    outside: str = "error"
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
@@ -133,10 +130,18 @@ def take(state: State, choice: DataChoice, reference: TrainingImage | None = Non
     state.data_draft, state.reference = None, reference
 
 
-def take_data(state: State, data: HardData, reference: TrainingImage | None = None) -> None:
-    """Make data placed by hand the study's, unless they are the same."""
+def take_data(
+    state: State,
+    data: HardData,
+    reference: TrainingImage | None = None,
+    wells: CellsOfWells = (),
+) -> None:
+    """Make data placed by hand the study's, unless they are the same.
+
+    `wells` says which cells had a well's name in a file; those without data count no more.
+    """
     if data.digest != data_of(state.choices).digest:
-        take(state, DataChoice("placed", placed=data), reference)
+        take(state, DataChoice("placed", placed=data, wells=wells), reference)
 
 
 def moment_of(state: State) -> Moment:
@@ -163,8 +168,9 @@ def _restore(state: State, moment: Moment | None) -> None:
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
     """Take the edits of the canvas that were not taken before, in their order.
 
-    Each has `seq`, a growing number, and either `set`, a list of [row, column, index of the facies
-    or −1 to erase], or `do`, "undo" or "redo".
+    Each has `seq`, a growing number, and `do`, "undo" or "redo", or what was drawn: on a map `set`,
+    a list of [row, column, index of the facies or −1 to erase], in a volume `cells`, a list of
+    [layer, row, column], and `axis`, that across the slice.
     """
     page_state = state.page(Editor)
     page_state.message = ""
@@ -183,6 +189,10 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
         undo(state)
     elif edit.get("do") == "redo":
         redo(state)
+    elif state.choices.grid.nz is not None:
+        low, high = layers_of_wells(state.page(Editor), state.choices.grid.nz)
+        cells = [(int(z), int(y), int(x)) for z, y, x in edit.get("cells", [])]
+        paint(state, str(edit.get("axis")), cells, range(low, high + 1))
     else:
         codes = image_of(state.choices.image).codes.tolist()
         ny, nx = state.choices.grid.shape
@@ -192,6 +202,12 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
             if 0 <= row < ny and 0 <= column < nx and facies < len(codes)
         }
         take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+
+
+def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
+    """Return the first and the last layer of a well that is placed: all of them at first."""
+    low, high = page_state.layers or (0, nz - 1)
+    return min(low, nz - 1), min(high, nz - 1)
 
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
@@ -218,7 +234,8 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
         code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
         changes = dict.fromkeys(wanted, code)
     try:
-        take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+        data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
+        take_data(state, data, state.reference, wells)
     except CCWSIMError as error:
         page_state.message = str(error)
 

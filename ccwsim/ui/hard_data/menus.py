@@ -21,7 +21,14 @@ from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_uploader, keep_data_button, link_to_import, use_data
+from ccwsim.ui.study.data_step import (
+    data_uploader,
+    draw_table_uploaders,
+    keep_data_button,
+    link_to_import,
+    names_of_files,
+    use_data,
+)
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
@@ -56,8 +63,20 @@ def draw_import(state: State) -> None:
     with st.popover("Import", key="import_menu"):
         data_uploader("import_file", use_upload)
         draft = state.data_draft or state.choices.data
-        if draft.source == "file" and draft.upload is not None:
-            _report(state, draft, draft.upload.name)
+        if draft.source == "file" and draft.upload is not None and draft.tables is None:
+            _report(state, draft)
+
+
+def draw_tables(state: State) -> None:
+    """Draw a menu for wells in two or three tables, as drill-hole data bases have them."""
+    with st.popover("Wells in tables", key="tables_menu"):
+        draft = state.data_draft or state.choices.data
+        draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
+        if draft.source != "file" or draft.tables is None or draft.waits:
+            st.caption("Collars and intervals are needed; depths are along the well.")
+            keep_data_button(state, "tables_drop")
+        else:
+            _report(state, draft)
 
 
 def draw_problem(state: State, problem: str) -> None:
@@ -98,11 +117,15 @@ def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None
         state.reference = None
 
 
-def _report(state: State, draft: DataChoice, name: str) -> None:
-    st.caption(plain(f"From your file {name}"))
+def _report(state: State, draft: DataChoice) -> None:
+    if draft.tables is None:
+        st.caption(plain(f"From your file {names_of_files(draft)}"))
     tried = replace(state.choices, data=draft)
     try:
-        for note in imported_data(tried).notes:
+        report = imported_data(tried)
+        if state.data_draft is not None:  # it came with another image, or is still to be taken
+            st.caption(f"{report.hard_data.n} data fit and are not in the study yet.")
+        for note in report.notes:
             st.caption(plain(note))
     except CCWSIMError as error:
         say_open(tried, str(error))
@@ -130,7 +153,7 @@ def draw_sampling(state: State) -> None:
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
         field(st.selectbox, "Read from", key="sample_from", **origin)
         if choice is not None:
-            _ask_reference(page_state, choice)
+            _ask_reference(page_state, choice, state.choices.grid.nz is not None)
         _ask_way(page_state, state.choices.grid.nz is not None)
         button("Take these data", key="sample_take", on_click=sample, args=(state,))
 
@@ -177,11 +200,11 @@ def reference_of(state: State) -> TrainingImage:
     return reference
 
 
-def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
+def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> None:
     def use_upload(upload: Upload | None) -> None:
         page_state.reference_choice = ImageChoice()
         if upload is not None:
-            page_state.reference_choice = image_of_file(upload)
+            page_state.reference_choice = image_of_file(upload, volume=volume)
 
     def change(choice: ImageChoice) -> None:
         page_state.reference_choice = choice
@@ -192,7 +215,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice) -> None:
         problem = problem_of_image(choice)
         if problem:
             st.error(plain(problem))
-        ask_about_image(choice, change)
+        ask_about_image(choice, change, volume=volume)
 
 
 def _ask_way(page_state: Editor, volume: bool) -> None:

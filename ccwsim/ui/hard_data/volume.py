@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim.io import import_wells
-from ccwsim.io.hard_data.placing import HardDataImport
-from ccwsim.model.choices import DataChoice, Upload
+from ccwsim.model.arrays import digest
+from ccwsim.model.choices import CellsOfWells, DataChoice
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.ui.hard_data.edits import (
@@ -25,18 +22,22 @@ from ccwsim.ui.hard_data.edits import (
     Editor,
     answer,
     fits,
-    paint,
+    layers_of_wells,
     redo,
     take,
-    take_data,
+    take_edits,
     undo,
-    with_changes,
 )
-from ccwsim.ui.hard_data.menus import draw_export, draw_import, draw_problem, draw_sampling
-from ccwsim.ui.jobs.uploads import file_uploader
+from ccwsim.ui.hard_data.menus import (
+    draw_export,
+    draw_import,
+    draw_problem,
+    draw_sampling,
+    draw_tables,
+)
 from ccwsim.ui.results.maps import VOLUMES, colours_of, draw_e_type, uncertainty_map
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.news import draw_news
@@ -52,16 +53,9 @@ STYLE = Path(__file__).with_name("editor.css")
 REST = 0.6
 """Seconds without another edit before the run that answers all of them begins."""
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
-TABLES = {
-    "collars": ("Collars", "One row a well: name, x, y, z and, if known, its length."),
-    "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
-    "surveys": ("Surveys, if wells deviate", "Name, depth, azimuth, and inclination or dip."),
-}
-OUTSIDE = {"error": "refuse them", "drop": "leave them out"}
-TYPES = ("csv", "txt", "dat", "tsv")
 HOW_TO = (
     "Click the map: a vertical well through the layers chosen. Press and draw in a section: cells. "
-    "With the keyboard: arrow keys move the slices, Enter does what a click does."
+    "With the keyboard: arrow keys move the slices, Enter does what a click does, Ctrl+Z undoes it."
 )
 
 
@@ -147,12 +141,6 @@ def _layers(state: State) -> int:
     return nz
 
 
-def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
-    """Return the first and the last layer of a well that is placed: all of them at first."""
-    low, high = page_state.layers or (0, nz - 1)
-    return min(low, nz - 1), min(high, nz - 1)
-
-
 def _draw_ground(state: State, data: HardData, ensemble: Ensemble | None) -> None:
     """Draw the volume that takes the edits, with the data in it."""
     page_state, grid, colours = state.page(Editor), state.choices.grid, colours_of(state)
@@ -162,13 +150,15 @@ def _draw_ground(state: State, data: HardData, ensemble: Ensemble | None) -> Non
         field(st.segmented_control, "What is under the data", key="ground", **ground)
     points = points_of(data, image_of(state.choices.image))
     shown = replace(ground_of(state, ensemble), points=points, point_colours=colours)
-    low, high = layers_of_wells(page_state, _layers(state))
 
-    def edited(axis: str, cells: list[tuple[int, int, int]]) -> None:
-        paint(state, axis, cells, range(low, high + 1))
+    def edited(edits: list[dict[str, Any]]) -> None:
+        take_edits(state, edits)
 
+    history = page_state.history
+    editing = {"ack": page_state.taken}
+    editing |= {"can_undo": bool(history.past), "can_redo": bool(history.future)}
     options: dict[str, Any] = {"grid": grid, "link": VOLUMES, "name": "hard_data"}
-    draw_volume(shown, "volume_editor", on_cells=edited, **options)
+    draw_volume(shown, "volume_editor", on_edits=edited, editing=editing, **options)
     step_note(HOW_TO)
     if ensemble is not None and ensemble.revised and ensemble.hard_data.digest == data.digest:
         step_note("Local answer to your edits, until the run with all data is finished.")
@@ -189,38 +179,76 @@ def ground_of(state: State, ensemble: Ensemble | None) -> CellMap:
     return facies_map(indices, ensemble.training_image, colours, alt)
 
 
-def wells_of(data: HardData, grid: Grid) -> pd.DataFrame:
-    """Return one row a vertical column of data: where it is, and how far it reaches.
+class WellRows(NamedTuple):
+    """The wells of a volume: those with a name, then the columns of cells that belong to none."""
+
+    names: tuple[str, ...]  # "" of a column
+    data: tuple[NDArray[np.int64], ...]  # which data each has, the lowest first
+
+
+def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
+    """Return the wells of hard data; a deviated one with a name is one, a column without is one.
 
     Examples
     --------
-    >>> wells_of(HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1]), Grid(8, 8, nz=6))
+    >>> data = HardData([[0, 3, 4], [1, 3, 5], [0, 1, 1], [2, 1, 1]], [0, 1, 1, 0])
+    >>> found = rows_of_wells(data, (("A", ((0, 3, 4), (1, 3, 5), (9, 9, 9))),))
+    >>> found.names, [data.cells[k].tolist() for k in found.data]
+    (('A', ''), [[[0, 3, 4], [1, 3, 5]], [[0, 1, 1], [2, 1, 1]]])
+    """
+    place_of = {cell: k for k, cell in enumerate(map(tuple, data.cells.tolist()))} if wells else {}
+    names, parts = [], []
+    unnamed = np.ones(data.n, bool)
+    for name, cells in wells:
+        own = np.array(sorted(place_of[cell] for cell in cells if cell in place_of), np.int64)
+        if len(own):
+            names.append(name)
+            parts.append(own)
+            unnamed[own] = False
+    left = np.flatnonzero(unnamed)
+    if len(left):
+        layer, row, column = data.cells[left].T
+        order = np.lexsort((layer, column, row))
+        new = (np.diff(row[order]) != 0) | (np.diff(column[order]) != 0)
+        parts += np.split(left[order], np.flatnonzero(new) + 1)
+        names += [""] * (len(parts) - len(names))
+    return WellRows(tuple(names), tuple(parts))
+
+
+def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
+    """Return one row a well: its name, where its highest datum is, and how far it reaches.
+
+    Examples
+    --------
+    >>> data = HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1])
+    >>> table_of_wells(data, Grid(8, 8, nz=6), rows_of_wells(data))
          x    y  from z  to z  data
     0  1.5  1.5     0.0   1.0     1
     1  4.5  3.5     2.0   6.0     2
     """
-    columns, first, n = _columns(data)
-    places = grid.centers_of(data.cells[first])
-    top = np.zeros(len(columns), np.int64)
-    np.maximum.at(top, _column_of(data), data.cells[:, 0])
-    bottom = data.cells[first, 0]
+    low = data.cells[[which[0] for which in rows.data]]
+    high = data.cells[[which[-1] for which in rows.data]]
+    places = grid.centers_of(high)
     height, base = grid.cell_size[-1], grid.origin[-1]
-    reach = base + height * bottom, base + height * (top + 1)
-    return pd.DataFrame(
-        {"x": places[:, 0], "y": places[:, 1], "from z": reach[0], "to z": reach[1], "data": n}
-    )
+    columns: dict[str, Any] = {"well": rows.names} if any(rows.names) else {}
+    columns |= {"x": places[:, 0], "y": places[:, 1]}
+    columns |= {"from z": base + height * low[:, 0], "to z": base + height * (high[:, 0] + 1)}
+    return pd.DataFrame(columns | {"data": [len(which) for which in rows.data]})
 
 
-def _columns(data: HardData) -> tuple[NDArray, NDArray, NDArray]:
-    """Return rows and columns of the wells, the lowest datum of each, and how many it has."""
-    order = np.lexsort((data.cells[:, 0], data.cells[:, 2], data.cells[:, 1]))
-    sorted_cells = data.cells[order][:, 1:]
-    wells, first, n = np.unique(sorted_cells, axis=0, return_index=True, return_counts=True)
-    return wells, order[first], n
+def describe_wells(data: HardData, rows: WellRows) -> str:
+    """Say how many wells there are.
 
-
-def _column_of(data: HardData) -> NDArray[np.int64]:
-    return np.unique(data.cells[:, 1:], axis=0, return_inverse=True)[1].ravel()
+    Examples
+    --------
+    >>> data = HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1])
+    >>> describe_wells(data, rows_of_wells(data))
+    '2 columns, 3 cells'
+    """
+    n = sum(map(bool, rows.names))
+    counts = {"well": n, "column": len(rows.names) - n, "cell": data.n}
+    said = [f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count]
+    return ", ".join(said)
 
 
 def draw_wells(state: State, data: HardData) -> None:
@@ -228,10 +256,12 @@ def draw_wells(state: State, data: HardData) -> None:
     if not data.n:
         panel_title("Wells", "none yet")
         return
-    table = wells_of(data, state.choices.grid)
-    panel_title("Wells", f"{len(table)} columns, {data.n} cells")
+    wells = rows_of_wells(data, wells_of(state.choices))
+    panel_title("Wells", describe_wells(data, wells))
     options: dict[str, Any] = {"on_select": "rerun", "selection_mode": "multi-row", "height": 300}
-    chosen = st.dataframe(table, hide_index=True, key=f"wells_{data.digest}", **options)
+    table = table_of_wells(data, state.choices.grid, wells)
+    key = f"wells_{digest(data.digest, wells.names)}"
+    chosen = st.dataframe(table, hide_index=True, key=key, **options)
     rows = list(chosen["selection"]["rows"])
     words = f"Remove {len(rows)} of them" if rows else "Choose rows to remove wells"
     remove = {"on_click": remove_wells, "args": (state, rows), "disabled": not rows}
@@ -239,65 +269,19 @@ def draw_wells(state: State, data: HardData) -> None:
 
 
 def remove_wells(state: State, rows: list[int]) -> None:
-    """Take wells away, by their rows in the table."""
-    data = data_of(state.choices)
-    out = np.isin(_column_of(data), rows)
-    changes = {tuple(cell): None for cell in data.cells[out].tolist()}
-    take_data(state, with_changes(data, changes), state.reference)
+    """Take wells away with all their data, by their rows in the table.
 
-
-def draw_tables(state: State) -> None:
-    """Draw a menu for wells in two or three tables, as drill-hole data bases have them."""
-    page_state = state.page(Editor)
-    with st.popover("Wells in tables", key="tables_menu"):
-        for name, (label, tip) in TABLES.items():
-
-            def use(upload: Upload | None, name: str = name) -> None:
-                page_state.tables = {**page_state.tables, name: upload}
-
-            file_uploader(label, key=f"table_{name}", take=use, type=list(TYPES), help=tip)
-        column = bound_to(page_state, "facies_column")
-        tip = "Where its name does not tell which it is."
-        field(st.text_input, "Column of facies", key="facies_column", help=tip, **column)
-        outside = bound_to(page_state, "outside") | options_of(OUTSIDE)
-        field(st.selectbox, "Cells outside the grid", key="wells_outside", **outside)
-        if not (page_state.tables.get("collars") and page_state.tables.get("intervals")):
-            st.caption("Collars and intervals are needed; depths are along the well.")
-            return
-        try:
-            found = wells_from(state)
-        except CCWSIMError as error:
-            st.error(plain(str(error)))
-            return
-        for note in found.notes:
-            st.caption(plain(note))
-        words = f"Take these {found.hard_data.n} data"
-        use_them = {"on_click": take_data, "args": (state, found.hard_data)}
-        button(words, key="take_wells", type="primary", **use_them)
-
-
-def _named(upload: Upload) -> BytesIO:
-    """Return a file whose name messages say."""
-    file = BytesIO(upload.content)
-    file.name = upload.name
-    return file
-
-
-def wells_from(state: State) -> HardDataImport:
-    """Return the data of the tables of wells.
-
-    Raises CCWSIMError for tables that cannot be read or contradict each other.
+    A cell that another well goes through, too, keeps its datum.
     """
-    page_state, choices = state.page(Editor), state.choices
-    files = {name: _named(upload) for name, upload in page_state.tables.items() if upload}
-    found = import_wells(
-        files["collars"],
-        files["intervals"],
-        choices.grid,
-        image_of(choices.image),
-        surveys=files.get("surveys"),
-        facies=page_state.facies_column.strip() or None,
-        on_outside=page_state.outside,
-    )
-    found.hard_data.check(choices.grid, image_of(choices.image))
-    return found
+    data, named = data_of(state.choices), wells_of(state.choices)
+    wells = rows_of_wells(data, named)
+    out = np.zeros(data.n, bool)
+    for k, own in enumerate(wells.data):
+        out[own] |= k in rows
+    for k, own in enumerate(wells.data):
+        if k not in rows:
+            out[own] = False
+    gone = {wells.names[k] for k in rows}
+    left = HardData(data.cells[~out], data.facies[~out])
+    kept = tuple(well for well in named if well[0] not in gone)
+    take(state, DataChoice("placed", placed=left, wells=kept), state.reference)

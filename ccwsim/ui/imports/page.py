@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import streamlit as st
 
@@ -14,6 +14,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 
+KINDS = {False: "one table or grid", True: "tables of collars, intervals and surveys"}
 SUBJECTS = {"image": "Training image", "data": "Hard data"}
 
 
@@ -23,6 +24,7 @@ class Imports:
 
     subject: Literal["image", "data"] = "image"
     draft: DataChoice | None = None  # of hard data, as it was when the page was drawn last
+    tables: bool | None = None  # whether wells come in tables; None as the study has it
 
 
 def draw_imports(state: State) -> None:
@@ -30,10 +32,24 @@ def draw_imports(state: State) -> None:
     page_state = state.page(Imports)
     if state.data_draft is not page_state.draft:  # data that wait are what a reader comes for
         page_state.subject = "data" if state.data_draft else page_state.subject
-        page_state.draft = state.data_draft
+        page_state.draft, page_state.tables = state.data_draft, None
     subject = bound_to(page_state, "subject") | options_of(SUBJECTS)
     subject["label_visibility"] = "collapsed"
     field(st.segmented_control, "What is brought", key="import_subject", **subject)
-    draw = draw_image_import if page_state.subject == "image" else draw_wells_import
     with error_boundary():
-        draw(state)
+        if page_state.subject == "image":
+            draw_image_import(state)
+        else:
+            draw_wells_import(state, _tables(state, page_state))
+
+
+def _tables(state: State, page_state: Imports) -> bool:
+    """Ask whether wells come in one table or in several, which only those of a volume do."""
+    own = (state.data_draft or state.choices.data).tables is not None
+    if state.choices.grid.nz is None and not own:
+        return False
+    tables = own if page_state.tables is None else page_state.tables
+    choice: dict[str, Any] = bound_to(page_state, "tables") | options_of(KINDS)
+    choice["value"] = tables
+    field(st.segmented_control, "The data are", key="import_tables", **choice)
+    return tables

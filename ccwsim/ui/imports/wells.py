@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pandas as pd
 import streamlit as st
 
 from ccwsim.figures import placement_svg
 from ccwsim.io import PlacedPoints, PointsPreview
-from ccwsim.model.choices import Choices, DataChoice, Upload
+from ccwsim.model.choices import Answers, Choices, DataChoice, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import (
@@ -18,19 +19,43 @@ from ccwsim.ui.session.resolve import (
     imported_data,
     placed_data,
     preview_of,
+    previews_of_wells,
 )
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_uploader, keep_data_button, use_data
-from ccwsim.ui.study.questions import ask_data, described, offer_fit, say_open, summary_of
+from ccwsim.ui.study.data_step import (
+    data_uploader,
+    draw_table_uploaders,
+    keep_data_button,
+    names_of_files,
+    use_data,
+)
+from ccwsim.ui.study.questions import (
+    IN_SCRIPTS,
+    ask_columns_of_wells,
+    ask_data,
+    described,
+    offer_fit,
+    role_of,
+    say_open,
+    summary_of,
+)
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, plain
 
 MAX_DRAWN = 2000
 """Data on the map."""
+HELP = (
+    "Bring wells or other points: a table with columns of x, y and facies, in any order. "
+    "What its columns are is guessed here and can be changed."
+)
+HELP_ON_TABLES = (
+    "Bring two tables or three: collars, intervals with their facies, and surveys of wells that "
+    "deviate. What their columns are is guessed here and can be changed."
+)
 
 
-def draw_wells_import(state: State) -> None:
-    """Draw a file of wells, what is guessed of it, and what it leaves open.
+def draw_wells_import(state: State, tables: bool = False) -> None:
+    """Draw a file of wells, or `tables` of them, what is guessed of it, and what it leaves open.
 
     It is taken as soon as all its data fit; until then the study keeps what it has.
     """
@@ -39,29 +64,37 @@ def draw_wells_import(state: State) -> None:
         if upload is not None:
             use_data(state, DataChoice("file", upload=upload))
 
-    data_uploader("wells_file", use_upload)
     choice = state.data_draft or state.choices.data
-    if choice.source != "file" or choice.upload is None:
-        st.caption(
-            "Bring wells or other points: a table with columns of x, y and facies, in any order. "
-            "What its columns are is guessed here and can be changed."
-        )
+    if choice.source != "file" or (choice.tables is not None) != tables:
+        choice = DataChoice("file", tables=WellTables() if tables else None)
+    if tables:
+        with st.container(horizontal=True, gap="medium", key="import_well_tables"):
+            draw_table_uploaders("wells", choice, partial(use_data, state))
+    else:
+        data_uploader("wells_file", use_upload)
+    if not choice.files:
+        st.caption(HELP_ON_TABLES if tables else HELP)
         return
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
-    if summary_of(choice.upload) is None:
+
+    def write(answers: Answers) -> None:
+        use_data(state, replace(choice, answers=answers))
+
+    if tables:
+        for table, preview in previews_of_wells(choice).items():
+            if isinstance(preview, PointsPreview):
+                _draw_rows(preview)
+            ask_columns_of_wells(choice, table, preview, write, wide=True)
+    elif summary_of(choice.upload) is None:
         return
-    preview = preview_of(choice)
-    if preview.columns:
-        _draw_rows(preview)
+    else:
+        preview = preview_of(choice, tried.grid)
+        if preview.columns:
+            _draw_rows(preview)
     map_, questions = st.columns([3, 2], gap="large")
     with questions:
-        ask_data(
-            tried,
-            lambda answers: use_data(state, replace(choice, answers=answers)),
-            lambda grid: use_data(state, choice, grid),
-            wide=True,
-        )
+        ask_data(tried, write, lambda grid: use_data(state, choice, grid), wide=True)
     with map_:
         _draw_map(state, tried)
         offer_fit(tried, lambda grid: use_data(state, choice, grid))
@@ -70,7 +103,11 @@ def draw_wells_import(state: State) -> None:
 def _say_state(state: State, tried: Choices) -> None:
     """Say whether the file is taken, and why not."""
     choice = tried.data
-    name = choice.upload.name if choice.upload else ""
+    name = names_of_files(choice)
+    if choice.waits:
+        st.info("Collars and intervals are needed; surveys only where wells deviate.")
+        keep_data_button(state, "wells_drop")
+        return
     try:
         report = imported_data(tried)
     except CCWSIMError as error:
@@ -90,15 +127,15 @@ def _say_state(state: State, tried: Choices) -> None:
 def _draw_rows(preview: PointsPreview) -> None:
     """The first rows as they are read, with the role of each column in its heading."""
     shown = min(len(preview.rows), preview.n_rows)
-    panel_title("First rows", f"{shown} of {preview.n_rows}")
-    roles = {column: role for role, column in preview.guess.items()}
+    panel_title("First rows", f"{shown} of {preview.n_rows} of {preview.name}")
+    roles = {column: role_of(role) for role, column in preview.guess.items()}
     heads = [f"{name} → {roles[name]}" if name in roles else name for name in preview.columns]
     table = pd.DataFrame(
         list(preview.rows), columns=heads, index=[f"line {k}" for k in preview.lines]
     )
     st.dataframe(table, height="content")
     for reason in preview.reasons:
-        st.caption(plain(reason))
+        st.caption(plain(IN_SCRIPTS.sub("", reason)))
 
 
 def _draw_map(state: State, tried: Choices) -> None:
@@ -117,7 +154,8 @@ def _draw_map(state: State, tried: Choices) -> None:
     panel_title(title, f"grid of {described(tried.grid)}")
     step = -(-placed.points.n // MAX_DRAWN)
     colours = _colours(state, tried, placed)[::step]
-    svg = placement_svg(placed.cells[::step], colours, tried.grid.shape)
+    above = placed.cells[::step, -2:]  # a volume is seen from above
+    svg = placement_svg(above, colours, tried.grid.shape[-2:])
     st.image(svg, alt="Where the data fall in the grid", width=520)
     if fitting is not None and n_out == n:
         st.caption("The frame is a grid that holds them: none is in the study's own.")

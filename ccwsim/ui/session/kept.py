@@ -70,8 +70,8 @@ class KeptChoices:
 
 def size_of(choice: Own) -> int:
     """Return about how many bytes an image or data take."""
-    if choice.upload is not None:
-        return len(choice.upload.content)
+    if choice.files:
+        return sum(len(file.content) for file in choice.files)
     placed = choice.placed if isinstance(choice, DataChoice) else None
     return placed.cells.nbytes + placed.facies.nbytes if placed is not None else 0
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from io import BytesIO
@@ -22,14 +22,25 @@ from ccwsim.io import (
     fit_grid,
     place_points,
     preview_points,
+    preview_wells,
     read_points,
     read_training_image,
+    read_well_points,
     resolve_points,
 )
+from ccwsim.io.hard_data.wells import WELL_COLUMNS
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.choices import Answers, Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.choices import (
+    Answers,
+    CellsOfWells,
+    Choices,
+    DataChoice,
+    ImageChoice,
+    Upload,
+    WellTables,
+)
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -43,7 +54,10 @@ from ccwsim.ui.jobs.limits import demand_of
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""
 COLUMNS = ("x", "y", "facies", "coordinates")
-READING = (*COLUMNS, "variable", "up", "slice_index")
+COLUMNS_OF_VOLUME = (*COLUMNS, "z", "well", "depth_from", "depth_to", "depth")
+COLUMNS_OF_WELLS = (*WELL_COLUMNS, "facies")
+OF_FILES = ("variable", "up", "slice_index", "z_up")
+READING = (*dict.fromkeys((*COLUMNS_OF_VOLUME, *COLUMNS_OF_WELLS, *OF_FILES)),)
 PLACING = ("facies_names", "threshold", "classes")
 SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Answers to what a file of hard data leaves open, by what they decide."""
@@ -106,7 +120,7 @@ def imported_data(choices: Choices) -> HardDataImport:
 def placed_data(choices: Choices) -> PlacedPoints:
     """Return the hard data of a study in the cells of its grid, with what is wrong with them."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
-    if choice.source == "file" and choice.upload is not None:
+    if choice.source == "file" and choice.files:
         points = points_of(choice, grid)
         return _placed(_key(choices, READING, PLACING), points, choice, grid, image)
     if choice.source == "bundled":
@@ -125,22 +139,49 @@ def placed_data(choices: Choices) -> PlacedPoints:
     return place_points(points, grid, image, classes="codes")
 
 
+def wells_of(choices: Choices) -> CellsOfWells:
+    """Return the wells of a study that have a name, and the cells of each."""
+    if choices.data.source != "file":
+        return choices.data.wells
+    found = imported_data(choices).wells
+    return tuple((name, tuple(map(tuple, cells.tolist()))) for name, cells in found.items())
+
+
 def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
-    """Return the points of a file of hard data; a whole grid may be another than `grid`, if any."""
+    """Return the points of files of hard data; a whole grid may be another than `grid`, if any."""
+    answers = _only_key(choice, READING)
+    if choice.tables is not None:
+        return _well_points((_digest(choice), repr(grid), answers), choice, grid)
     shape = None if grid is None else grid.shape
-    return _points((_digest(choice), shape, _only_key(choice, READING)), choice, shape)
+    return _points((_digest(choice), shape, answers), choice, shape)
 
 
-def preview_of(choice: DataChoice) -> PointsPreview:
+def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
     """Return the columns of a file of hard data and what is guessed of them."""
-    return _preview((_digest(choice), _only_key(choice, COLUMNS)), choice)
+    key = _digest(choice), grid.shape, _only_key(choice, COLUMNS_OF_VOLUME)
+    return _preview(key, choice, grid.shape)
+
+
+def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
+    """Return the columns of the tables of wells and what is guessed of them, or what is wrong."""
+    tables = choice.tables or WellTables()
+    files = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
+    found: dict[str, PointsPreview | CCWSIMError] = {}
+    for table, upload in files.items():
+        if upload is not None:
+            key = upload.digest, table, _only_key(choice, COLUMNS_OF_WELLS)
+            try:
+                found[table] = _preview_of_wells(key, choice, upload, table)
+            except CCWSIMError as error:
+                found[table] = error
+    return found
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
     """Return a grid that holds all data of a study; None where the grid does, or none can."""
     choice, grid = choices.data, choices.grid
     try:
-        file = choice.source == "file" and choice.upload is not None
+        file = choice.source == "file" and choice.files
         own = None if grid.nz is None else grid  # a table has heights where the grid has layers
         points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None and not _outside(points, grid):
@@ -169,7 +210,9 @@ def _key(choices: Choices, *which: tuple[str, ...]) -> tuple:
 
 
 def _digest(choice: DataChoice) -> str:
-    return choice.upload.digest if choice.upload is not None else ""
+    tables = choice.tables
+    files = choice.upload, *((tables.collars, tables.surveys) if tables is not None else ())
+    return " ".join("-" if file is None else file.digest for file in files)
 
 
 def _only(answers: Answers, names: tuple[str, ...]) -> dict[str, Any]:
@@ -180,16 +223,52 @@ def _only_key(choice: DataChoice, names: tuple[str, ...]) -> tuple:
     return tuple(_only(choice.answers, names).items())
 
 
+def _answers(choice: DataChoice, names: tuple[str, ...], shape: Shape | None) -> dict[str, Any]:
+    """Answers on a file, those that only volumes raise left out for a map."""
+    volume = shape is not None and len(shape) == 3
+    lost = () if volume else {*COLUMNS_OF_VOLUME, "z_up"} - {*COLUMNS}
+    return _only(choice.answers, tuple(name for name in names if name not in lost))
+
+
 @st.cache_resource(max_entries=32, show_spinner=False)
-def _preview(key: tuple, _choice: DataChoice) -> PointsPreview:
+def _preview(key: tuple, _choice: DataChoice, _shape: Shape) -> PointsPreview:
     with opened(_choice.upload) as file:
-        return preview_points(file, **_only(_choice.answers, COLUMNS))
+        columns = _answers(_choice, COLUMNS_OF_VOLUME, _shape)
+        return preview_points(file, grid_shape=_shape, **columns)
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _preview_of_wells(
+    key: tuple, _choice: DataChoice, _upload: Upload, _table: str
+) -> PointsPreview:
+    with opened(_upload) as file:
+        return preview_wells(file, _table, **_only(_choice.answers, COLUMNS_OF_WELLS))
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
 def _points(key: tuple, _choice: DataChoice, _shape: Shape | None) -> ImportedPoints:
     with opened(_choice.upload) as file:
-        return read_points(file, grid_shape=_shape, **_only(_choice.answers, READING))
+        answers = _answers(_choice, (*COLUMNS_OF_VOLUME, *OF_FILES), _shape)
+        return read_points(file, grid_shape=_shape, **answers)
+
+
+@st.cache_resource(max_entries=32, show_spinner=False)
+def _well_points(key: tuple, _choice: DataChoice, _grid: Grid | None) -> ImportedPoints:
+    tables = _choice.tables or WellTables()
+    if _grid is None or _grid.nz is None:
+        raise CCWSIMError(
+            "wells in tables need a volume, and the study is a map; take a training image that is "
+            "a volume"
+        )
+    for what, upload in (("collars", tables.collars), ("intervals", _choice.upload)):
+        if upload is None:
+            raise CCWSIMError(f"there is no table of {what} yet; choose one")
+    columns = _only(_choice.answers, COLUMNS_OF_WELLS)
+    surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
+    if tables.surveys is None:
+        columns = {name: own for name, own in columns.items() if not name.startswith("survey")}
+    with opened(tables.collars) as collars, opened(_choice.upload) as log, surveys as stations:
+        return read_well_points(collars, log, _grid, surveys=stations, **columns)
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)

@@ -53,7 +53,7 @@ class PastRun:
     def files(self) -> list[bytes]:
         """The user's own files that the study has; runs of one study share them."""
         choices = self.choices.image, self.choices.data
-        return [choice.upload.content for choice in choices if choice.upload is not None]
+        return [file.content for choice in choices for file in choice.files]
 
 
 @dataclass

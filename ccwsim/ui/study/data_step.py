@@ -14,15 +14,15 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import datasets
 from ccwsim.figures import data_png
 from ccwsim.model.bounds import MAX_SAMPLED
-from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload
+from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.resolve import data_of, image_of, imported_data
+from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import THUMB
-from ccwsim.ui.study.questions import ask_data, say_open
+from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
@@ -40,6 +40,16 @@ FORMATS = (
     "A table with x, y and facies as codes or names, in any columns; GSLIB, SGeMS; GeoJSON, "
     "GeoPackage, zipped Shapefile; NumPy; MATLAB v5"
 )
+
+
+TABLES = {
+    "collars": ("Collars", "One row a well: name, x, y, z and, if known, its length."),
+    "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
+    "surveys": ("Surveys, if wells deviate", "Name, depth, azimuth, and inclination or dip."),
+}
+OF_FACIES = ("threshold", "facies_names")
+"""Answers on the column of facies."""
+TABLE_TYPES = ("csv", "txt", "dat", "tsv")
 
 
 def data_step(state: State) -> None:
@@ -69,11 +79,11 @@ def _draft(state: State, draft: DataChoice) -> None:
     They came with another training image, or did not fit the grid and the answers before.
     """
     tried = replace(state.choices, data=draft)
-    problem, waits = problem_of_data(tried), draft.source == "file" and draft.upload is None
-    if problem and not waits:
+    problem = problem_of_data(tried)
+    if problem and not draft.waits:
         say_open(tried, problem)
-    elif not waits:
-        n, name = data_of(tried).n, draft.upload.name if draft.upload else "placed by hand"
+    elif not draft.waits:
+        n, name = data_of(tried).n, names_of_files(draft) or "placed by hand"
         step_note(f"Your {n} data ({name}) fit the study and are not in it yet.")
         with st.container(horizontal=True, gap="small"):
             use, leave = {"args": (state, draft)}, {"args": (state, "data_draft", None)}
@@ -111,8 +121,7 @@ def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None
     before = state.choices.data
     if choice.source == "bundled" and replace(choice, answers=before.answers) != before:
         changed = replace(changed, grid=_grown(changed.grid, choice.bundled))
-    waiting = choice.source == "file" and choice.upload is None
-    if waiting or problem_of_data(changed):
+    if choice.waits or problem_of_data(changed):
         state.data_draft = choice
         return
     state.data_draft = None
@@ -130,10 +139,44 @@ def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
     file_uploader(label, key=key, take=take, type=TYPES.split(), help=FORMATS)
 
 
-def link_to_import() -> None:
+def link_to_import(label: str = "All columns, the rows and a map") -> None:
     """Draw a link to the page that shows a file of wells and all that is guessed of it."""
     with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-        st.page_link("pages/import.py", label="All columns, the rows and a map")
+        st.page_link("pages/import.py", label=label)
+
+
+def names_of_files(choice: DataChoice) -> str:
+    """Return what the files of hard data are called.
+
+    Examples
+    --------
+    >>> names_of_files(DataChoice("file", upload=Upload("wells.csv", b"")))
+    'wells.csv'
+    """
+    return ", ".join(file.name for file in choice.files)
+
+
+def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice], None]) -> None:
+    """Draw uploaders of tables of wells; `use` is called with each table that comes or goes."""
+    if choice.tables is None:
+        choice = DataChoice("file", tables=WellTables())
+    tables = choice.tables or WellTables()
+    brought = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
+    for table, (label, tip) in TABLES.items():
+
+        def take(upload: Upload | None, table: str = table) -> None:
+            now = {**brought, table: upload}
+            lost = (*ROLES_OF_WELLS[table], *(OF_FACIES if table == "intervals" else ()))
+            known = tuple((name, own) for name, own in choice.answers if name not in lost)
+            others = WellTables(now["collars"], now["surveys"])
+            use(replace(choice, upload=now["intervals"], tables=others, answers=known))
+
+        with st.container():
+            name = f"{key}_{table}"
+            file_uploader(label, key=name, take=take, type=list(TABLE_TYPES), help=tip)
+            there = brought[table]
+            if there is not None and st.session_state.get(name) is None:
+                st.caption(plain(f"From your file {there.name}"))
 
 
 def _summary(choices: Choices, problem: str) -> str:
@@ -141,8 +184,8 @@ def _summary(choices: Choices, problem: str) -> str:
     if choice.source == "none":
         return "none: unconditional"
     n = "" if problem else f"{data_of(choices).n} data\n"
-    if choice.source == "file" and choice.upload:
-        return n + choice.upload.name
+    if choice.source == "file":
+        return n + names_of_files(choice)
     if choice.source == "bundled":
         return n + pretty(choice.bundled)
     if choice.source == "placed":
@@ -159,14 +202,16 @@ def _menu(state: State) -> None:
     def switch(source: DataSource) -> None:
         choice = replace(current, source=source)
         if source == "placed" and not problem_of_data(state.choices):
-            choice = replace(choice, placed=data_of(state.choices))
+            wells = wells_of(state.choices)
+            choice = replace(choice, placed=data_of(state.choices), wells=wells)
         if source == "bundled" and choice.bundled not in bundled_data(state):
             choice = replace(choice, bundled=bundled_data(state)[0])
         use_data(state, choice)
 
     def use_upload(upload: Upload | None) -> None:
         if upload is not None:
-            use_data(state, replace(state.choices.data, source="file", upload=upload, answers=()))
+            new: dict[str, Any] = {"upload": upload, "tables": None, "answers": ()}
+            use_data(state, replace(state.choices.data, source="file", **new))
 
     volume = state.choices.grid.nz is not None
     sources = {k: v for k, v in SOURCES.items() if not volume or k in OF_VOLUMES}
@@ -179,8 +224,14 @@ def _menu(state: State) -> None:
         st.caption(datasets.describe_hard_data(current.bundled))
     if current.source == "file":
         data_uploader("data_file", use_upload)
-        if current.upload is not None:
-            st.caption(plain(f"From your file {current.upload.name}"))
+        if current.files:
+            said = "files" if len(current.files) > 1 else "file"
+            st.caption(plain(f"From your {said} {names_of_files(current)}"))
+        elif volume:
+            st.caption(
+                "Wells in tables of collars, intervals and surveys are read on another page."
+            )
+            link_to_import("Wells in tables")
     if current.source == "sampled":
         st.caption(
             "Cells chosen at random from a new unconditional realization of this study, as in "
@@ -190,7 +241,7 @@ def _menu(state: State) -> None:
         field(st.number_input, "How many data", key="data_n", **number)
         seed = bound_to(current, "seed_sampled", change, min_value=0)
         field(st.number_input, "Their own seed", key="data_seed", **seed)
-    if current.source != "none" and not (current.source == "file" and current.upload is None):
+    if current.source != "none" and not current.waits:
         _report(state, current)
 
 

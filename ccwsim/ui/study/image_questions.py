@@ -38,15 +38,22 @@ THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as
 Write = Callable[[ImageChoice], None]
 
 
-def image_of_file(upload: Upload, answers: Mapping[str, Any] | None = None) -> ImageChoice:
+def image_of_file(
+    upload: Upload, answers: Mapping[str, Any] | None = None, *, volume: bool = True
+) -> ImageChoice:
     """Return the choice of an image with what is not answered guessed, in the file's own colours.
+
+    Of a file with layers all are taken, or the middle one where no `volume` is wanted.
 
     Raises
     ------
     CCWSIMError
         For a file that cannot be opened.
     """
-    guessed, _ = _guessed(upload.digest, answered((), **(answers or {})), upload)
+    known = dict(answers or {})
+    if not volume and "slice_index" not in known:
+        known.setdefault("volume", False)
+    guessed, _ = _guessed(upload.digest, answered((), **known), upload)
     choice = ImageChoice(upload=upload, answers=answered((), **guessed))
     try:
         return replace(choice, colours=_colours(upload.digest, choice.answers, upload))
@@ -111,8 +118,11 @@ def picture_of_file(
     return indices if known.get("up") else indices[::-1], colours
 
 
-def ask_about_image(choice: ImageChoice, write: Write) -> None:
-    """Ask what the file leaves open; `write` is called with the choice as it then is."""
+def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -> None:
+    """Ask what the file leaves open; `write` is called with the choice as it then is.
+
+    `volume` is that of `image_of_file`.
+    """
     upload, known = choice.upload, dict(choice.answers)
     if upload is None:
         return
@@ -121,7 +131,8 @@ def ask_about_image(choice: ImageChoice, write: Write) -> None:
         """Keep what was answered before this question; what depends on it is guessed anew."""
         order = list(QUESTIONS)
         later = {name for key in order[order.index(question) :] for name in QUESTIONS[key]}
-        write(image_of_file(upload, {k: v for k, v in known.items() if k not in later} | new))
+        kept = {name: value for name, value in known.items() if name not in later}
+        write(image_of_file(upload, kept | new, volume=volume))
 
     asked = asked_of(choice)
     summary = summary_of(upload, Part.answered(known) if "part" in asked else None)
@@ -211,17 +222,20 @@ def _ask_layers(
     summary: FileSummary, known: Mapping[str, Any], answer: Callable[..., None]
 ) -> None:
     """Ask whether the whole volume is meant or one layer, and which; and which end is the top."""
-    volume = bool(known.get("volume"))
+    volume, n = bool(known.get("volume")), summary.n_slices
 
     def choose(way: str) -> None:
-        answer("slice", **({"volume": True} if way == VOLUME else {}))
+        answer("slice", volume=way == VOLUME)
 
     chosen = {"value": VOLUME if volume else LAYER, "write": choose, "options": [VOLUME, LAYER]}
-    label = f"The file has {summary.n_slices} layers. Take"
-    field(st.segmented_control, label, key="ask_layers", **chosen)
-    if not volume:
-        _ask_slice(summary.n_slices, known["slice_index"], answer)
-    elif summary.asks_up:
+    field(st.segmented_control, f"The file has {n} layers. Take", key="ask_layers", **chosen)
+    if volume:
+        step_note(f"All {n} layers are taken, as a volume; choose “{LAYER}” for a map.")
+    else:
+        layer = known["slice_index"] + 1
+        step_note(f"Layer {layer} of {n} is taken, as a map; choose “{VOLUME}” for all of them.")
+        _ask_slice(n, known["slice_index"], answer)
+    if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})
         ends |= {"value": known.get("z_up", True), "key": "ask_z_up"}
         ends["write"] = lambda up: answer("slice", volume=True, z_up=up)

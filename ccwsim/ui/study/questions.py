@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pandas as pd
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, inspect
+from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
 from ccwsim.io.part import Part
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import Answers, Choices, DataChoice, Upload
@@ -24,6 +25,7 @@ from ccwsim.ui.session.resolve import (
     placed_data,
     points_of,
     preview_of,
+    previews_of_wells,
 )
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
@@ -33,6 +35,7 @@ MAX_LISTED = 300
 MAX_NAMES = 24
 """Names of facies that are asked for one by one."""
 UPS = {None: "as the format has it", True: "the south", False: "the north"}
+Z_UPS = {None: "as the format has it", True: "the bottom", False: "the top"}
 COORDINATES = {None: "world coordinates", "cells": "column and row of a cell"}
 COLLISIONS = {
     None: "stop and say so",
@@ -46,6 +49,43 @@ ROLES = {
     "y": "y, to the north",
     "facies": "Facies, or what gives it",
 }
+"""Columns of a table of points, by the arguments that name them."""
+DEPTHS = {"depth_from": "Depth from", "depth_to": "Depth to", "depth": "Depth of points"}
+ROLES_OF_VOLUME = {
+    "x": "x, to the east",
+    "y": "y, to the north",
+    "z": "z, upwards: of points, or of the collar",
+    "facies": "Facies, or what gives it",
+    "well": "Name of the well",
+    **DEPTHS,
+}
+ROLES_OF_WELLS = {
+    "collars": {
+        "collar_well": "Name of the well",
+        "x": "x, to the east",
+        "y": "y, to the north",
+        "z": "z of the collar",
+        "collar_length": "Length of the well",
+    },
+    "intervals": {"well": "Name of the well", **DEPTHS, "facies": "Facies, or what gives it"},
+    "surveys": {
+        "survey_well": "Name of the well",
+        "survey_depth": "Depth along the well",
+        "survey_azimuth": "Azimuth, from north",
+        "survey_inclination": "Inclination, from straight down",
+        "survey_dip": "Dip, from the horizontal",
+    },
+}
+"""Columns of tables of wells."""
+OF_WORDS = ("facies", "well", "collar_well", "survey_well")
+"""Columns that may hold words."""
+TILTS = ("survey_inclination", "survey_dip")
+EITHER = ((("depth_from", "depth_to"), ("depth",)), (TILTS[:1], TILTS[1:]))
+"""Columns of which a table has the ones or the others."""
+MAY_LACK = (*DEPTHS, "collar_length", *TILTS)
+NO_COLUMN = ""
+WIDTH = 232
+"""Pixels of a question where there are many side by side."""
 KEPT = "The study keeps the data that it has."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
 """What an error says to those who write scripts."""
@@ -70,7 +110,7 @@ def summary_of(upload: Upload | None, part: Part | None = None) -> FileSummary |
 def say_open(choices: Choices, problem: str) -> None:
     """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
     choice, placed = choices.data, _tried(lambda: placed_data(choices))
-    if choice.source == "file" and summary_of(choice.upload) is None:
+    if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
         return
     if placed is not None and (troubles := troubles_of(placed)):
@@ -129,26 +169,40 @@ def ask_data(
 
     `write` is called with the answers, `fit` with a grid that holds all data. Where it is `wide`,
     all columns and names are shown with what is guessed of them, rows that do not fit in full, and
-    a grid that holds the data is offered elsewhere.
+    a grid that holds the data is offered elsewhere, as the columns of tables of wells are asked.
     """
-    choice = choices.data
+    choice, grid = choices.data, choices.grid
     answers, points = choice.answers, None
-    if choice.source == "file" and choice.upload is not None:
+    if choice.source == "file" and choice.tables is not None:
+        if not wide:
+            for table, preview in previews_of_wells(choice).items():
+                ask_columns_of_wells(choice, table, preview, write)
+        points = _tried(lambda: points_of(choice, grid))
+    elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
             return
         if summary.is_table:
-            _ask_columns(choice, write, wide)
+            preview = preview_of(choice, grid)
+            if grid.nz is not None and not wide:
+                st.caption(plain(taken_as(preview)))
+            roles = ROLES if grid.nz is None else ROLES_OF_VOLUME
+            _ask_columns(choice, preview, roles, write, wide)
+            _ask_coordinates(choice, preview, write)
         else:
             known = dict(answers)
             if len(summary.variables) > 1:
                 ask_variable(summary, known.get("variable"), _answer(answers, "variable", write))
-            _ask_slice(summary, answers, write)
+            if grid.nz is None:
+                _ask_slice(summary, answers, write)
             if summary.asks_up or "up" in known:
                 ask_up(known.get("up"), _answer(answers, "up", write))
-        points = _tried(lambda: points_of(choice))
-        if points is not None and points.continuous:
-            _ask_threshold(points, answers, write)
+            if grid.nz is not None and (summary.asks_up or "z_up" in known):
+                answer = _answer(answers, "z_up", write)
+                _ask_way("z_up", "The first layer of the file is", Z_UPS, known.get("z_up"), answer)
+        points = _tried(lambda: points_of(choice, None if grid.nz is None else grid))
+    if points is not None and points.continuous:
+        _ask_threshold(points, answers, write)
     placed = _tried(lambda: placed_data(choices))
     if placed is not None:
         _ask_names(choices, placed, write, wide)
@@ -193,28 +247,137 @@ def _ask_way(
     field(st.selectbox, label, key=f"ask_{name}", **chosen)
 
 
-def _ask_columns(choice: DataChoice, write: Write, wide: bool) -> None:
-    """Ask which columns are x, y and facies; the guess is shown."""
-    preview, known = preview_of(choice), dict(choice.answers)
-    taken = {role: known.get(role, preview.guess.get(role)) for role in ROLES}
-    for role, label in ROLES.items():
+def ask_columns_of_wells(
+    choice: DataChoice,
+    table: str,
+    preview: PointsPreview | CCWSIMError,
+    write: Write,
+    *,
+    wide: bool = False,
+) -> None:
+    """Ask which columns of a table of wells are what; say what is wrong with one that is none."""
+    if isinstance(preview, CCWSIMError):
+        st.error(plain(f"{preview}."))
+        return
+    if not wide:
+        st.caption(plain(f"{table.capitalize()}: {taken_as(preview)}"))
+    _ask_columns(choice, preview, ROLES_OF_WELLS[table], write, wide)
+
+
+def taken_as(preview: PointsPreview) -> str:
+    """Return in words which column is taken for what.
+
+    Examples
+    --------
+    >>> guess = {"x": "East", "depth_from": "Top"}
+    >>> taken_as(PointsPreview("a.csv", ("East", "Top"), (), (), (), 0, guess, ()))
+    'East → x, Top → depth from'
+    """
+    said = [f"{column} → {role_of(role)}" for role, column in preview.guess.items()]
+    return ", ".join(said) or "no column is known by its name"
+
+
+def role_of(role: str) -> str:
+    """Return an argument that names a column as a heading has it.
+
+    Examples
+    --------
+    >>> role_of("survey_dip"), role_of("depth_to")
+    ('dip', 'depth to')
+    """
+    return re.sub("^(collar|survey)_", "", role).replace("_", " ")
+
+
+def _ask_columns(
+    choice: DataChoice, preview: PointsPreview, roles: Mapping[str, str], write: Write, wide: bool
+) -> None:
+    """Ask which columns of a table are what; the guess is shown."""
+    known = {role: name for role, name in choice.answers if role in roles}
+    taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
+    lack = _may_lack(roles)
+    asked = _open_either(preview, roles)
+    many = wide and roles is not ROLES
+    places = st.container(horizontal=True) if many else nullcontext()
+    for role, label in roles.items():
 
         def choose(name: str, role: str = role) -> None:
-            new = {**taken, role: name}
-            for other in ROLES:  # one column has one role: they change places
-                if other != role and taken[other] == name:
-                    new[other] = taken[role]
-            if new["facies"] != taken["facies"]:
+            new: dict[str, Any] = with_column(taken, role, name)
+            if new.get("facies") != taken.get("facies"):
                 new |= {"threshold": None, "facies_names": None}
             write(answered(choice.answers, **new))
 
-        if wide or role not in preview.guess or role in known or preview.unclear:
-            names = preview.columns if role == "facies" else preview.numeric
-            chosen: dict[str, Any] = {"value": taken[role], "write": choose, "options": names}
+        if role in lack:
+            offer = wide or bool(known.get(role)) or role in asked
+        else:
+            offer = wide or role not in preview.guess or role in known or preview.unclear
+        if not offer:
+            continue
+        names = preview.columns if role in OF_WORDS else preview.numeric
+        options = {NO_COLUMN: "none"} if role in lack else {}
+        options |= {name: name for name in names}
+        value = taken[role] or (NO_COLUMN if role in lack else None)
+        chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(options)}
+        chosen |= {"width": WIDTH} if many else {}
+        with places:
             field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
+
+
+def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
+    """The roles of which a table needs no column; points alone need not be of wells."""
+    return (*MAY_LACK, "well") if "x" in roles else MAY_LACK
+
+
+def _open_either(preview: PointsPreview, roles: Collection[str]) -> tuple[str, ...]:
+    """The roles of which a table has the ones or the others, where it is open which."""
+    ends = [role for role in ("depth_from", "depth_to") if role in preview.guess]
+    if "survey_dip" in roles:
+        return () if {*TILTS} & preview.guess.keys() else TILTS
+    needed = "depth" in roles and "x" not in roles
+    if len(ends) == 1 or (needed and not ends and "depth" not in preview.guess):
+        return tuple(DEPTHS)
+    return ()
+
+
+def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict[str, str | None]:
+    """Return which columns are what, with another one for a role; an empty text is none.
+
+    One column has one role: two roles change places. Of depths of intervals and of points there are
+    the ones or the others, and so of inclination and dip.
+
+    Examples
+    --------
+    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "b")
+    {'x': 'b', 'y': 'a', 'depth': 'c'}
+    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "c")
+    {'x': 'c', 'y': 'b', 'depth': ''}
+    >>> with_column({"depth_from": "a", "depth_to": "b", "depth": None}, "depth", "c")
+    {'depth_from': None, 'depth_to': None, 'depth': 'c'}
+    """
+    new = {**taken, role: column}
+    lack = _may_lack(taken)
+    for other, own in taken.items():
+        if other != role and column and own == column:
+            alike = other not in lack or (role in DEPTHS and other in DEPTHS)
+            new[other] = (taken[role] if alike else None) or (NO_COLUMN if other in lack else None)
+    for ones, others in (*EITHER, *(sides[::-1] for sides in EITHER)):
+        if role in ones and column:
+            new |= dict.fromkeys(other for other in others if other in new)
+        elif role in ones:  # intervals have both ends or none
+            new |= {other: NO_COLUMN for other in ones if other in new}
+    return new
+
+
+def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -> None:
+    """Ask what columns of places mean, where their names do not say it."""
+    known = dict(choice.answers)
+
+    def choose(coordinates: str | None) -> None:
+        cells = coordinates == "cells"  # which have a layer, and no depths
+        lost = {role: None for role in DEPTHS if cells}
+        write(answered(choice.answers, coordinates=coordinates, **lost))
+
     if preview.unclear or {"x", "y", "coordinates"} & known.keys():
-        answer = _answer(choice.answers, "coordinates", write)
-        _ask_way("coordinates", "x and y are", COORDINATES, known.get("coordinates"), answer)
+        _ask_way("coordinates", "x and y are", COORDINATES, known.get("coordinates"), choose)
 
 
 def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:

@@ -26,8 +26,8 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 CANVAS = Path(__file__).parent / "canvas"
 BELOW = {
     "map": ("drawing",),
-    "editor": ("drawing", "map"),
-    "volume": ("drawing", "slice", "body"),
+    "editor": ("drawing", "map", "edits"),
+    "volume": ("drawing", "edits", "slice", "body"),
 }
 """The modules before that of a component; a component is one text in the browser."""
 ENTRY = "export default function (component)"

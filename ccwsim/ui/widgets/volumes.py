@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from base64 import b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from hashlib import blake2b
 from typing import Any
 
@@ -23,24 +23,27 @@ def draw_volume(
     cells: CellMap,
     key: str,
     *,
-    on_cells: Callable[[str, list[tuple[int, int, int]]], None] | None = None,
+    on_edits: Callable[[list[dict[str, Any]]], None] | None = None,
+    editing: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> None:
     """Put a volume on the page; `options` are those of `volume_content`.
 
     Volumes of the same `link` share the cursor, the slices and the vertical exaggeration.
-    `on_cells` gets the cells (layer, row, column) that the user clicks or draws over in a slice, or
-    where the cross hairs are when Enter is pressed, and before them the axis across the slice.
+    `on_edits` gets edits that the page may have had already, each with `seq`, a growing number, and
+    either `cells`, the (layer, row, column) that the user clicks or draws over in a slice, or where
+    the cross hairs are when Enter is pressed, and `axis`, that across the slice; or `do`, "undo" or
+    "redo". `editing` has `ack`, the number of the last edit taken, `can_undo` and `can_redo`.
     """
-    content = volume_content(cells, key, **options) | {"picks": on_cells is not None}
+    content = volume_content(cells, key, **options) | {"picks": on_edits is not None}
 
-    def picked() -> None:
-        found = reported(key, "cells")
-        if found and on_cells:
-            chosen = ((int(z), int(y), int(x)) for z, y, x in found["cells"])
-            on_cells(str(found["axis"]), list(chosen))
+    def edited() -> None:
+        edits = reported(key, "edits")
+        if edits and on_edits:
+            on_edits(edits)
 
-    canvas_component("volume")(key=key, data=content, on_cells_change=picked)
+    content |= editing or {}
+    canvas_component("volume")(key=key, data=content, on_edits_change=edited)
 
 
 def volume_content(

@@ -108,6 +108,7 @@ def test_an_answer_changes_what_is_guessed_after_it_and_nothing_of_the_study():
 
 def test_a_slice_a_piece_and_classes_can_be_chosen():
     app = opened("import", imported("grey_volume.npy", FILES["grey_volume.npy"][0])).run()
+    app.button_group(key="ask_layers").set_value("one layer").run()
     named(app.slider, "ask_slice").set_value(2).run()
     app.button_group(key="ask_values").set_value("classes").run()
     named(app.number_input, "ask_classes").set_value(4).run()

@@ -290,17 +290,24 @@ def sgems(image: np.ndarray) -> bytes:
     return training_image_as_bytes(TrainingImage(image), "sgems")
 
 
-def test_an_uploaded_volume_asks_whether_all_of_it_is_meant() -> None:
+@pytest.mark.parametrize("before", ["volume", "map"])
+def test_an_uploaded_volume_is_taken_whole_and_one_layer_may_be(before: str) -> None:
     array = datasets.load("sinuous_channels").array[:20, :40, :50]
-    state = State(choices=replace(VOLUME, data=DataChoice()))
+    study = VOLUME if before == "volume" else Choices()
+    state = State(choices=replace(study, data=DataChoice()))
     import_image(state, Upload("volume.sgems", sgems(array)))
     assert state.image_draft is not None
     app = opened("import", state).run()
     assert not app.exception
-    named(app.button_group, "ask_layers").set_value("the whole volume").run()
+    assert "All 20 layers are taken, as a volume; choose “one layer” for a map." in html(app)
+    assert (image_of(app.session_state[KEY].image_draft).array == array).all()
+    named(app.button_group, "ask_layers").set_value("one layer").run()
     assert not app.exception
-    choice = app.session_state[KEY].image_draft
-    assert (image_of(choice).array == array).all()
+    assert "Layer 11 of 20 is taken, as a map; choose “the whole volume” for all" in html(app)
+    assert (image_of(app.session_state[KEY].image_draft).array == array[10]).all()
+    named(app.slider, "ask_slice").set_value(3).run()
+    assert (image_of(app.session_state[KEY].image_draft).array == array[2]).all()
+    named(app.button_group, "ask_layers").set_value("the whole volume").run()
     named(app.button, "image_take").click().run()
     assert not app.exception
     assert (image_of(app.session_state[KEY].choices.image).array == array).all()

@@ -1,12 +1,10 @@
 // The map as an editor of hard data. Tools: pan the map, draw one datum or move one, a straight or
-// freehand line of data, erase; arrow keys move a cursor. This follows map.js in one module. Edits
-// wait in a queue until the page says that it has them, so that none is lost or taken twice however
-// fast they come.
+// freehand line of data, erase; arrow keys move a cursor. This follows map.js and edits.js in one
+// module.
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // pixels of a cell from which it can be aimed at
 const SLOP = 4, FINGER_SLOP = 8; // pixels that a click may stray and be no drag
 const FINGER = 14; // pixels from a datum where a finger still takes hold of it
-const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 const editors = new WeakMap();
 let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
@@ -19,22 +17,21 @@ export default function (component) {
     editors.set(root, editor);
   }
   editor.component = component;
-  editor.send = (queue) => component.setTriggerValue('edits', queue);
+  editor.queue.send = (edits) => component.setTriggerValue('edits', edits);
   editor.show(component.data);
   return () => { if (editor.component === component) editor.stop(); };
 }
 
 class DataEditor extends CellMap {
-  queue = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
-  last = 0;
+  queue = new EditQueue(waiting);
   brush = 1;
   tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
   correctedShown = true;
   stroke = null; // what a pressed pointer does: its cells, or the datum that it moves
 
   show(data) {
-    waiting = this.queue = this.queue.filter((edit) => edit.seq > data.ack);
-    this.insist();
+    this.queue.taken(data.ack);
+    waiting = this.queue.edits;
     this.known = data.points;
     super.show({ ...data, points: this.merged(data) });
     this.bars();
@@ -43,7 +40,7 @@ class DataEditor extends CellMap {
   // The page's data with the edits on top that it does not have yet.
   merged({ points, nx }) {
     this.placed = new Map(points.map((point) => [point[0] * nx + point[1], point]));
-    for (const { set } of this.queue) {
+    for (const { set } of this.queue.edits) {
       for (const [row, column, facies] of set || []) {
         const id = row * nx + column;
         if (facies === ERASE) this.placed.delete(id);
@@ -54,21 +51,13 @@ class DataEditor extends CellMap {
   }
 
   push(edit) {
-    this.last = Math.max(Date.now(), this.last + 1, this.data.ack + 1);
-    this.queue.push({ seq: this.last, ...edit });
+    this.queue.push(edit);
     this.data = { ...this.data, points: this.merged({ ...this.data, points: this.known }) };
     this.legendOf();
     this.bars();
     this.draw();
-    waiting = this.queue;
-    this.send(this.queue);
-    this.insist();
-  }
-
-  // A page that is drawn anew at this moment may miss what is sent; it knows each edit by its number.
-  insist() {
-    clearTimeout(this.timer);
-    if (this.queue.length) this.timer = setTimeout(() => { this.send(this.queue); this.insist(); }, AGAIN);
+    waiting = this.queue.edits;
+    this.queue.tell();
   }
 
   place(cells) {
@@ -226,7 +215,7 @@ class DataEditor extends CellMap {
     this.root.querySelectorAll('[data-tool]').forEach((button) => {
       check(button, button.dataset.tool === this.tool);
     });
-    this.root.querySelector('[data-step="undo"]').disabled = !undo && !this.queue.length;
+    this.root.querySelector('[data-step="undo"]').disabled = !undo && !this.queue.edits.length;
     this.root.querySelector('[data-step="redo"]').disabled = !redo;
     this.canvas.classList.toggle('draws', this.tool !== 'pan');
   }
@@ -272,7 +261,7 @@ class DataEditor extends CellMap {
   }
 
   stop() {
-    clearTimeout(this.timer);
+    this.queue.rest();
     window.removeEventListener('keydown', this.shortcut);
     super.stop();
   }
@@ -393,10 +382,8 @@ class DataEditor extends CellMap {
   }
 
   undoKey(event) {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
-    const what = { z: event.shiftKey ? 'redo' : 'undo', y: 'redo' }[event.key.toLowerCase()];
-    const typing = event.composedPath()[0];
-    if (!what || typing.isContentEditable || ['INPUT', 'TEXTAREA'].includes(typing.tagName)) return;
+    const what = stepOf(event);
+    if (!what) return;
     event.preventDefault();
     if (!this.root.querySelector(`[data-step="${what}"]`).disabled) this.push({ do: what });
   }

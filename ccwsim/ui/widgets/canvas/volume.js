@@ -1,5 +1,5 @@
 // A volume: three linked slices and the body, which share cursor, vertical exaggeration and data. This
-// follows drawing.js, slice.js and body.js in one module. Nothing is asked of the server.
+// follows drawing.js, edits.js, slice.js and body.js in one module. Only edits go to the server.
 const LINK = 'ccwsim-volume';
 const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; widths from which there are so many
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // of the exaggeration
@@ -17,8 +17,7 @@ export default function (component) {
     views.set(root, view);
   }
   view.component = component;
-  view.pick = (axis, cells) => component.setTriggerValue(
-    'cells', { axis, cells: cells.map(([x, y, z]) => [z, y, x]) });
+  view.queue.send = (edits) => component.setTriggerValue('edits', edits);
   view.show(component.data);
   // Streamlit may end a call when a later one has already taken the view over, and begin again after it.
   return () => { if (view.component === component) view.stop(); };
@@ -31,6 +30,7 @@ class VolumeView {
     this.legend = root.querySelector('.legend');
     this.readout = root.querySelector('.readout');
     this.dataShown = true;
+    this.queue = new EditQueue();
     this.slices = ['z', 'y', 'x'].map((axis) => new Slice(this, axis));
     this.body = new Body(this);
     this.listen();
@@ -40,6 +40,7 @@ class VolumeView {
   async show(data) {
     this.start();
     this.latest = data;
+    this.queue.taken(data.ack ?? 0);
     const cells = await unpacked(data);
     if (this.latest !== data) return;
     Object.assign(this, { data, cells });
@@ -170,6 +171,22 @@ class VolumeView {
       ? `(${x}, ${y}, ${z}) ${labels[this.cells[(z * shape[1] + y) * shape[0] + x]]}` : '';
   }
 
+  // Tell the page of cells (x, y, z) in a slice across an axis, or of a step back or forth.
+  pick(axis, cells) { this.edit({ axis, cells: cells.map(([x, y, z]) => [z, y, x]) }); }
+
+  edit(edit) {
+    this.queue.push(edit);
+    this.queue.tell();
+  }
+
+  step(event) {
+    const { picks, can_undo: undo, can_redo: redo } = this.latest;
+    const what = picks && stepOf(event);
+    if (!what) return;
+    event.preventDefault();
+    if ((what === 'undo' ? undo : redo) || this.queue.edits.length) this.edit({ do: what });
+  }
+
   save() {
     const box = this.root.querySelector('.panels').getBoundingClientRect();
     const dots = window.devicePixelRatio || 1;
@@ -213,17 +230,21 @@ class VolumeView {
       if (what === 'size') this.layout();
       else this.ask(what === 'all' && this.body.mode.value === 'block' ? 'all' : 'slices', true);
     };
+    this.shortcut = (event) => this.step(event);
     this.watch = new ResizeObserver(() => this.layout());
   }
 
   // Doing it twice has no effect.
   start() {
     window.addEventListener(LINK, this.hear);
+    window.addEventListener('keydown', this.shortcut);
     this.watch.observe(this.root);
   }
 
   stop() {
+    this.queue.rest();
     window.removeEventListener(LINK, this.hear);
+    window.removeEventListener('keydown', this.shortcut);
     this.watch.disconnect();
   }
 }

@@ -1,0 +1,45 @@
+// Edits of data on a canvas. They wait in a queue until the page says that it has them, so that none is
+// lost or taken twice however fast they come. Goes before the modules of editors.
+const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
+
+class EditQueue {
+  // A canvas that is put up anew sends what the one before had not got rid of.
+  constructor(waiting = []) {
+    this.edits = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
+    this.last = this.ack = 0;
+  }
+
+  // The page has all edits up to a number.
+  taken(ack) {
+    this.ack = ack;
+    this.edits = this.edits.filter((edit) => edit.seq > ack);
+    this.insist();
+  }
+
+  push(edit) {
+    this.last = Math.max(Date.now(), this.last + 1, this.ack + 1);
+    this.edits.push({ seq: this.last, ...edit });
+  }
+
+  tell() {
+    this.send(this.edits);
+    this.insist();
+  }
+
+  // A page that is drawn anew at this moment may miss what is sent; it knows each edit by its number.
+  insist() {
+    this.rest();
+    if (this.edits.length) this.timer = setTimeout(() => this.tell(), AGAIN);
+  }
+
+  rest() { clearTimeout(this.timer); }
+}
+
+// What a key asks for, undo or redo, unless it is typed into a text.
+function stepOf(event) {
+  if (!(event.ctrlKey || event.metaKey) || event.altKey) return null;
+  const typing = event.composedPath()[0];
+  const text = typing.tagName === 'TEXTAREA' || (typing.tagName === 'INPUT' && typing.type !== 'range');
+  if (text || typing.isContentEditable) return null;
+  return { z: event.shiftKey ? 'redo' : 'undo', y: 'redo' }[event.key.toLowerCase()] ?? null;
+}
