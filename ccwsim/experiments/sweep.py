@@ -21,6 +21,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -378,5 +379,5 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     are = f"cannot be told apart by {n} realizations each" if same else EQUALLY_GOOD
     return (
         f"These {are}: {'; '.join(labels[:MAX_NAMED])}{more}. The fastest of them is {labels[0]}, "
-        f"{1000 * sweep.times[k]:.3g} ms."
+        f"{seconds(sweep.times[k])}."
     )

@@ -100,7 +100,7 @@ def sweep_chart(
         textfont={"size": 12, "color": colours},
         marker={"opacity": 1, "symbol": symbols, "line": {"width": 1.5, "color": colours}},
         customdata=hover,
-        hovertemplate="%{customdata}<br>%{x:.3g} ms, %{y:.3g}: click to see it<extra></extra>",
+        hovertemplate="%{customdata}<br>%{x:.3r} ms, %{y:.3g}: click to see it<extra></extra>",
         selected=same,
         unselected=same,
     )

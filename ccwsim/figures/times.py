@@ -48,7 +48,7 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
     chart.add_trace(line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"))
     numbers, size = np.arange(1, n + 1), 7 if n <= 30 else 4
     each = dots("realization", numbers, milliseconds, theme.ink, size)
-    each.update(hovertemplate="realization %{x}: %{y:.3g} ms<extra></extra>")
+    each.update(hovertemplate="realization %{x}: %{y:.3r} ms<extra></extra>")
     chart.add_trace(each)
     chart.update_xaxes(range=ends, nticks=min(n + 1, 6), tickformat="d")
     top = 1.15 * float(milliseconds.max(initial=mean)) or 1.0
@@ -86,7 +86,7 @@ def compared_times_chart(
     bars.update(
         marker_color=[with_opacity(colour, 0.35) for colour in colours],
         marker_line={"color": list(colours), "width": 1},
-        hovertemplate="mean: %{x:.3g} ms<extra></extra>",
+        hovertemplate="mean: %{x:.3r} ms<extra></extra>",
     )
     chart.add_trace(bars)
     for row, (name, each) in enumerate(settings.items()):

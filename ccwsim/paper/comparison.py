@@ -14,6 +14,7 @@ from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Outcome, Run
 from ccwsim.paper.methods import (
@@ -48,7 +49,6 @@ from ccwsim.paper.verdicts import (
     of_ratio,
     order_of,
     percent,
-    seconds,
 )
 from ccwsim.report import Block, Chart, Judgement, Row, Table, Text
 

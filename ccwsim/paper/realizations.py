@@ -11,6 +11,7 @@ from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import Outcome, Run
 from ccwsim.paper.methods import (
@@ -39,7 +40,6 @@ from ccwsim.paper.verdicts import (
     of_ratio,
     of_time,
     percent,
-    seconds,
 )
 from ccwsim.report import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture

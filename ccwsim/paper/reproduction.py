@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 
 from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.numbers import seconds
 from ccwsim.paper.comparison import sampled_data, stone_wall, variability
 from ccwsim.paper.experiment import FULL, Experiment, Extent, Outcome, Run
 from ccwsim.paper.further_cases import dense_data, limits, three_facies
@@ -16,7 +17,7 @@ from ccwsim.paper.inputs import Inputs
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.realizations import conditional, statistics, unconditional
 from ccwsim.paper.times import grid_size, times_with_data
-from ccwsim.paper.verdicts import ALIKE, NOISE, seconds
+from ccwsim.paper.verdicts import ALIKE, NOISE
 from ccwsim.report import Block, Document, Facts, Judgements, Section, Text, surroundings
 
 EXPERIMENTS = (

@@ -8,6 +8,7 @@ import numpy as np
 
 from ccwsim.experiments.timing import Timing, time_data, time_grids
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
+from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper.experiment import Outcome, Run
 from ccwsim.paper.methods import TITLES, settings
@@ -20,15 +21,7 @@ from ccwsim.paper.published_times import (
     TABLE_2_DATA,
     published_time,
 )
-from ccwsim.paper.verdicts import (
-    OPEN,
-    judged,
-    not_comparable,
-    of_levels,
-    of_ratio,
-    of_time,
-    seconds,
-)
+from ccwsim.paper.verdicts import OPEN, judged, not_comparable, of_levels, of_ratio, of_time
 from ccwsim.report import Chart, Judgement, Row, Table, Text
 
 LEVELS = (1, 2, 3)

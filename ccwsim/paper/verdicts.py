@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 
+from ccwsim.model.numbers import seconds
 from ccwsim.report import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
@@ -108,17 +109,6 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
     found += f" Realizations of the authors' code miss {percent(theirs)}."
     word = AGREES if wrong == theirs else BETTER if wrong < theirs else BEHIND
     return judged(claim, found, word)
-
-
-def seconds(value: float) -> str:
-    """Return a time with its unit.
-
-    Examples
-    --------
-    >>> seconds(0.0123), seconds(56.0)
-    ('12.3 ms', '56 s')
-    """
-    return f"{1000 * value:.3g} ms" if value < 1 else f"{value:.3g} s"
 
 
 def percent(share: float) -> str:

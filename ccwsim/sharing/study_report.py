@@ -16,6 +16,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.choices import Choices, Shown
 from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import (
     Block,
@@ -105,7 +106,7 @@ def study_report(
             f"{of_facies}, against the training image",
         ),
         ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
-        ("CPU time and proportions", counts, f"{mean:.3g} ms a realization"),
+        ("CPU time and proportions", counts, f"{seconds(mean / 1000)} a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
     )
@@ -253,7 +254,7 @@ def _table_of_realizations(ensemble: Ensemble) -> Table:
     rows = tuple(
         (
             str(r + 1),
-            f"{1000 * ensemble.cpu_seconds[r]:.3g}",
+            three_digits(1000 * ensemble.cpu_seconds[r]),
             str(wrong[r]),
             *(f"{share:.1f}" for share in row),
         )

@@ -10,11 +10,11 @@ import numpy as np
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT, setting_colours
 from ccwsim.metrics import fit_proportions
+from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.results.tables import as_csv, numbers_table
-from ccwsim.ui.widgets.facts import seconds, three_digits
 
 MAX_EQUAL_TIME = 1.05
 """Up to this ratio of CPU times two settings count as equally fast."""

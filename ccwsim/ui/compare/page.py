@@ -30,6 +30,7 @@ from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves
@@ -78,7 +79,6 @@ from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, 
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, volume_fields
-from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
 from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note

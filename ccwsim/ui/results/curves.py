@@ -26,6 +26,7 @@ from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import seconds
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
@@ -35,7 +36,6 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.widgets.facts import seconds
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 

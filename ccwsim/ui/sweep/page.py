@@ -29,6 +29,7 @@ from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
@@ -55,7 +56,6 @@ from ccwsim.ui.sweep.plan import (
     use_setting,
     values_on_offer,
 )
-from ccwsim.ui.widgets.facts import seconds, three_digits
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
 from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title

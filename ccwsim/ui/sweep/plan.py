@@ -18,6 +18,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
@@ -28,7 +29,6 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import reason
-from ccwsim.ui.widgets.facts import seconds
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""

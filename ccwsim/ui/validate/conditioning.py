@@ -16,6 +16,7 @@ from ccwsim.metrics import Calibration, EType, ReferenceScores, data_match
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.numbers import three_digits
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.tables import numbers_table
@@ -23,7 +24,6 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of
 from ccwsim.ui.validate.statistics import panel
-from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme

@@ -13,6 +13,7 @@ import streamlit as st
 from ccwsim.metrics import Anodi, Fit
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import three_digits
 from ccwsim.report.verdicts import (
     NOT_JUDGED,
     advise_proportions,
@@ -40,7 +41,6 @@ from ccwsim.ui.validate.statistics import (
     variety,
     volume_patterns,
 )
-from ccwsim.ui.widgets.facts import three_digits
 
 MOMENT_SECONDS = 0.1
 """How long the line waits for the proportions."""

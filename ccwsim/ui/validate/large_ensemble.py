@@ -17,6 +17,7 @@ from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import curve_title
 from ccwsim.run.simulation import simulate
@@ -30,7 +31,6 @@ from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
 from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets import fields
-from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import bound_to, button
 from ccwsim.ui.widgets.text import plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme

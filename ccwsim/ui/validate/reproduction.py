@@ -31,6 +31,7 @@ from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import three_digits
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
@@ -62,7 +63,6 @@ from ccwsim.ui.validate.statistics import (
     Validation,
     panel,
 )
-from ccwsim.ui.widgets.facts import three_digits
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.maps import CellMap, draw_map
 from ccwsim.ui.widgets.text import panel_title, step_note

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from html import escape
 
 import streamlit as st
 
 from ccwsim.metrics import fit_proportions
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.report.verdicts import advise_proportions, describe_proportion
 
 SMALL = 3
@@ -25,32 +25,6 @@ def draw_facts(ensemble: Ensemble) -> None:
         f'<span class="fact">{escape(fact)}</span>' for fact in facts_of(ensemble)
     )
     st.html(f'<p class="facts">{joined}</p>')
-
-
-def three_digits(value: float) -> str:
-    """Return a number with three significant digits, never in powers of ten; "–" for NaN.
-
-    Examples
-    --------
-    >>> three_digits(0.91234), three_digits(1234.5), three_digits(float("nan"))
-    ('0.912', '1234', '–')
-    """
-    if math.isnan(value):
-        return "–"
-    if value == 0:
-        return "0"
-    return f"{value:.3g}" if 1e-4 <= abs(value) < 1000 else f"{value:.0f}"
-
-
-def seconds(value: float) -> str:
-    """Return a time with its unit.
-
-    Examples
-    --------
-    >>> seconds(0.0123), seconds(75.0)
-    ('12.3 ms', '75 s')
-    """
-    return f"{three_digits(1000 * value)} ms" if value < 1 else f"{three_digits(value)} s"
 
 
 def _honoured(ensemble: Ensemble) -> list[str]:

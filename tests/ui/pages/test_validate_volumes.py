@@ -25,6 +25,7 @@ from ccwsim.metrics import (
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import FORCED, Ensemble
+from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import (
     describe_curve,
@@ -49,7 +50,6 @@ from ccwsim.ui.validate.statistics import (
     shared_values,
     volume_patterns,
 )
-from ccwsim.ui.widgets.facts import three_digits
 from tests.metrics.volumes import a_volume
 from tests.ui.pages.test_validate_page import launched, nothing, settled
 from tests.ui.widgets import charts, csv_rows, html, named, texts

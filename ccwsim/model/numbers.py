@@ -1,0 +1,37 @@
+"""Numbers and times as text, for pages, reports and messages."""
+
+from __future__ import annotations
+
+import math
+
+THREE_DIGITS = 999.5
+"""From here on three significant digits are whole numbers."""
+
+
+def three_digits(value: float) -> str:
+    """Return a number with three significant digits, never in powers of ten; "–" for NaN.
+
+    Examples
+    --------
+    >>> three_digits(0.91234), three_digits(1234.5), three_digits(float("nan"))
+    ('0.912', '1234', '–')
+    >>> three_digits(999.7)
+    '1000'
+    """
+    if math.isnan(value):
+        return "–"
+    if value == 0:
+        return "0"
+    return f"{value:.3g}" if 1e-4 <= abs(value) < THREE_DIGITS else f"{value:.0f}"
+
+
+def seconds(value: float) -> str:
+    """Return a time with its unit.
+
+    Examples
+    --------
+    >>> seconds(0.0123), seconds(0.9997), seconds(75.0)
+    ('12.3 ms', '1 s', '75 s')
+    """
+    in_ms = value < THREE_DIGITS / 1000
+    return f"{three_digits(1000 * value)} ms" if in_ms else f"{three_digits(value)} s"
