@@ -84,6 +84,7 @@ FILES = {
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
     made, n_facies = FILES[name]
+    kind = "volume" if name == "volume.mat" else "map"  # all layers of it are taken
     file = tmp_path / name
     file.write_bytes(made())
     tab.goto(f"{address}/simulate?{STUDY}")
@@ -91,7 +92,7 @@ def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
     menu(tab, "image_row")
     tab.locator(".st-key-image_file input[type=file]").set_input_files(file, timeout=SLOW)
     tab.wait_for_url("**/import*", timeout=SLOW)  # the page opens by itself
-    tab.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
+    tab.wait_for_selector(f".st-key-{kind}_import canvas", timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "asked.png")
     use = tab.get_by_role("button", name="Use this image")
@@ -107,7 +108,7 @@ def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
         "() => !document.querySelector('.st-key-progress, i.results-outdated, .ghost')",
         timeout=SLOW,
     )
-    tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
+    tab.wait_for_selector(f".st-key-{kind}_realization canvas", timeout=SLOW)
     tab.screenshot(path=tmp_path / "simulated.png")
 
 

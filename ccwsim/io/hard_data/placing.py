@@ -419,7 +419,7 @@ def _said_unknown(placed: PlacedPoints) -> str:
     first = said[0]
     return (
         f"{where}the training image has no facies {listed[:300]}; say which they are, as "
-        f"facies_names={{{first!r}: 1}}, or drop these data"
+        f"facies_names={{{shown(first)}: 1}}, or drop these data"
     )
 
 
