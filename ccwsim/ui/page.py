@@ -17,7 +17,7 @@ from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.how_to import draw_how_to
+from ccwsim.ui.widgets.how_to import how_tos
 from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
@@ -86,7 +86,7 @@ def _top(title: str, state: State) -> None:
         _menu(title)
         draw_share(state)
         draw_open(state)
-        draw_how_to(title)
+        _draw_how_to(title)
     if state.notes:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.notes))
@@ -113,3 +113,24 @@ def _menu(title: str) -> None:
         here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
         script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
         st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
+
+
+@st.fragment
+def _draw_how_to(title: str) -> None:
+    """Draw a menu with the how-to of a page, by its title; the others can be read there too."""
+    with error_boundary():
+        titles = list(how_tos())
+        if title not in titles:
+            return
+        menu = st.popover("How to", key="how_to", on_change="rerun", help="How to use this page")
+        if not menu.open:
+            return
+        with menu, st.container(key="how_to_text", gap="small"):
+            chosen = st.selectbox(
+                "How to use",
+                titles,
+                titles.index(title),
+                key=f"how_to_{title}",
+                label_visibility="collapsed",
+            )
+            st.markdown(how_tos()[chosen])

@@ -61,7 +61,7 @@ def test_a_how_to_on_a_page_has_no_pictures_and_no_links_that_lead_nowhere():
 
 
 def test_an_installation_without_documents_offers_none(monkeypatch):
-    monkeypatch.setattr("ccwsim.ui.widgets.how_to.how_tos", dict)
+    monkeypatch.setattr("ccwsim.ui.page.how_tos", dict)
     app = opened("paper", State(choices=SMALL))
     app.session_state["how_to"] = True
     app.run()

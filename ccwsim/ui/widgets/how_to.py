@@ -9,8 +9,6 @@ import re
 from functools import cache
 from pathlib import Path
 
-import streamlit as st
-
 import ccwsim
 
 LINK = re.compile(r"\[([^\]]+)\]\((?:\.\./)?([\w/-]+\.md)(?:#[\w-]+)?\)")
@@ -48,18 +46,3 @@ def on_a_page(text: str) -> str:
         return words if is_here else f"{words} (docs/{path})"
 
     return re.sub(r"(?m)^## ", "### ", LINK.sub(named, PICTURE.sub("", text)))
-
-
-@st.fragment
-def draw_how_to(title: str) -> None:
-    """Draw a menu with the how-to of a page, by its title; the others can be read there too."""
-    titles = list(how_tos())
-    if title not in titles:
-        return
-    menu = st.popover("How to", key="how_to", on_change="rerun", help="How to use this page")
-    if not menu.open:
-        return
-    with menu, st.container(key="how_to_text", gap="small"):
-        first = {"index": titles.index(title), "key": f"how_to_{title}"}
-        chosen = st.selectbox("How to use", titles, label_visibility="collapsed", **first)
-        st.markdown(how_tos()[chosen])
