@@ -179,7 +179,7 @@ def saved(page, label: str) -> list[dict[str, str]]:
 
 def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(phone, address):
     page = phone
-    page.goto(f"{address}/compare")
+    page.goto(f"{address}/compare?grid=1500x1500")  # long enough to be stopped
     see(page.locator(".st-key-setting_A"))
     page.wait_for_function(OWN_NAME, timeout=SLOW)
 

@@ -77,12 +77,7 @@ def test_a_published_volume_goes_from_its_file_to_paraview(tab, address, image_f
     use = tab.get_by_role("button", name="Use this image")
     on = tab.get_by_role("button", name="Simulate", exact=True)
     use.wait_for(timeout=SLOW)
-    whole = tab.get_by_text("the whole volume", exact=True).first
-    slices = tab.locator(".st-key-volume_import canvas")
-    until(
-        lambda: None if slices.count() else whole.click(timeout=GLANCE),
-        lambda wait: slices.first.wait_for(timeout=wait),
-    )
+    tab.locator(".st-key-volume_import canvas").first.wait_for(timeout=SLOW)
     at_rest(tab)
     until(
         lambda: None if on.count() else use.click(timeout=GLANCE),

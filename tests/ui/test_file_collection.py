@@ -73,7 +73,12 @@ def number(key: str, value: float) -> Answer:
     return lambda app: named(app.number_input, key).set_value(value).run()
 
 
+def part(key: str, value: str) -> Answer:
+    return lambda app: named(app.button_group, key).set_value(value).run()
+
+
 TAKE, FIT = click("image_take"), click("ask_fit")
+LAYER = part("ask_layers", "one layer")
 FROM_NORTH = select("ask_up", 2)
 
 
@@ -152,7 +157,8 @@ IMAGES = [
     Case("classic.dat", lambda: sample.gslib_table(CODES), CODES,
          (select("ask_columns", 80), TAKE)),
     Case("gaps.sgems", lambda: sample.sgems(GAPS), CODES[:55], (TAKE,)),
-    Case("volume.sgems", lambda: gslib("80 60 5", facies=volume(CODES)), CODES, (TAKE,)),
+    Case("volume.sgems", lambda: gslib("80 60 5", facies=volume(CODES)), volume(CODES), (TAKE,)),
+    Case("layer.sgems", lambda: gslib("80 60 5", facies=volume(CODES)), CODES, (LAYER, TAKE)),
     Case("dem.asc", lambda: sample.esri(CODES)),
     Case("dem_of_values.asc", lambda: sample.esri(FIELD), FIELD, (TAKE,)),
     Case("matrix.txt", lambda: text(CODES, " ")),
@@ -165,7 +171,7 @@ IMAGES = [
     Case("floats.npy", lambda: sample.npy(CODES.astype(np.float32))),
     Case("by_columns.npy", lambda: sample.npy(np.asfortranarray(THREE.astype(np.int64))), THREE),
     Case("nan.npy", lambda: sample.npy(np.where(GAPS < 0, np.nan, GAPS)), CODES[:55], (TAKE,)),
-    Case("volume.npy", lambda: sample.npy(volume(CODES)), CODES, (TAKE,)),
+    Case("volume.npy", lambda: sample.npy(volume(CODES)), volume(CODES), (TAKE,)),
     Case("one.npz", lambda: sample.npz(facies=CODES)),
     Case("several.npz", lambda: sample.npz(porosity=FIELD, facies=CODES), CODES, (TAKE,)),
     Case("ti.npz", lambda: sample.npz(ti=CODES, other=FIELD)),
@@ -181,7 +187,8 @@ IMAGES = [
     Case("colours.jpg", lambda: saved(COLOURS[THREE], "JPEG", quality=90), THREE, (TAKE,)),
     Case("colours.gif", lambda: saved(COLOURS[THREE], "GIF"), THREE),
     Case("colours.bmp", lambda: saved(COLOURS[THREE], "BMP"), THREE),
-    Case("volume.mat", lambda: matlab(facies=np.moveaxis(volume(CODES), 0, -1)), CODES, (TAKE,)),
+    Case("volume.mat", lambda: matlab(facies=np.moveaxis(volume(CODES), 0, -1)), volume(CODES),
+         (TAKE,)),
     Case("codes.tif", lambda: tiff(CODES * 255)),
     Case("values.tif", lambda: tiff(FIELD.astype(np.float32)), FIELD, (TAKE,)),
     Case("categories.tif", lambda: geotiff(CODES)),
@@ -235,7 +242,9 @@ def test_an_image_reaches_a_simulation(case):
     assert (found == wanted).mean() >= (0.97 if case.name.endswith("jpg") else 1.0)
     ensemble = simulated(state.choices).ensemble
     assert ensemble.training_image.digest == image.digest
-    assert ensemble.realizations.shape == (1, *STUDY.grid.shape)
+    layers = wanted.shape[:-2]  # a map keeps the grid of the study, a volume has one of its own
+    assert ensemble.realizations.shape[1:] == (*layers, *state.choices.grid.shape[-2:])
+    assert layers or state.choices.grid == STUDY.grid
     assert np.isin(ensemble.realizations, image.codes).all()
 
 
