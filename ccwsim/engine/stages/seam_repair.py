@@ -120,8 +120,8 @@ def prepare_repair(
     window, ring, block = window_lengths(template, room)  # type: ignore[arg-type]
     level = tuple(n.bit_length() - 1 for n in block)
     planes = 1 if n_facies <= 2 else n_facies
-    # of one type, which holds those of all blocks, so that few kernels are compiled
-    sums = build_pyramid(image, level, planes).sums.astype(np.uint8)  # type: ignore[arg-type]
+    # of one type, whatever the block is, so that few kernels are compiled
+    sums = build_pyramid(image, level, planes).sums.astype(np.int16)  # type: ignore[arg-type]
     size = tuple(n // b for n, b in zip(window, block, strict=True))
     wide = tuple(n // b for n, b in zip(ring, block, strict=True))
     inner = tuple(n - b for n, b in zip(size, wide, strict=True))
