@@ -73,10 +73,10 @@ def segment_minima(scores, minima):
     n = len(scores)
     length = np.uint64(min(SEGMENT, n))
     for s in range(np.uint64(n // SEGMENT)):
-        first = s * length
-        least = scores[first]
+        start = s * length
+        least = scores[start]
         for x in range(length):
-            score = scores[first + x]
+            score = scores[start + x]
             least = score if score < least else least  # min would give a wider type
         minima[s] = least
     first = n - n % SEGMENT
