@@ -41,6 +41,7 @@ from ccwsim.engine.tiles import (
     Search,
     Simulated,
     Workspace,
+    clipped,
     make_patches,
     make_workspace,
     patches_before,
@@ -198,9 +199,10 @@ def _patches(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the patches in their order, and which of them lie beside each and come before it."""
     p, splits = study.parameters, oriented.splits
+    own = lengths.at_scale(p.scale)
 
     def make(split_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        patches = make_patches(path, lengths.at_scale(p.scale), splits, split_of)
+        patches = make_patches(path, own, splits, split_of)
         few = oriented.n_places < FEW_LOCATIONS + 4 * p.n_candidates
         if p.draws_as_published or few or lengths.volume:
             return patches, np.zeros((len(patches), 0), np.int64)
@@ -208,10 +210,15 @@ def _patches(
 
     if len(splits) == 1:  # then all paths with so many tiles have the same
         key = "patches", path.tiles, path.order, lengths.template, lengths.overlap
-        return image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
-    legal = [(z, y, x) for z, y, x in splits.tolist()]
-    lattice = path, lengths.template, lengths.overlap
-    return make(split_tiles(legal, data, *lattice, lengths.max_data, lengths.volume))
+        patches, before = image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
+    else:
+        legal = [(z, y, x) for z, y, x in splits.tolist()]
+        lattice = path, lengths.template, lengths.overlap
+        patches, before = make(split_tiles(legal, data, *lattice, lengths.max_data, lengths.volume))
+    if lengths.volume and p.random_path and not p.draws_as_published:
+        patches = clipped(patches, path, own)
+        before = before[: len(patches)]
+    return patches, before
 
 
 def _offset(p: Parameters, lengths: ScaledLengths, rng: np.random.Generator) -> Triple:

@@ -152,6 +152,26 @@ def make_patches(
     return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
 
 
+def clipped(
+    patches: NDArray[np.int64], path: RasterPath, lengths: ScaledLengths
+) -> NDArray[np.int64]:
+    """Return the patches with whole blocks of the grid alone, where the path begins before it.
+
+    Cells outside the grid are cropped in the end: in a volume of few tiles they are a third and
+    more of all. A patch that the next ones replace wholly is left out.
+    """
+    unit = np.multiply(lengths.block, lengths.unit)
+    low = np.array(path.offset) // unit * lengths.block
+    high = -(-np.add(path.offset, path.shape) // unit) * lengths.block
+    first, overlap = patches[:, :3], np.array(lengths.overlap)
+    end = first + patches[:, 3:6]
+    needed = (end - overlap > low) & ((first + overlap < high) | (first <= low))
+    bits = np.array([BELOW, TOP, LEFT]) * (overlap > 0)
+    sides = ((first > low) * bits).sum(axis=1)
+    first, end = np.maximum(first, low), np.minimum(end, high)
+    return np.column_stack([first, end - first, sides, patches[:, 7:]])[needed.all(axis=1)]
+
+
 def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
     """Return which patches of a map lie beside each and are simulated before it, shape (n, 4).
 

@@ -23,7 +23,7 @@ from ccwsim.engine.stages.path import (
     n_tiles,
     to_path,
 )
-from ccwsim.engine.tiles import make_patches
+from ccwsim.engine.tiles import clipped, make_patches
 
 maps = st.tuples(st.integers(1, 12), st.integers(1, 12))
 volumes = st.tuples(st.integers(1, 6), st.integers(1, 7), st.integers(1, 8))
@@ -182,3 +182,43 @@ def test_patches_lie_on_what_is_simulated_already_just_where_their_sides_say(
     assert all(full >= n for full, n in zip(path.full, path.shape, strict=True))
     n_parts = np.array([np.prod(parts) for parts in splits])
     assert len(patches) == n_parts[split_of].sum()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 15), st.integers(0, 2), st.integers(0, 2), st.integers(0, 2**16))
+def test_clipped_patches_cover_the_grid_and_no_block_outside(orientation, order, level, seed):
+    rng = np.random.default_rng(seed)
+    own = random_lengths(True, rng)
+    step = np.subtract(own.template, own.overlap)
+    lengths = own._replace(level=(min(level, 1), level, level))
+    block = np.array(lengths.block)
+    lengths = lengths._replace(
+        template=tuple(block * own.template), overlap=tuple(block * own.overlap)
+    )
+    grid_shape = tuple(int(n) for n in block * rng.integers(1, 33, 3) + rng.integers(0, 4, 3))
+    offset = tuple(int(n) for n in rng.integers(0, block * step))
+    path = make_path(grid_shape, orientation, *lengths[:2], order, offset)  # type: ignore[arg-type]
+    splits = np.array([(1, 1, 1)])
+    patches = make_patches(path, lengths, splits, np.zeros(np.prod(path.tiles), np.int64))
+    kept = clipped(patches, path, lengths)
+    assert len(kept) <= len(patches)
+    low = np.array(offset) // block * block
+    high = -(-np.add(offset, path.shape) // block) * block
+    done = np.zeros(path.full, bool)
+    for number, (z0, y0, x0, nz, ny, nx, sides, *_) in enumerate(kept.tolist()):
+        assert ((z0, y0, x0) >= low).all()
+        assert (np.add((z0, y0, x0), (nz, ny, nx)) <= high).all()
+        assert not np.any(np.array((z0, y0, x0, nz, ny, nx)) % np.tile(block, 2))
+        assert (sides == 0) == (number == 0)
+        box = done[z0 : z0 + nz, y0 : y0 + ny, x0 : x0 + nx]
+        oz, oy, ox = lengths.overlap
+        overlap = np.zeros_like(box)
+        overlap[:, :, :ox] |= bool(sides & 1)
+        overlap[:, :oy] |= bool(sides & 2)
+        overlap[:oz] |= bool(sides & 4)
+        np.testing.assert_array_equal(box, overlap)
+        assert not box.all()  # each patch brings cells of its own
+        box[:] = True
+    assert done[tuple(map(slice, low, high))].all()
+    if not any(offset) and path.full == path.shape:
+        np.testing.assert_array_equal(kept, patches)
