@@ -119,7 +119,8 @@ def target_of(
     shape = in_layers(study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     origin = sources.reshape(shape if sources.size else (0, 0, 0))
-    return Target(image.scaled(), image.bits(), data, indices.reshape(shape), origin)
+    by_chance = study.parameters.draws_as_published
+    return Target(image.scaled(), image.bits(), data, indices.reshape(shape), origin, by_chance)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:

@@ -70,6 +70,9 @@ class Target(NamedTuple):
     # shape (nz, ny, nx) or empty: flat index in the TI of each cell, kept up to date where it is
     # not empty; −1 where a cell is forced
     sources: NDArray[np.int32]
+    # whether chance decides of each location whether it is compared, as it did in the published
+    # way; otherwise one of each few is
+    by_chance: bool = False
 
 
 class Workspace(NamedTuple):
@@ -247,7 +250,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     `anyway` also data that the grid honours by now are taken. `fits`, shape (n,), becomes True
     where the grid honours the datum.
     """
-    image, _, data, grid, sources = target
+    image, _, data, grid, sources, _ = target
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
@@ -276,7 +279,7 @@ def fitting_windows(target, box, limit, most, rng, mask, strips, best):
     Return how many. At most `limit` cells of the ring may be wrong, and about `most` locations are
     compared; `mask` and `strips` are workspace.
     """
-    image, bits, data, grid, _ = target
+    image, bits, data, grid, _, by_chance = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
     at_once, start = rows, np.int64(0)
     if image.shape[0] > 1:
@@ -290,10 +293,10 @@ def fitting_windows(target, box, limit, most, rng, mask, strips, best):
         n_rows += some
     if n_places == 0:
         return 0
-    share = min(1.0, most / n_places)
+    sample = n_places, most, by_chance
     take_strips(grid, box, bits, strips)
     looked = start, n_rows
-    return best_windows(bits, mask, image.shape, box, looked, strips, share, limit, rng, best)
+    return best_windows(bits, mask, image.shape, box, looked, strips, sample, limit, rng, best)
 
 
 @part_of_kernel
@@ -410,18 +413,20 @@ def next_row(z, y, layers, rows):
 
 
 @part_of_kernel
-def best_windows(bits, mask, shape, box, part, strips, share, limit, rng, best):
+def best_windows(bits, mask, shape, box, part, strips, sample, limit, rng, best):
     """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
-    Return how many. Only marked locations with at most `limit` wrong cells count, each looked at
-    with chance `share`; `part` is as `honouring_places` has it. The first of equal ones are kept,
-    so the search begins at a random one.
+    Return how many. Only marked locations with at most `limit` wrong cells count; `sample` says
+    which of them are looked at, as `next_number` has it, and `part` is as `honouring_places` has
+    it. The first of equal ones are kept, so the search begins at a random one.
     """
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
     first_row, n_rows = part
     turned, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
     n, one, words = 0, np.uint64(1), bits.ravel()
     worst = limit + 1
+    passed, number = np.int64(0), np.int64(0)  # marked locations, and those that were looked at
+    wanted = next_number(rng, passed, number, sample)
     for k in range(n_rows):
         pz, py = row_of(first_row + (turned + k) % n_rows, layers, rows)
         for half in range(2):
@@ -433,16 +438,52 @@ def best_windows(bits, mask, shape, box, part, strips, share, limit, rng, best):
                     word &= ~np.uint64(0) << np.uint64(start & 63)
                 if end < 64 * (w + 1):
                     word &= (one << np.uint64(end - 64 * w)) - one
-                while word:
+                end_of_word = passed + n_bits(word)
+                while wanted < end_of_word:
+                    word = without_lowest(word, wanted - passed)
                     px = 64 * w + n_bits((word & (~word + one)) - one)
                     word &= word - one
-                    if share < 1 and rng.random() >= share:
-                        continue
+                    passed, number = wanted + 1, number + 1
+                    wanted = next_number(rng, passed, number, sample)
                     misfit = n_different(words, bits.shape, (pz, py, px), strips, worst)
-                    if misfit >= worst:
-                        continue
-                    n, worst = _take(best, n, worst, misfit, pz, py, px)
+                    if misfit < worst:
+                        n, worst = _take(best, n, worst, misfit, pz, py, px)
+                passed = end_of_word
     return n
+
+
+@part_of_kernel
+def next_number(rng, passed, number, sample):
+    """Return which of the marked locations is looked at after `number` others, from `passed` on.
+
+    `sample` has how many are marked, how many of these are looked at, and whether chance decides of
+    each: a random number for each of them takes longer than one for each that is looked at.
+    """
+    n_places, most, by_chance = sample
+    if n_places <= most:
+        return passed
+    if not by_chance:
+        return max(np.int64((number + rng.random()) * (n_places / most)), passed)
+    while passed < n_places and rng.random() >= most / n_places:
+        passed += 1
+    return passed
+
+
+@part_of_kernel
+def without_lowest(word, n):
+    """Return a word without the n lowest of the bits that are set, of which it has more."""
+    shift, half = np.uint64(0), np.uint64(32)
+    while n > 0 and half >= np.uint64(8):
+        low = word >> shift & ((np.uint64(1) << half) - np.uint64(1))
+        in_low = n_bits(low)
+        if in_low <= n:
+            word ^= low << shift
+            n -= in_low
+            shift += half
+        half >>= np.uint64(1)
+    for _ in range(n):
+        word &= word - np.uint64(1)
+    return word
 
 
 @part_of_kernel

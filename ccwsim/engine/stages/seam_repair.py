@@ -194,7 +194,7 @@ def repair_seams(
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around places, shape (n, 3), one after another; return how many changed."""
-    image, _, data, grid, sources = target
+    image, _, data, grid, sources, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed = repair.patterns, 0
@@ -276,7 +276,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     As the search for a patch, but for an overlap on all sides; in as many layers of the image, from
     a random one on, as `work.scores` has.
     """
-    image, bits, _, grid, _ = target
+    image, bits, _, grid, _, _ = target
     sums, scores, places = repair.sums, work.scores, work.places
     n = overlap_terms(grid, box, repair.block, sums, work.of_block, work.offsets, work.weights)
     n_layers = len(scores)

@@ -33,11 +33,14 @@ from ccwsim.engine.stages.resimulation import (
     own_counts,
     resimulate,
     window_around,
+    without_lowest,
 )
 from ccwsim.model.ensemble import FORCED
 from tests.small_images import blobs, noise
 
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
+ALL = 0, 1, False
+"""All locations are looked at."""
 
 
 def dense_data(shape: tuple[int, int], seed: int) -> HardData:
@@ -277,7 +280,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
     if n:
         best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
         part = (first, some)
-        n_best = best_windows(bits, mask, image.shape, box, part, strips, 1.0, 10**6, rng, best)
+        n_best = best_windows(bits, mask, image.shape, box, part, strips, ALL, 10**6, rng, best)
         assert n_best == min(n, N_BEST)
         for _, *place in best[:n_best].tolist():
             assert expected[tuple(place)]
@@ -305,15 +308,63 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
         for place in np.argwhere(honours(image, data, box))
     }
     best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
-    n = best_windows(bits, mask, image.shape, box, every, strips, 1.0, limit, rng, best)
+    n = best_windows(bits, mask, image.shape, box, every, strips, ALL, limit, rng, best)
     fitting = sorted(misfit for misfit in misfits.values() if misfit <= limit)
     found = best[:n].tolist()
     assert sorted(row[0] for row in found) == fitting[:N_BEST]
     assert len({tuple(row[1:]) for row in found}) == n
     assert all(misfits[tuple(place)] == misfit for misfit, *place in found)
-    n = best_windows(bits, mask, image.shape, box, every, strips, 0.3, limit, rng, best)
+    some = n_places, n_places / 3.3, bool(seed % 2)
+    n = best_windows(bits, mask, image.shape, box, every, strips, some, limit, rng, best)
     assert n <= len(fitting)
     assert all(misfits[tuple(place)] == misfit <= limit for misfit, *place in best[:n].tolist())
+
+
+def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -> list[int]:
+    """Return the columns of a row that are looked at, of those that honour the data."""
+    image = np.random.default_rng(1).integers(0, 2, (1, 1, 300)).astype(np.uint8)
+    grid = np.zeros((1, 1, 4), np.uint8)
+    box, bits = Box(0, 0, 0, 1, 1, 4, LEFT, 0, 0, 1), to_bits(image)
+    data = np.full(grid.shape, UNKNOWN, np.uint8)
+    data[0, 0, 2] = 0
+    mask, strips = np.zeros(bits.shape[1:], np.uint64), make_strips(bits, (1, 1, 4))
+    part = whole(box, image.shape)
+    n_places = honouring_places(bits, data, box, image.shape, part, mask)
+    take_strips(grid, box, bits, strips)
+    best, sample = np.empty((300, 4), np.int64), (n_places, n_places / every, by_chance)
+    n = best_windows(bits, mask, image.shape, box, part, strips, sample, 4, rng, best)
+    return sorted(best[:n, 3].tolist())
+
+
+@pytest.mark.parametrize("every", [1.0, 1.4, 2.0, 7.5, 40.0])
+def test_of_each_few_locations_one_is_looked_at(every):
+    rng = np.random.default_rng(0)
+    honouring = looked_at(1.0, rng)
+    for _ in range(50):
+        own = looked_at(every, rng)
+        assert set(own) <= set(honouring)
+        assert abs(len(own) - len(honouring) / every) <= 1
+
+
+@pytest.mark.parametrize("by_chance", [False, True])
+@pytest.mark.parametrize("every", [1.4, 2.0, 7.5])
+def test_all_locations_are_looked_at_equally_often(every, by_chance):
+    rng = np.random.default_rng(0)
+    honouring = looked_at(1.0, rng)
+    seen = np.zeros(300)
+    for _ in range(4000):
+        seen[looked_at(every, rng, by_chance)] += 1
+    seen = seen[honouring]
+    assert abs(seen.mean() - 4000 / every) < 0.03 * 4000
+    assert seen.min() > 0.8 * seen.mean()
+    assert seen.max() < 1.2 * seen.mean()
+
+
+@given(st.integers(1, 2**64 - 1), st.data())
+def test_the_lowest_bits_are_left_out(word, data):
+    bits = [k for k in range(64) if word >> k & 1]
+    n = data.draw(st.integers(0, len(bits) - 1))
+    assert int(without_lowest(np.uint64(word), n)) == sum(1 << k for k in bits[n:])
 
 
 def test_equal_windows_are_found_equally_often_in_a_volume():
@@ -330,7 +381,7 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     take_strips(grid, box, bits, strips)
     best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
     for _ in range(3000):
-        n = best_windows(bits, mask, image.shape, box, every, strips, 1.0, 8, rng, best)
+        n = best_windows(bits, mask, image.shape, box, every, strips, ALL, 8, rng, best)
         seen[tuple(best[rng.integers(n), 1:])] += 1
     assert seen[0, 0, 0] == 0
     drawn = np.delete(seen.ravel(), 0)
