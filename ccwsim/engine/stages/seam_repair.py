@@ -36,6 +36,8 @@ from ccwsim.engine.stages.unseen_patterns import Patterns, known_patterns, n_uns
 
 N_BEST = 2
 """So many of the best locations are tried."""
+N_BEST_DATA = 8
+"""The same in windows of volumes with data, which leave fewer locations that fit well."""
 LEAST, LEAST_VOLUME = 3, 2
 """A window has at least so many unseen patterns."""
 MAX_COMPARED = 500
@@ -71,7 +73,8 @@ class Workspace(NamedTuple):
     found: NDArray[np.int64]
     found_scores: NDArray[np.number[Any]]
     places: NDArray[np.int64]
-    best: NDArray[np.int64]  # shape (N_BEST, 4): misfit, layer, row and column of locations
+    # shape (n, 4): misfit, layer, row and column of the locations that are tried
+    best: NDArray[np.int64]
     mask: NDArray[np.uint64]  # the bits of locations
     offsets: NDArray[np.int64]
     weights: NDArray[np.number[Any]]
@@ -148,7 +151,7 @@ def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> W
         found=np.zeros(n, np.int64),
         found_scores=np.zeros(n, kind),
         places=np.zeros(min(N_BEST, n), np.int64),
-        best=np.zeros((N_BEST, 4), np.int64),
+        best=np.zeros((N_BEST_DATA if window[0] > 1 else N_BEST, 4), np.int64),
         mask=np.zeros(bits.shape[1:], np.uint64),
         offsets=np.zeros(n_terms, np.int64),
         weights=np.zeros(n_terms, repair.sums.dtype),
