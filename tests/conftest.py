@@ -73,6 +73,12 @@ def address():
         yield there
 
 
+AS_ON_THE_FIRST_VISIT = """if (location.protocol.startsWith('http'))
+  for (const key of Object.keys(localStorage))
+    if (key.startsWith('stSidebarCollapsed')) localStorage.removeItem(key);"""
+"""The study column is open on wide pages, also where a test closed it on a narrow one before."""
+
+
 @pytest.fixture(scope="package")
 def chromium():
     """A headless browser for all tests of a worker in one folder.
@@ -92,6 +98,7 @@ def desktop(chromium):
     """
     context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     context.grant_permissions(["clipboard-read", "clipboard-write"])
+    context.add_init_script(AS_ON_THE_FIRST_VISIT)
     yield context
     context.close()
 
