@@ -323,10 +323,10 @@ def test_no_section_gets_low_while_statistics_come(tab, address):
     opened(tab, address, "validate", study)
     tab.wait_for_selector(".st-key-section_image", timeout=SLOW)
     tab.evaluate(HEIGHTS)
-    for name in ("patterns", "directions", "transitions", "reuse", "long"):
-        section = tab.locator(f".st-key-section_{name}")
-        section.scroll_into_view_if_needed()
-        section.locator(".unseen").wait_for(state="detached", timeout=SLOW)
+    sections = tab.locator("[class*=st-key-section_]")
+    for k in range(sections.count()):  # each, as what comes above pushes the next out of view
+        sections.nth(k).scroll_into_view_if_needed()
+        sections.nth(k).locator(".unseen").wait_for(state="detached", timeout=SLOW)
     tab.wait_for_function("() => !document.querySelector('.working, .unseen')", timeout=SLOW)
     at_rest(tab)
     for name, heights in tab.evaluate("window.heights").items():
