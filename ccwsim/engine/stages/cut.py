@@ -152,13 +152,12 @@ def _next(boundaries):
 def keep_old(grid, data, image, place, box, cut):
     """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is."""
     keep_mask = cut.keep_mask
-    for z in range(box.nz):
-        for y in range(box.ny):
-            for x in range(box.nx):
-                keep_mask[z, y, x] = False
     if len(cut.flow.cells):
         minimum_cut(grid, data, image, place, box, cut.flow, keep_mask)
     else:
+        for y in range(box.ny):
+            for x in range(box.nx):
+                keep_mask[0, y, x] = False
         _cut_strips(grid[box.z0], data[box.z0], image[place[0]], place, box, cut, keep_mask[0])
 
 

@@ -25,8 +25,6 @@ SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
 """A cell whose facies stays or changes; beyond the overlap: inside, outside of it, no neighbour."""
 BROKEN_CELL = 1 << 20
 """What a cut pays for a datum it would drop: more than all seams of a patch."""
-TREE, PARENT, DISTANCE, TIME = 0, 1, 2, 3
-"""What `FlowWorkspace.node` has of each cell."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
 """The tree that a cell is in; inactive cells take no part."""
 ROOT, ORPHAN, NONE = 6, 7, 8
@@ -40,64 +38,60 @@ class FlowWorkspace(NamedTuple):
 
     state: NDArray[np.uint8]
     beside: NDArray[np.uint8]  # how many of the six neighbours differ
-    # shape (n, 8): to the neighbour in each of six directions; side by side in memory
+    # to the neighbour in each of six directions, eight numbers a cell: see `_link`
     capacity: NDArray[np.uint8]
     rest: NDArray[np.int32]  # capacity left: from the old cells, or where negative to the new ones
-    # shape (n, 4): the tree of each cell, the direction of its parent, steps to the root, and when
-    # these were counted; side by side in memory, as they are read together
-    node: NDArray[np.int32]
+    tree: NDArray[np.uint8]  # that each cell is in
+    parent: NDArray[np.uint8]  # the direction of its parent
+    distance: NDArray[np.int32]  # steps to the root of its tree
+    time: NDArray[np.int32]  # when these were counted
     # cells that take part; those whose neighbours are to be looked at, in a ring; and cells cut off
-    cells: NDArray[np.int32]
-    queue: NDArray[np.int32]
+    cells: NDArray[np.uint32]
+    queue: NDArray[np.uint32]
     is_queued: NDArray[np.bool_]
-    orphans: NDArray[np.int32]
+    orphans: NDArray[np.uint32]
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
     """Return the workspace for boxes of at most `template` cells; empty for none."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
-    state, beside, capacity, node = (
-        np.zeros(n, np.uint8),
-        np.zeros(n, np.uint8),
-        np.zeros((n, 8), np.uint8),
-        np.zeros((n, 4), np.int32),
-    )
-    rest, cells, queue, orphans = (np.zeros(n, np.int32) for _ in range(4))
-    is_queued = np.zeros(n, np.bool_)
-    return FlowWorkspace(state, beside, capacity, rest, node, cells, queue, is_queued, orphans)
+    state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))
+    rest, distance, time = (np.zeros(n, np.int32) for _ in range(3))
+    cells, queue, orphans = (np.zeros(n, np.uint32) for _ in range(3))
+    capacity, is_queued = np.zeros(8 * n, np.uint8), np.zeros(n, np.bool_)
+    trees = tree, parent, distance, time
+    return FlowWorkspace(state, beside, capacity, rest, *trees, cells, queue, is_queued, orphans)
 
 
 @part_of_kernel
 def minimum_cut(grid, data, image, place, box, flow, keep_mask):
-    """Mark in `keep_mask`, all False on entry, the cells of a box where the grid stays.
+    """Mark in `keep_mask` the cells of a box where the grid stays, and no others.
 
     Returns the cost of the cut.
     """
-    row = box.nx + 2
-    layer = row * (box.ny + 2)
-    steps = (-1, 1, -row, row, -layer, layer)
+    row, layer = box.nx + 2, (box.nx + 2) * (box.ny + 2)
+    back, down, below = np.uint64(-1), np.uint64(-row), np.uint64(-layer)
+    steps = (back, np.uint64(1), down, np.uint64(row), below, np.uint64(layer))
     _mark_states(grid, image, place, box, flow)
     _count_beside(box, row, layer, flow)
     n, total = _make_graph(grid, data, image, place, box, steps, flow)
     total += _largest_flow(n, steps, flow)
     for k in range(n):
-        u = flow.cells[k]
-        if flow.node[u, TREE] == OF_OLD:
-            _keep(u, box, keep_mask)
+        u = np.uint64(flow.cells[k])
+        if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERS:
             for a in range(6):  # cells left out of the graph stay with their only such neighbour
                 v = u + steps[a]
-                if flow.state[u] == DIFFERS and flow.state[v] == SAME and flow.beside[v] < 2:
-                    _keep(v, box, keep_mask)
+                if flow.state[v] == SAME and flow.beside[v] < 2:
+                    flow.tree[v] = OF_OLD
+    kept = keep_mask.ravel()
+    for z in range(box.nz):
+        for y in range(box.ny):
+            first = np.uint64((z + 1) * layer + (y + 1) * row + 1)
+            to = np.uint64((z * keep_mask.shape[1] + y) * keep_mask.shape[2])
+            for x in range(np.uint64(box.nx)):
+                kept[to + x] = flow.tree[first + x] == OF_OLD
     return total
-
-
-@part_of_kernel
-def _keep(u, box, keep_mask):
-    """Mark the cell at flat index `u` of the box with its margin."""
-    z_row, x = divmod(u, box.nx + 2)
-    z, y = divmod(z_row, box.ny + 2)
-    keep_mask[z - 1, y - 1, x - 1] = True
 
 
 @part_of_kernel
@@ -108,29 +102,33 @@ def _mark_states(grid, image, place, box, flow):
     below, above = box.sides & BELOW, box.sides & ABOVE
     top, bottom = box.sides & TOP, box.sides & BOTTOM
     left, right = box.sides & LEFT, box.sides & RIGHT
-    u = 0
+    state, row = flow.state, np.uint64(box.nx + 2)
+    cells, after = grid.ravel(), image.ravel()
+    _, ny, nx = grid.shape
+    _, my, mx = image.shape
+    u = np.uint64(0)
     for z in range(-1, box.nz + 1):
         for y in range(-1, box.ny + 1):
             outside = z < 0 or z == box.nz or y < 0 or y == box.ny
             old = (z < 0 and below) or (z == box.nz and above)
             old = old or (y < 0 and top) or (y == box.ny and bottom)
+            for x in range(row):
+                flow.tree[u + x] = INACTIVE
             if outside:
-                for x in range(box.nx + 2):
-                    flow.state[u + x] = ALL_OLD if old else NOTHING
+                for x in range(row):
+                    state[u + x] = ALL_OLD if old else NOTHING
             else:
-                flow.state[u] = ALL_OLD if left else NOTHING
-                flow.state[u + box.nx + 1] = ALL_OLD if right else NOTHING
-                before, after = grid[box.z0 + z, box.y0 + y], image[tz + z, ty + y]
-                first, x0, tx0 = np.uint64(u + 1), np.uint64(box.x0), np.uint64(tx)
-                for k in range(np.uint64(box.nx)):
-                    x = np.uint64(k)
-                    flow.state[first + x] = before[x0 + x] != after[tx0 + x]
+                state[u] = ALL_OLD if left else NOTHING
+                state[u + row - np.uint64(1)] = ALL_OLD if right else NOTHING
+                to = u + np.uint64(1)
+                first = np.uint64(((box.z0 + z) * ny + box.y0 + y) * nx + box.x0)
+                new = np.uint64(((tz + z) * my + ty + y) * mx + tx)
+                for x in range(np.uint64(box.nx)):
+                    state[to + x] = cells[first + x] != after[new + x]
                 if low_z <= z < high_z and low_y <= y < high_y:
-                    for x in range(low_x, high_x):
-                        flow.state[u + 1 + x] = ALL_NEW
-            for x in range(box.nx + 2):
-                flow.node[u + x, TREE] = INACTIVE
-            u += box.nx + 2
+                    for x in range(np.uint64(low_x), np.uint64(high_x)):
+                        state[to + x] = ALL_NEW
+            u += row
 
 
 @part_of_kernel
@@ -161,9 +159,9 @@ def _make_graph(grid, data, image, place, box, steps, flow):
     state, n, total = flow.state, 0, np.int64(0)
     for z in range(box.nz):
         for y in range(box.ny):
-            first = ((z + 1) * (box.ny + 2) + y + 1) * (box.nx + 2) + 1
+            first = np.uint64(((z + 1) * (box.ny + 2) + y + 1) * (box.nx + 2) + 1)
             for x in range(box.nx):
-                u = first + x
+                u = first + np.uint64(x)
                 own = np.int32(state[u])
                 if own > DIFFERS:
                     continue
@@ -173,7 +171,7 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
                     free = other <= DIFFERS
-                    flow.capacity[u, a] = own + other if free else 0
+                    flow.capacity[_link(u, a)] = own + other if free else 0
                     sink += 2 * own if other == ALL_NEW else 0
                     source += 2 * own if other == ALL_OLD else 0
                 datum = data[box.z0 + z, box.y0 + y, box.x0 + x]
@@ -194,26 +192,34 @@ def _make_graph(grid, data, image, place, box, steps, flow):
 
 
 @part_of_kernel
+def _link(u, a):
+    """Return the number of the link from a cell to its neighbour in direction `a`."""
+    return u << np.uint64(3) | np.uint64(a)
+
+
+@part_of_kernel
 def _largest_flow(n, steps, flow):
     """Send all flow from old to new cells; return how much goes through more than one cell.
 
     In the end the tree of the old cells has all that flow from them could still reach.
     """
-    node, queue, is_queued = flow.node, flow.queue, flow.is_queued
+    tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
+    capacity, queue, is_queued = flow.capacity, flow.queue, flow.is_queued
     size, head, tail, total, now = len(queue), 0, 0, np.int64(0), np.int32(1)
     for k in range(n):
-        u = flow.cells[k]
-        node[u, TIME], is_queued[u] = 0, False
-        node[u, TREE], node[u, PARENT] = FREE, NONE
+        u = np.uint64(flow.cells[k])
+        time[u], is_queued[u] = 0, False
+        tree[u], parent[u] = FREE, NONE
         if flow.rest[u] != 0:
-            node[u, TREE] = OF_OLD if flow.rest[u] > 0 else OF_NEW
-            node[u, PARENT], node[u, DISTANCE] = ROOT, 1
+            tree[u] = OF_OLD if flow.rest[u] > 0 else OF_NEW
+            parent[u], distance[u] = ROOT, 1
             queue[tail], is_queued[u] = u, True
             tail += 1
     n_queued = tail
     while n_queued > 0:
-        u = queue[head]
-        if node[u, TREE] == FREE:
+        u = np.uint64(queue[head])
+        own = tree[u]
+        if own == FREE:
             is_queued[u] = False
             head = head + 1 if head + 1 < size else 0
             n_queued -= 1
@@ -221,27 +227,25 @@ def _largest_flow(n, steps, flow):
         meets = -1
         for a in range(6):
             v = u + steps[a]
-            if node[v, TREE] == INACTIVE:
+            other = tree[v]
+            if other == INACTIVE:
                 continue
-            if node[u, TREE] == OF_OLD:
-                left = flow.capacity[u, a]
-            else:
-                left = flow.capacity[v, a ^ 1]
+            left = capacity[_link(u, a)] if own == OF_OLD else capacity[_link(v, a ^ 1)]
             if left == 0:
                 continue
-            if node[v, TREE] == FREE:
-                node[v, TREE], node[v, PARENT] = node[u, TREE], a ^ 1
-                node[v, TIME], node[v, DISTANCE] = node[u, TIME], node[u, DISTANCE] + 1
+            if other == FREE:
+                tree[v], parent[v] = own, a ^ 1
+                time[v], distance[v] = time[u], distance[u] + 1
                 if not is_queued[v]:
                     queue[tail], is_queued[v] = v, True
                     tail = tail + 1 if tail + 1 < size else 0
                     n_queued += 1
-            elif node[v, TREE] != node[u, TREE]:
+            elif other != own:
                 meets = a
                 break
-            elif node[v, TIME] <= node[u, TIME] and node[v, DISTANCE] > node[u, DISTANCE]:
-                node[v, PARENT] = a ^ 1  # a shorter way to the root
-                node[v, TIME], node[v, DISTANCE] = node[u, TIME], node[u, DISTANCE] + 1
+            elif time[v] <= time[u] and distance[v] > distance[u]:
+                parent[v] = a ^ 1  # a shorter way to the root
+                time[v], distance[v] = time[u], distance[u] + 1
         if meets < 0:
             is_queued[u] = False
             head = head + 1 if head + 1 < size else 0
@@ -249,13 +253,15 @@ def _largest_flow(n, steps, flow):
             continue
         now += 1
         v = u + steps[meets]
-        old, new, a = (u, v, meets) if node[u, TREE] == OF_OLD else (v, u, meets ^ 1)
-        n_orphans, amount = _augment(old, new, a, steps, flow)
+        if own == OF_OLD:
+            n_orphans, amount = _augment(u, v, meets, steps, flow)
+        else:
+            n_orphans, amount = _augment(v, u, meets ^ 1, steps, flow)
         total += amount
         while n_orphans > 0:
             n_orphans -= 1
             n_orphans, tail, n_queued = _adopt(
-                flow.orphans[n_orphans], n_orphans, tail, n_queued, now, steps, flow
+                np.uint64(flow.orphans[n_orphans]), n_orphans, tail, n_queued, now, steps, flow
             )
     return total
 
@@ -266,46 +272,46 @@ def _augment(old, new, meets, steps, flow):
 
     Returns how many cells were cut off by it, and how much it is.
     """
-    capacity, node, rest, orphans = flow.capacity, flow.node, flow.rest, flow.orphans
-    amount, u = capacity[old, meets], old
-    while node[u, PARENT] != ROOT:
-        a = node[u, PARENT]
+    capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
+    amount, u = np.int32(capacity[_link(old, meets)]), old
+    while parent[u] != ROOT:
+        a = np.int64(parent[u])
         u += steps[a]
-        amount = min(amount, capacity[u, a ^ 1])
+        amount = min(amount, np.int32(capacity[_link(u, a ^ 1)]))
     amount, u = min(amount, rest[u]), new
-    while node[u, PARENT] != ROOT:
-        a = node[u, PARENT]
-        amount = min(amount, capacity[u, a])
+    while parent[u] != ROOT:
+        a = np.int64(parent[u])
+        amount = min(amount, np.int32(capacity[_link(u, a)]))
         u += steps[a]
     amount = min(amount, -rest[u])
     n = 0
-    capacity[old, meets] -= amount
-    capacity[new, meets ^ 1] += amount
+    capacity[_link(old, meets)] -= amount
+    capacity[_link(new, meets ^ 1)] += amount
     u = old
-    while node[u, PARENT] != ROOT:
-        a, child = node[u, PARENT], u
+    while parent[u] != ROOT:
+        a, child = np.int64(parent[u]), u
         u += steps[a]
-        capacity[u, a ^ 1] -= amount
-        capacity[child, a] += amount
-        if capacity[u, a ^ 1] == 0:
-            node[child, PARENT], orphans[n] = ORPHAN, child
+        capacity[_link(u, a ^ 1)] -= amount
+        capacity[_link(child, a)] += amount
+        if capacity[_link(u, a ^ 1)] == 0:
+            parent[child], orphans[n] = ORPHAN, child
             n += 1
     rest[u] -= amount
     if rest[u] == 0:
-        node[u, PARENT], orphans[n] = ORPHAN, u
+        parent[u], orphans[n] = ORPHAN, u
         n += 1
     u = new
-    while node[u, PARENT] != ROOT:
-        a, child = node[u, PARENT], u
+    while parent[u] != ROOT:
+        a, child = np.int64(parent[u]), u
         u += steps[a]
-        capacity[child, a] -= amount
-        capacity[u, a ^ 1] += amount
-        if capacity[child, a] == 0:
-            node[child, PARENT], orphans[n] = ORPHAN, child
+        capacity[_link(child, a)] -= amount
+        capacity[_link(u, a ^ 1)] += amount
+        if capacity[_link(child, a)] == 0:
+            parent[child], orphans[n] = ORPHAN, child
             n += 1
     rest[u] += amount
     if rest[u] == 0:
-        node[u, PARENT], orphans[n] = ORPHAN, u
+        parent[u], orphans[n] = ORPHAN, u
         n += 1
     return n, amount
 
@@ -316,53 +322,54 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
 
     Returns how many cells are cut off now, and the end and length of the queue.
     """
-    node, capacity, queue = flow.node, flow.capacity, flow.queue
-    own, nearest, best = node[u, TREE], FAR, NONE
+    tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
+    capacity, queue = flow.capacity, flow.queue
+    own, nearest, best = tree[u], FAR, NONE
     for a in range(6):
         v = u + steps[a]
-        if node[v, TREE] != own or node[v, PARENT] == ORPHAN:
+        if tree[v] != own or parent[v] == ORPHAN:
             continue
-        left = capacity[v, a ^ 1] if own == OF_OLD else capacity[u, a]
+        left = capacity[_link(v, a ^ 1)] if own == OF_OLD else capacity[_link(u, a)]
         if left == 0:
             continue
-        distance, w = 0, v
+        steps_up, w = 0, v
         while True:  # up to the root, or to where the way is known
-            if node[w, TIME] == now:
-                distance += node[w, DISTANCE]
+            if time[w] == now:
+                steps_up += distance[w]
                 break
-            distance += 1
-            if node[w, PARENT] == ROOT:
-                node[w, TIME], node[w, DISTANCE] = now, 1
+            steps_up += 1
+            if parent[w] == ROOT:
+                time[w], distance[w] = now, 1
                 break
-            if node[w, PARENT] == ORPHAN:
-                distance = FAR
+            if parent[w] == ORPHAN:
+                steps_up = FAR
                 break
-            w += steps[node[w, PARENT]]
-        if distance >= FAR:
+            w += steps[np.int64(parent[w])]
+        if steps_up >= FAR:
             continue
-        if distance < nearest:
-            nearest, best = distance, a
+        if steps_up < nearest:
+            nearest, best = steps_up, a
         w = v
-        while node[w, TIME] != now:
-            node[w, TIME], node[w, DISTANCE] = now, distance
-            distance -= 1
-            w += steps[node[w, PARENT]]
-    node[u, PARENT] = best
+        while time[w] != now:
+            time[w], distance[w] = now, steps_up
+            steps_up -= 1
+            w += steps[np.int64(parent[w])]
+    parent[u] = best
     if best != NONE:
-        node[u, TIME], node[u, DISTANCE] = now, nearest + 1
+        time[u], distance[u] = now, nearest + 1
         return n_orphans, tail, n_queued
     for a in range(6):
         v = u + steps[a]
-        if node[v, TREE] != own:
+        if tree[v] != own:
             continue
-        left = capacity[v, a ^ 1] if own == OF_OLD else capacity[u, a]
+        left = capacity[_link(v, a ^ 1)] if own == OF_OLD else capacity[_link(u, a)]
         if left > 0 and not flow.is_queued[v]:
             queue[tail], flow.is_queued[v] = v, True
             tail = tail + 1 if tail + 1 < len(queue) else 0
             n_queued += 1
-        if node[v, PARENT] < ROOT and v + steps[node[v, PARENT]] == u:
-            node[v, PARENT] = ORPHAN
+        if parent[v] < ROOT and v + steps[np.int64(parent[v])] == u:
+            parent[v] = ORPHAN
             flow.orphans[n_orphans] = v
             n_orphans += 1
-    node[u, TREE] = FREE
+    tree[u] = FREE
     return n_orphans, tail, n_queued
