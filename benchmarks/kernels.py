@@ -81,12 +81,10 @@ def box_of(b):
 
 
 @kernel
-def all_terms(grid, boxes, block, sums, of_block, offsets, weights, n_terms):
+def all_terms(grid, boxes, block, sums, offsets, weights, n_terms):
     """Take the terms of each patch."""
     for i in range(len(boxes)):
-        n_terms[i] = overlap_terms(
-            grid, box_of(boxes[i]), block, sums, of_block, offsets[i], weights[i]
-        )
+        n_terms[i] = overlap_terms(grid, box_of(boxes[i]), block, sums, offsets[i], weights[i])
 
 
 @kernel
@@ -174,7 +172,6 @@ def measure(level: int) -> list[Measured]:
     all_energies(oriented.squares, boxes[:1], block, energy)
     offsets = np.zeros((n, 2 * t * overlap // prod(block)), np.int64)
     weights, n_terms = np.zeros(offsets.shape, sums.dtype), np.zeros(n, np.int64)
-    of_block = np.zeros(256, np.int64)
     work = make_sums(sums, block, energy.shape[2], offsets.shape[1], energy.dtype.type)
     scores, minima = (
         np.zeros((n, *energy.shape), energy.dtype),
@@ -187,7 +184,7 @@ def measure(level: int) -> list[Measured]:
     cut, sources = make_cut(template, width), np.zeros((0, 0, 0), np.int32)
     target, counts = grid.copy(), np.zeros(0, np.int64)
     terms_of = seconds_of(lambda: all_terms(
-        grid, boxes, block, sums, of_block, offsets, weights, n_terms
+        grid, boxes, block, sums, offsets, weights, n_terms
     ))  # fmt: skip
     scores_of = seconds_of(lambda: all_scores(
         sums, offsets, weights, n_terms, energy, work, scores

@@ -100,7 +100,6 @@ class Workspace(NamedTuple):
     # of the block sums of the overlap, where the first location meets each, and itself
     offsets: NDArray[np.int64]
     weights: NDArray[np.number[Any]]
-    of_block: NDArray[np.int64]
     choice: NDArray[np.int64]
     after: NDArray[np.int64]
     tilt: NDArray[np.float64]
@@ -209,7 +208,6 @@ def make_workspace(
         places=np.zeros(search.n_candidates, np.int64),
         offsets=np.zeros(n_terms, np.int64),
         weights=np.zeros(n_terms, sums.dtype),
-        of_block=np.zeros(len(oriented.proportions) + 1, np.int64),
         choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
         tilt=np.zeros(len(oriented.proportions)),
@@ -256,7 +254,7 @@ def simulate_patches(
     for number in range(first, last):
         patch = patches[number]
         box = box_of(patch, search.overlap)
-        n_terms = overlap_terms(grid, box, block, sums, work.of_block, work.offsets, work.weights)
+        n_terms = overlap_terms(grid, box, block, sums, work.offsets, work.weights)
         own_energies(oriented.squares, box, block, work.energies, work.energies_of)
         score_places(sums, work.offsets, work.weights, n_terms, work.energies, work.sums, scores)
         has_data = data_ahead(data, box, search.co_template)

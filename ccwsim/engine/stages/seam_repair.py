@@ -78,7 +78,6 @@ class Workspace(NamedTuple):
     mask: NDArray[np.uint64]  # the bits of locations
     offsets: NDArray[np.int64]
     weights: NDArray[np.number[Any]]
-    of_block: NDArray[np.int64]
     strips: Strips
     cut: CutWorkspace
     kept: NDArray[np.bool_]  # the mask of the best cut
@@ -155,7 +154,6 @@ def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> W
         mask=np.zeros(bits.shape[1:], np.uint64),
         offsets=np.zeros(n_terms, np.int64),
         weights=np.zeros(n_terms, repair.sums.dtype),
-        of_block=np.zeros(n_facies + 1, np.int64),
         strips=make_strips(bits, window),
         cut=make_cut(window, repair.ring),
         kept=np.zeros(window, np.bool_),
@@ -281,7 +279,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     """
     image, bits, _, grid, _, _ = target
     sums, scores, places = repair.sums, work.scores, work.places
-    n = overlap_terms(grid, box, repair.block, sums, work.of_block, work.offsets, work.weights)
+    n = overlap_terms(grid, box, repair.block, sums, work.offsets, work.weights)
     n_layers = len(scores)
     layer = draw_index(rng, len(repair.energy) - n_layers + 1)
     for k in range(n):

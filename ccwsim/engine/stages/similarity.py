@@ -102,17 +102,17 @@ def overlap_energies(squares, box, block, energies):
 
 
 @part_of_kernel
-def overlap_terms(grid, box, block, sums, counts, offsets, weights):
+def overlap_terms(grid, box, block, sums, offsets, weights):
     """Find the block sums of the overlap that are not zero; return how many.
 
-    `offsets` gets where in `sums`, raveled, the first location meets each, `weights` the block sum;
-    `counts` is workspace by facies.
+    `offsets` gets where in `sums`, raveled, the first location meets each, `weights` the block sum.
     """
     n = 0
     n_planes, mz, my, mx = sums.shape
-    first = 1 if n_planes == 1 else 0
+    first_facies = 1 if n_planes == 1 else 0
     uz, uy, ux = block
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
+    cells, _, rows, columns = grid.ravel(), *grid.shape
     n_columns = box.nx // ux
     for bz in range(box.nz // uz):
         for by in range(box.ny // uy):
@@ -123,18 +123,16 @@ def overlap_terms(grid, box, block, sums, counts, offsets, weights):
             for k in range(n_columns - outer + inner):
                 bx = k if k < inner else outer + k - inner
                 z0, y0, x0 = box.z0 + bz * uz, box.y0 + by * uy, box.x0 + bx * ux
-                for z in range(z0, z0 + uz):
-                    for y in range(y0, y0 + uy):
-                        for x in range(x0, x0 + ux):
-                            counts[grid[z, y, x]] += 1
                 for plane in range(n_planes):
-                    total = counts[plane + first]
-                    if total > 0:
-                        offsets[n] = ((plane * mz + bz) * my + by) * mx + bx
-                        weights[n] = total
-                        n += 1
-                for facies in range(len(counts)):
-                    counts[facies] = 0
+                    facies, total = plane + first_facies, 0
+                    for z in range(z0, z0 + uz):
+                        for y in range(y0, y0 + uy):
+                            first = np.uint64((z * rows + y) * columns + x0)
+                            for x in range(np.uint64(ux)):
+                                total += np.int64(cells[first + x] == facies)
+                    offsets[n] = ((plane * mz + bz) * my + by) * mx + bx
+                    weights[n] = total
+                    n += np.int64(total > 0)  # the next one takes the place of one that is zero
     return n
 
 

@@ -79,9 +79,8 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
     if correlation:
         energy = np.zeros_like(energy)
     offsets = np.empty(n_planes * prod(sizes.in_blocks(sizes.template)), np.int64)
-    weights, counts = np.empty(len(offsets), sums.dtype), np.zeros(256, np.int64)
-    n = overlap_terms(grid, box, sizes.block, sums, counts, offsets, weights)
-    assert not counts.any()
+    weights = np.empty(len(offsets), sums.dtype)
+    n = overlap_terms(grid, box, sizes.block, sums, offsets, weights)
     scores = np.empty_like(energy)
     work = make_sums(sums, sizes.block, scores.shape[2], len(offsets), kind)
     score_places(sums, offsets, weights, n, energy, work, scores)
