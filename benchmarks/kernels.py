@@ -2,10 +2,11 @@
 
 Inner patches (L-shaped overlap) of a finished realization of channels on 512 × 512 cells, T 32,
 OR 8, K 20, without data; levels 1 to 3; the mean. The limit is the number of operations
-over what this machine does in a second of the simplest loop of the same kind: multiply-add of small
-integers that lie in the cache for the scores, comparison of two bytes for the rest. Each kernel
-goes over all patches in compiled code, as a call from Python costs as much as many of them; times
-are the CPU time of the best of many rounds, so that other work on the machine disturbs them little.
+over what this machine does in a second of the simplest loop of the same kind: for the scores, one
+addition for each coefficient, of numbers of the smallest type that holds block sums and lie in the
+cache; comparison of two bytes for the rest. Each kernel goes over all patches in compiled code, as
+a call from Python costs as much as many of them; times are the CPU time of the best of many rounds,
+so that other work on the machine disturbs them little.
 """
 
 from __future__ import annotations
@@ -57,11 +58,11 @@ class Measured:
 
 
 @kernel
-def multiply_add(a, row):
-    """The simplest loop like that of the scores: four products are added to each number."""
+def add(a, b, c, d, row):
+    """The simplest loop like that of the scores: four numbers are added to each."""
     for _ in range(REPEATS):
-        for x in range(len(row)):
-            row[x] -= 3 * a[0, x] + 5 * a[1, x] + 7 * a[2, x] + 9 * a[3, x]
+        for x in range(np.uint64(len(row))):
+            row[x] += a[x] + b[x] + c[x] + d[x]
 
 
 @kernel
@@ -148,12 +149,11 @@ def seconds_of(call: Callable[[], object]) -> float:
 
 
 def rates(kind: np.dtype) -> tuple[float, float]:
-    """Return multiply-adds and comparisons that this machine does in a second."""
-    a, row = np.ones((4, 112), np.uint8), np.zeros(112, kind)
-    b = np.ones(1024, np.uint8)
-    products = 4 * REPEATS * row.size / seconds_of(lambda: multiply_add(a, row))
-    c = b.copy()
-    return products, REPEATS * b.size / seconds_of(lambda: compare(b, c))
+    """Return additions of a type and comparisons that this machine does in a second."""
+    row, *others = (np.ones(1024, kind) for _ in range(5))
+    additions = len(others) * REPEATS * row.size / seconds_of(lambda: add(*others, row))
+    b, c = np.ones(1024, np.uint8), np.ones(1024, np.uint8)
+    return additions, REPEATS * b.size / seconds_of(lambda: compare(b, c))
 
 
 def measure(level: int) -> list[Measured]:
@@ -200,11 +200,11 @@ def measure(level: int) -> list[Measured]:
         image, at, boxes, cut.keep_mask, counts, target, sources
     ))  # fmt: skip
     strip = 2 * t * overlap - overlap**2
-    products, comparisons = rates(energy.dtype)
+    additions, comparisons = rates(sums.dtype)
     rows = [
         ("overlap_terms", "cells of the overlap", strip, terms_of, comparisons),
         ("score_places", "places × coefficients that are not 0",
-         energy.size * n_terms.mean(), scores_of, products),
+         energy.size * n_terms.mean(), scores_of, additions),
         ("best_places", "places, looked at twice", 2 * energy.size, best_of, comparisons),
         ("refine_place", "shifts × cells of the overlap, as bits",
          (1 + 9 * level) * strip / CELLS_A_BYTE, refined, comparisons),
