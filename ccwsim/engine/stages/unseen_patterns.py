@@ -23,7 +23,7 @@ SIDE_VOLUME, SPACING_VOLUME = 3, 1
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
 """Bits of the numbers of patterns, of which a table says which the image has: where there are more
 patterns some share a number, and are taken for known ones."""
-HASH, HASH_OF_ROWS = 0x9E3779B1, 0x85EBCA6B
+HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
 """Odd numbers without a pattern of their own."""
 EVERY = 2
 """Rows of patterns of a map that are looked at to find the windows: ends have several."""
@@ -40,27 +40,31 @@ class Patterns(NamedTuple):
     spacing: int
     reach: Triple  # from the first cell to the last one along each axis
     labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which the image has them
-    base: np.uint32  # a row of cells is a number to this base, and so are rows
+    base: np.uint32  # a row of cells is a number to this base
+    row_base: np.uint32  # and the rows of a pattern one to this base
     shift: int  # the number of a pattern is shifted right by so much
 
 
-def known_patterns(image: NDArray[np.uint8]) -> Patterns:
-    """Return which patterns an image in layers has."""
+def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
+    """Return which patterns an image in layers has; `spacing` is that of volumes or maps."""
     volume = len(image) > 1
-    side, spacing = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
+    side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
+    spacing = usual if spacing is None else spacing
     cells = tuple(side if (side - 1) * spacing < n else 1 for n in image.shape)
     bits = NUMBER_BITS_VOLUME if volume else NUMBER_BITS
     n_facies = int(image.max()) + 1
     exact = n_facies ** prod(cells) <= 2**bits
     known = np.zeros(2 ** (bits - 3), np.uint8)
     base = np.uint32(n_facies if exact else HASH)
+    row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
     # Which patterns share a number must not depend on how facies are numbered.
     facies, first = np.unique(image, return_index=True)
     labels = np.zeros(256, np.uint32)
-    labels[facies[np.argsort(first)]] = np.arange(len(facies))
+    numbers = np.arange(len(facies), dtype=np.uint32)
+    labels[facies[np.argsort(first)]] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
     shift = 0 if exact else 32 - bits
     reach = tuple((n - 1) * spacing for n in cells)
-    patterns = Patterns(known, cells, spacing, reach, labels, base, shift)  # type: ignore[arg-type]
+    patterns = Patterns(known, cells, spacing, reach, labels, base, row_base, shift)  # type: ignore[arg-type]
     strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
     mark_known(image, patterns, *_pattern_buffers(patterns, strip))
     return patterns
@@ -136,35 +140,22 @@ def number_run(cells, first, rows, to, n, patterns, line):
 @part_of_kernel
 def number_patterns(rows, z, y, nx, patterns, numbers):
     """Fill `numbers` with those of the patterns whose first row is row y of layer z."""
-    own, spacing = rows.ravel(), patterns.spacing
-    base = patterns.base
-    factor = np.uint32(1)
-    for _ in range(patterns.cells[2]):
-        factor *= base
-    if patterns.shift > 0:
-        factor = np.uint32(HASH_OF_ROWS)
+    own, spacing, factor = rows.ravel(), patterns.spacing, patterns.row_base
     for x in range(np.uint64(nx)):
         numbers[x] = 0
     for i in range(patterns.cells[0]):
         for j in range(patterns.cells[1]):
             layer, row = z + i * spacing, y + j * spacing
             first = np.uint64((layer * rows.shape[1] + row) * rows.shape[2])
-            if patterns.shift == 0:
-                for x in range(np.uint64(nx)):
-                    numbers[x] = numbers[x] * factor + own[first + x]
-            else:
-                for x in range(np.uint64(nx)):
-                    number = (numbers[x] ^ own[first + x]) * factor
-                    numbers[x] = number ^ number >> np.uint32(15)
-    shift = np.uint32(patterns.shift)
-    for x in range(np.uint64(nx)):
-        numbers[x] >>= shift
+            for x in range(np.uint64(nx)):
+                numbers[x] = numbers[x] * factor + own[first + x]
 
 
 @part_of_kernel
-def is_known(known, number):
+def is_known(patterns, number):
     """Return whether the image has a pattern."""
-    return known[number >> np.uint32(3)] >> (number & np.uint32(7)) & 1
+    own = number >> np.uint32(patterns.shift)
+    return patterns.known[own >> np.uint32(3)] >> (own & np.uint32(7)) & 1
 
 
 @kernel
@@ -180,7 +171,7 @@ def mark_known(image, patterns, rows, numbers):
             for y in range(n):
                 number_patterns(rows, 0, y, nx, patterns, numbers)
                 for x in range(nx):
-                    number = numbers[x]
+                    number = numbers[x] >> np.uint32(patterns.shift)
                     known[number >> np.uint32(3)] |= np.uint8(1) << (number & np.uint32(7))
 
 
@@ -202,7 +193,7 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
             for y in range(0, ny, every):
                 number_patterns(rows, z, y, nx, patterns, numbers)
                 for x in range(nx):
-                    if not is_known(patterns.known, numbers[x]):
+                    if not is_known(patterns, numbers[x]):
                         at = strip * n_parts[2] + x // part[2]
                         found[at, 0] += 1
                         found[at, 1] += z0 + z
@@ -229,7 +220,7 @@ def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
         number_patterns(rows, z, 0, run, patterns, numbers)
         for y in range(ny - patterns.reach[1]):
             for x in range(y * width, y * width + nx - patterns.reach[2]):
-                n += 1 - is_known(patterns.known, numbers[x])
+                n += 1 - is_known(patterns, numbers[x])
         if n >= limit:
             return n
     return n
