@@ -22,7 +22,7 @@ from ccwsim.engine.stages.candidates import best_places, draw_index, n_segments,
 from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
-from ccwsim.engine.stages.resimulation import Target, fitting_windows
+from ccwsim.engine.stages.resimulation import THIN, Target, fitting_windows
 from ccwsim.engine.stages.similarity import (
     Sums,
     box_sums,
@@ -42,11 +42,11 @@ LEAST, LEAST_VOLUME = 3, 2
 """A window has at least so many unseen patterns."""
 MAX_COMPARED = 500
 """At most so many locations that honour the data of a window are compared."""
-LOCATIONS = 25_000
+LOCATIONS = 12_500
 """About so many locations of a volume are compared for a window."""
 CHANGE = 0.1
 """Unseen patterns that a cell counts by which a facies becomes more or less."""
-WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 0.5
+WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
 """At most so many windows of a map are repaired without data and with them, the worst ones: those
 after them change little. In volumes, where seams are surfaces, all are."""
 WINDOWS_PER_CALL = 256
@@ -91,22 +91,25 @@ class Workspace(NamedTuple):
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
     """Return window, ring and block for a template, in `room` that image and grid have.
 
-    Windows are half as long as the template, those of volumes a quarter, rings a quarter of that,
-    blocks fill both. Axes with few cells are taken whole, without a ring.
+    Windows of a map are half as long as the template, rings a quarter of that. Those of a volume
+    have two layers, and three eighths of the rows and columns: the thinner, the more fit. Blocks
+    fill both. Axes with few cells are taken whole, without a ring.
 
     Examples
     --------
     >>> window_lengths((1, 32, 32), (1, 200, 200))
     ((1, 16, 16), (0, 4, 4), (1, 4, 4))
     >>> window_lengths((16, 32, 32), (48, 100, 100))
-    ((6, 8, 8), (2, 2, 2), (2, 2, 2))
+    ((2, 12, 12), (0, 2, 2), (2, 2, 2))
     """
-    found, volume = [], template[0] > 1
-    for axis, (t, most) in enumerate(zip(template, room, strict=True)):
-        side, smallest = (t / 4, 6 if axis == 0 else 8) if volume else (t / 2, 8)
-        block = 4 if side >= 12 else 2
-        window = min(max(round(side / block) * block, smallest), most // block * block)
-        ring = max(round(side / 4 / block) * block, block)
+    volume = template[0] > 1
+    n_layers = min(THIN if volume else 1, room[0])
+    found = [(n_layers, 0, n_layers)]
+    for t, most in zip(template[1:], room[1:], strict=True):
+        side, wide, large = (3 * t / 8, 1 / 6, 16) if volume else (t / 2, 1 / 4, 12)
+        block = 4 if side >= large else 2
+        window = min(max(round(side / block) * block, 8), most // block * block)
+        ring = max(round(side * wide / block) * block, block)
         if window <= 2 * ring:
             window, ring, block = min(t, most), 0, 1
         found.append((window, ring, block))
@@ -222,6 +225,8 @@ def repair_windows(target, repair, places, forced, rng, work):
             n = well_fitting_windows(target, box, repair, rng, work)
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
+            if work.best[number, 0] > before:
+                continue  # a ring that differs so much hardly ever leaves fewer
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
             mask, change = work.cut.keep_mask, 0
@@ -294,9 +299,8 @@ def well_fitting_windows(target, box, repair, rng, work):
     for k in range(len(places)):
         z, y, x = place_of(places[k], n_places, repair.block)
         place = z + layer * repair.block[0], y, x
-        work.best[k, 1], work.best[k, 2], work.best[k, 3] = shifted(
-            place, repair, image.shape, words, bits.shape, work.strips
-        )
+        misfit, z, y, x = shifted(place, repair, image.shape, words, bits.shape, work.strips)
+        work.best[k, 0], work.best[k, 1], work.best[k, 2], work.best[k, 3] = misfit, z, y, x
     return len(places)
 
 
@@ -320,7 +324,7 @@ def surroundings(grid, box, patterns, trial):
 
 @part_of_kernel
 def shifted(place, repair, shape, words, bits_shape, strips):
-    """Return the location near `place`, within a block, whose ring fits best at full resolution."""
+    """Return the location near `place`, within a block, whose ring fits best, after its misfit."""
     best_z, best_y, best_x = place
     best = n_different(words, bits_shape, place, strips, np.int64(1 << 60))
     last_z, last_y = shape[0] - repair.window[0], shape[1] - repair.window[1]
@@ -339,4 +343,4 @@ def shifted(place, repair, shape, words, bits_shape, strips):
                     if wrong < best:
                         best, best_z, best_y, best_x = wrong, z, y, x
         stride //= 2
-    return best_z, best_y, best_x
+    return best, best_z, best_y, best_x
