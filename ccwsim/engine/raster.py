@@ -63,6 +63,8 @@ REACH = 4
 """Cells around the verbatim continuation of a patch that are no candidates, or one block."""
 FEW_LOCATIONS = 100
 """With so few locations beyond four times the candidates all are candidates."""
+TARGET_SPREAD = 0.7
+"""The targets of maps vary by so much of what pieces of the image do: maps vary around them too."""
 WEIGHT_OF_MORE_FACIES = 2
 """How much more data weigh among three facies and more: there are fewer locations to choose from
 that honour them, and the data say more."""
@@ -239,6 +241,8 @@ def _steering(
         return unsteered
     shape = in_layers(study.grid.shape)
     target = draw_target(image.scaled(), oriented.proportions, shape, rng)
+    if shape[0] == 1:
+        target = oriented.proportions + TARGET_SPREAD * (target - oriented.proportions)
     if study.hard_data.n:
         target = draw_between(target, oriented.proportions, image.proportions_of_data(), rng)
         if target is None:
