@@ -121,7 +121,7 @@ class part_of_kernel:  # noqa: N801 - a decorator
 
 COMPILE_TIME = "about half a minute"
 """What the kernels of a first run take to compile on two slow cores that also draw the page."""
-OUTERMOST = {"simulate_patches", "resimulate_windows", "repair_windows"}
+OUTERMOST = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
 """Kernels of a run that call all others, and are therefore the last to be compiled."""
 COUNT_SECONDS = 0.2
 """Time between two counts of the kernels on disk."""

@@ -19,6 +19,7 @@ from ccwsim.engine.raster import (
     simulate_raster,
     totals_of,
 )
+from ccwsim.engine.stages.cell_repair import repair_cells
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import Triple, in_layers, in_three
 from ccwsim.engine.stages.resimulation import Target, resimulate
@@ -90,26 +91,30 @@ def repair(
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
 ) -> None:
-    """Repair the seams of a realization whose data are honoured, in place."""
+    """Repair the seams of a realization whose data are honoured, in place.
+
+    Single cells are changed after the windows; where these are many also before, so that no window
+    is spent on what single cells repair.
+    """
     shape, n_data = target.grid.shape, study.hard_data.n
-    most = target.grid.size
-    if shape[0] == 1:
+    volume, most = shape[0] > 1, target.grid.size
+    if not volume:
         _, overlap, _ = study.parameters.along(study.grid.shape)
         steps = [t - o for t, o in zip(template, overlap, strict=True)]
         n_tiles = prod(-(-n // s) for n, s in zip(shape, steps, strict=True))
         share = WINDOWS_A_TILE_DATA if n_data else WINDOWS_A_TILE
         most = max(round(share * n_tiles), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
-    n_facies = study.training_image.n_facies
-    repair_seams(
-        target,
-        image.repair(template),
-        n_facies,
-        most,
-        forced,
-        rng,
-        lambda share: report(REPAIR_SHARE + (1 - REPAIR_SHARE) * share),
-    )
+    n_facies, own = study.training_image.n_facies, image.repair(template)
+
+    def part(first: float, last: float) -> Callable[[float], None]:
+        low = REPAIR_SHARE + (1 - REPAIR_SHARE) * first
+        return lambda share: report(low + (1 - REPAIR_SHARE) * (last - first) * share)
+
+    if volume or n_data:
+        repair_cells(target, own.side_by_side, part(0.0, 0.1))
+    repair_seams(target, own, n_facies, most, forced, rng, part(0.1, 0.9))
+    repair_cells(target, own.side_by_side, part(0.9, 1.0))
 
 
 def target_of(

@@ -48,8 +48,8 @@ class Ensemble:
     numbers : ndarray of int64, shape (n,)
         Which realization of the study each one is.
     sources : ndarray of int32, shape of `indices`, optional
-        Flat index of the TI cell that each cell came from, −1 where it was set by force; None
-        where `simulate` was not asked to keep it.
+        Flat index of the TI cell that each cell came from, −1 where a cell was set alone, by force
+        or by seam repair; None where `simulate` was not asked to keep it.
     revised : bool
         Whether `revise` changed it for edited data: the seed alone does not give it again.
     """

@@ -52,9 +52,9 @@ MEANINGS = {
     "published_draw": "Draw patches as published: the first one begins at the corner of the grid, "
     "any of the K best may be drawn, and nothing steers the proportions. Off: patches begin at "
     "random, those that fit much worse than the best or only copy the image on are left out.",
-    "repair_seams": "Simulate windows anew where patches are joined as the training image never "
-    "has it, such as channels that end dead. Off for the published method; with hard data that "
-    "are not honoured exactly, nothing is repaired.",
+    "repair_seams": "Change single cells and simulate windows anew where patches are joined as the "
+    "training image never has it: steps in a boundary, channels that end dead. Off for the "
+    "published method; with hard data that are not honoured exactly, nothing is repaired.",
     "location_weight": "How strongly each patch keeps to its own location in the training image, "
     "for images that change from one end to the other: at 1 a patch from the other end must fit "
     "better by a whole overlap. 0 takes patches from anywhere. In a volume (2, 0, 0), along z, y "

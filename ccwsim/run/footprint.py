@@ -72,7 +72,7 @@ def _of_repair(study: Study) -> int:
     image, volume = study.training_image, len(study.grid.shape) == 3
     blocks = image.indices.size / (8 if volume else 16)
     planes = 1 if image.n_facies <= 2 else image.n_facies
-    known = 2 ** (NUMBER_BITS_VOLUME if volume else NUMBER_BITS) / 8
+    known = 2**NUMBER_BITS_VOLUME / 8 if volume else 2 * 2**NUMBER_BITS / 8
     return int(known + (planes * 2 + MAKING) * blocks + 2 * image.indices.size)
 
 

@@ -77,7 +77,7 @@ def check(study: Study, number: int = 0) -> None:
     if study.parameters.exact_data:
         assert (own.indices[places] == study.facies_of_data).all()
         forced = {tuple(cell) for cell in data[own.data_status == FORCED].tolist()}
-        assert {tuple(cell) for cell in np.argwhere(~taken).tolist()} <= forced
+        assert {tuple(cell) for cell in data[~taken[places]].tolist()} <= forced
     else:
         wrong = own.indices[places] != study.facies_of_data
         np.testing.assert_array_equal(own.data_status != 0, wrong)

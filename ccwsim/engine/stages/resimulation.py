@@ -68,7 +68,7 @@ class Target(NamedTuple):
     data: NDArray[np.uint8]
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
     # shape (nz, ny, nx) or empty: flat index in the TI of each cell, kept up to date where it is
-    # not empty; −1 where a cell is forced
+    # not empty; −1 where a cell was set alone
     sources: NDArray[np.int32]
     # whether chance decides of each location whether it is compared, as it did in the published
     # way; otherwise one of each few is

@@ -56,6 +56,7 @@ class Repair(NamedTuple):
     """A training image as windows of one size are sought in it."""
 
     patterns: Patterns
+    side_by_side: Patterns  # of cells without others between them
     window: Triple
     ring: Triple  # what a window has in common with the grid, along each axis
     block: Triple
@@ -135,7 +136,9 @@ def prepare_repair(
     both = tuple(2 * n for n in ring)
     kind = score_type(level, window, both)  # type: ignore[arg-type]
     least = LEAST_VOLUME if len(image) > 1 else LEAST
-    return Repair(known_patterns(image), window, ring, block, sums, energy.astype(kind), least)
+    patterns = known_patterns(image)
+    near = patterns if patterns.spacing == 1 else known_patterns(image, 1)
+    return Repair(patterns, near, window, ring, block, sums, energy.astype(kind), least)
 
 
 def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> Workspace:

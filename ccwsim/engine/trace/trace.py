@@ -42,7 +42,7 @@ class ResimulatedWindow(NamedTuple):
         Side, and first cell.
     before, after : ndarray of uint8, shape (size, size)
     sources : ndarray of int32, shape (size, size)
-        Flat index in the training image of each cell after it, −1 where it was forced.
+        Flat index in the training image of each cell after it, −1 where it was set alone.
     fits : bool
         Whether a patch was found that honours all data and fits; else nothing changed.
     isolated : bool

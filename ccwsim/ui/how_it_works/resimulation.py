@@ -59,12 +59,13 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
         return
     changed = trace.before_repair != trace.realization.indices
     if not changed.any():
-        say("No window was found that joins the patches better; nothing was changed.", OURS)
+        say("No change was found that joins the patches better.", OURS)
         return
     say(
-        "Windows around patterns of cells that the training image never has are simulated anew, if "
-        f"that leaves fewer of them: <b>{format_count(int(changed.sum()), 'cell')}</b> "
-        f"({100 * changed.mean():.1f} %) are another facies now.",
+        "Where cells have patterns that the training image never has, windows are simulated anew "
+        "and single cells changed, if that leaves fewer of them: "
+        f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) are "
+        "another facies now.",
         OURS,
     )
     image = trace.study.training_image

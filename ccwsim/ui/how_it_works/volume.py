@@ -331,8 +331,8 @@ def draw_volume_after(how: How, trace: Trace, colours: list[str], theme: Theme) 
         return
     changed = trace.before_repair != trace.realization.indices
     say(
-        "Windows around patterns of 3 × 3 × 3 cells that the training image never has are "
-        "simulated anew, if that leaves fewer of them: "
+        "Where 3 × 3 × 3 cells have patterns that the training image never has, single cells are "
+        "changed and windows simulated anew, if that leaves fewer of them: "
         f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) are "
         "another facies now.",
         OURS,

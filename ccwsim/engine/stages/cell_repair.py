@@ -1,0 +1,271 @@
+"""Seam repair, cell by cell: a cell takes another facies that leaves fewer patterns unseen.
+
+Not in the paper. Where two patches do not quite meet, much of what the training image never has is
+the work of single cells: a step in a boundary, a notch, a cell alone. Of the cells of an unseen
+pattern the one is changed that leaves the fewest unseen around it. Cells with data stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.stages.demand import UNKNOWN
+from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.resimulation import Target
+from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
+
+PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
+"""Layers, rows and columns of the grid that are looked at together, from the cache."""
+PARTS_PER_CALL = 256
+
+
+class Part(NamedTuple):
+    """A part of a grid, raveled, with what patterns reach before and behind it along each axis.
+
+    A pattern has the number of its first cell.
+    """
+
+    shape: Triple  # with that margin
+    facies: NDArray[np.uint8]  # UNKNOWN beyond the grid
+    is_free: NDArray[np.bool_]  # whether a cell may be changed: not in the margin, nor with a datum
+    is_inside: NDArray[np.uint8]  # 1 where a pattern begins whose cells are all in the grid
+    rows: NDArray[np.uint32]  # the numbers of rows of patterns
+    line: NDArray[np.uint32]
+    numbers: NDArray[np.uint32]  # of patterns
+    is_unseen: NDArray[np.uint8]  # 1 where an unseen pattern begins
+    unseen: NDArray[np.uint32]  # where these begin
+    n_unseen: NDArray[np.uint8]  # of the patterns that a cell is in
+    was_tried: NDArray[np.bool_]  # cells that no other facies fits better
+    aside: NDArray[np.uint64]  # how far the neighbours are; those before a cell go round
+    # of the cells of a pattern: how far they are from the first, and how much they count in its
+    # number
+    steps: NDArray[np.uint64]
+    weights: NDArray[np.uint32]
+
+
+def repair_cells(
+    target: Target,
+    patterns: Patterns,
+    report: Callable[[float], None] = lambda share: None,
+) -> int:
+    """Change single cells of a realization, in place; return how many.
+
+    `patterns` are of cells side by side. The source of a changed cell is where the training image
+    goes on from that of a neighbour, if it has the facies there, and −1 elsewhere. `report` is
+    called now and then with the share that is done, and may raise to stop.
+    """
+    shape = target.grid.shape
+    if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
+        return 0
+    most = PART_VOLUME if patterns.cells[0] > 1 else PART
+    lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
+    firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
+    part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
+    for k in range(0, len(firsts), PARTS_PER_CALL):
+        report(k / len(firsts))
+        some = np.array(firsts[k : k + PARTS_PER_CALL])
+        n_changed += change_cells(target, patterns, some, lengths, part)
+    return n_changed
+
+
+def make_part(patterns: Patterns, lengths: Triple) -> Part:
+    """Return the arrays for parts of a grid."""
+    nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
+    n = nz * ny * nx
+    facies, is_inside, is_unseen, n_unseen = (np.zeros(n, np.uint8) for _ in range(4))
+    rows, line, numbers, unseen = (np.zeros(n, np.uint32) for _ in range(4))
+    is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    found = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
+    steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
+    of_cells = np.array(steps, np.uint64), cell_weights(patterns)
+    ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
+    aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
+    return Part((nz, ny, nx), facies, is_free, is_inside, *found, aside, *of_cells)
+
+
+def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
+    """Return how much the label of each cell of a pattern counts in its number, raveled."""
+    (nz, ny, nx), size = patterns.cells, 2**32
+    of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
+    in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]
+    return np.array([a * b % size for a in of_rows for b in in_row], np.uint32)
+
+
+@kernel
+def change_cells(target, patterns, firsts, lengths, part):
+    """Change cells of parts of the grid, each from its first cell on; return how many.
+
+    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends.
+    """
+    grid = target.grid
+    _, ny, nx = part.shape
+    reach_z, reach_y, reach_x = patterns.reach
+    n_changed = 0
+    for i in range(len(firsts)):
+        z0, y0, x0 = firsts[i, 0] - reach_z, firsts[i, 1] - reach_y, firsts[i, 2] - reach_x
+        copy_part(grid, target.data, (z0, y0, x0), lengths, patterns, part)
+        for k in range(find_unseen_patterns(patterns, part)):
+            first = np.uint64(part.unseen[k])
+            while part.is_unseen[first]:
+                cell, facies = best_change(first, patterns, part)
+                if facies == UNKNOWN:
+                    break
+                change_cell(cell, facies, patterns, part)
+                n_changed += 1
+                row = np.int64(cell) // nx
+                place = z0 + row // ny, y0 + row % ny, x0 + np.int64(cell) - row * nx
+                grid[place] = facies
+                if target.sources.size > 0:
+                    target.sources[place] = source_beside(target, place)
+    return n_changed
+
+
+@part_of_kernel
+def copy_part(grid, data, origin, lengths, patterns, part):
+    """Copy a part of the grid, from a first cell that is a reach before it."""
+    nz, ny, nx = part.shape
+    (reach_z, reach_y, reach_x), (z0, y0, x0) = patterns.reach, origin
+    facies, is_free, is_inside = part.facies, part.is_free, part.is_inside
+    cells, known, size = grid.ravel(), data.ravel(), np.uint64(len(part.facies))
+    for u in range(size):
+        facies[u] = UNKNOWN
+    for u in range(size):
+        is_free[u] = False
+    for u in range(size):
+        is_inside[u] = 0
+    low, high = np.uint64(max(-x0, 0)), np.uint64(min(nx, grid.shape[2] - x0))
+    wide = np.uint64(reach_x)
+    for z in range(max(-z0, 0), min(nz, grid.shape[0] - z0)):
+        for y in range(max(-y0, 0), min(ny, grid.shape[1] - y0)):
+            to = np.uint64((z * ny + y) * nx)
+            first = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
+            for x in range(low, high):
+                facies[to + x] = cells[first + x]
+            if reach_z <= z < reach_z + lengths[0] and reach_y <= y < reach_y + lengths[1]:
+                for x in range(wide, min(wide + np.uint64(lengths[2]), high)):
+                    is_free[to + x] = known[first + x] == UNKNOWN
+            ends = z0 + z + reach_z < grid.shape[0] and y0 + y + reach_y < grid.shape[1]
+            if ends and z < nz - reach_z and y < ny - reach_y:
+                for x in range(low, high - wide):
+                    is_inside[to + x] = 1
+
+
+@part_of_kernel
+def find_unseen_patterns(patterns, part):
+    """Number all patterns of a part, and find those that are unseen; return how many."""
+    numbers, rows, steps = part.numbers, part.rows, part.steps
+    is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
+    size, base = np.uint64(len(numbers)), patterns.row_base
+    n, n_in_row, n_cells = size - steps[-1], np.uint64(patterns.cells[2]), np.uint64(len(steps))
+    number_run(part.facies, 0, rows, 0, len(rows) - patterns.reach[2], patterns, part.line)
+    for u in range(n):
+        numbers[u] = rows[u]
+    for k in range(n_in_row, n_cells, n_in_row):
+        step = steps[k]
+        for u in range(n):
+            numbers[u] = numbers[u] * base + rows[u + step]
+    for u in range(size):
+        is_unseen[u] = 0
+    found = np.int64(0)
+    for u in range(n):
+        is_unseen[u] = part.is_inside[u] & (1 - is_known(patterns, numbers[u]))
+        part.unseen[found] = u
+        found += is_unseen[u]
+    if found == 0:
+        return found
+    for u in range(size):
+        was_tried[u] = False
+    for u in range(size):
+        n_unseen[u] = 0
+    for i in range(found):
+        first = np.uint64(part.unseen[i])
+        for k in range(n_cells):
+            n_unseen[first + steps[k]] += np.uint8(1)
+    return found
+
+
+@part_of_kernel
+def best_change(first, patterns, part):
+    """Return the cell of a pattern and its new facies that leave the fewest patterns unseen.
+
+    A cell becomes what one of its neighbours is. The facies is UNKNOWN where no change leaves fewer
+    than there are.
+    """
+    cells, aside = part.facies, part.aside
+    n_aside = np.uint64(len(aside))
+    gain, best, best_facies = np.int64(0), first, np.uint8(UNKNOWN)
+    for step in part.steps:
+        cell = first + step
+        n = np.int64(part.n_unseen[cell])
+        if n <= gain or part.was_tried[cell] or not part.is_free[cell]:
+            continue
+        own = latest = cells[cell]
+        for a in range(n_aside):
+            facies = cells[cell + aside[a]]
+            is_new = facies != own and facies != latest
+            if is_new and facies != UNKNOWN:
+                latest = facies
+                left = n_unseen_after(cell, facies, n - gain, patterns, part)
+                if n - left > gain:
+                    gain, best, best_facies = n - left, cell, facies
+        if gain == 0:
+            part.was_tried[cell] = True
+    return best, best_facies
+
+
+@part_of_kernel
+def n_unseen_after(cell, facies, limit, patterns, part):
+    """Count the unseen patterns around a cell after a change; no further than to `limit`."""
+    change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
+    numbers, is_inside, steps, weights = part.numbers, part.is_inside, part.steps, part.weights
+    n = np.int64(0)
+    for k in range(np.uint64(len(steps))):
+        first = cell - steps[k]
+        number = np.uint32(numbers[first] + change * weights[k])
+        n += is_inside[first] & (1 - is_known(patterns, number))
+        if n >= limit:
+            break
+    return n
+
+
+@part_of_kernel
+def change_cell(cell, facies, patterns, part):
+    """Give a cell of a part another facies, and the patterns that it is in their new numbers."""
+    change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
+    part.facies[cell] = facies
+    for k in range(np.uint64(len(part.steps))):
+        first = cell - part.steps[k]
+        number = np.uint32(part.numbers[first] + change * part.weights[k])
+        part.numbers[first] = number
+        is_unseen = np.uint8(part.is_inside[first] and not is_known(patterns, number))
+        more = np.uint8(is_unseen - part.is_unseen[first])  # goes round where they become fewer
+        part.is_unseen[first] = is_unseen
+        for step in part.steps:
+            part.n_unseen[first + step] += more
+            part.was_tried[first + step] = False
+
+
+@part_of_kernel
+def source_beside(target, place):
+    """Return where the training image goes on from a neighbour's source as a cell is, or −1."""
+    image, sources, (z, y, x) = target.image, target.sources, place
+    (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
+    for a in range(6):
+        step = 2 * (a % 2) - 1
+        dz, dy, dx = step * (a // 2 == 2), step * (a // 2 == 1), step * (a // 2 == 0)
+        if not (0 <= z + dz < nz and 0 <= y + dy < ny and 0 <= x + dx < nx):
+            continue
+        source = np.int64(sources[z + dz, y + dy, x + dx])
+        if source < 0:
+            continue
+        tz, ty, tx = source // (my * mx) - dz, source // mx % my - dy, source % mx - dx
+        inside = 0 <= tz < mz and 0 <= ty < my and 0 <= tx < mx
+        if inside and image[tz, ty, tx] == target.grid[z, y, x]:
+            return np.int32((tz * my + ty) * mx + tx)
+    return np.int32(-1)
