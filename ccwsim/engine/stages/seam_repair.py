@@ -204,7 +204,7 @@ def repair_windows(target, repair, places, forced, rng, work):
     image, _, data, grid, sources, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
-    patterns, n_changed = repair.patterns, 0
+    patterns, n_changed, volume = repair.patterns, 0, grid.shape[0] > 1
     for i in range(len(places)):
         z0 = min(max(places[i, 0] - nz // 2, 0), grid.shape[0] - nz)
         y0 = min(max(places[i, 1] - ny // 2, 0), grid.shape[1] - ny)
@@ -228,7 +228,7 @@ def repair_windows(target, repair, places, forced, rng, work):
             n = well_fitting_windows(target, box, repair, rng, work)
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
-            if work.best[number, 0] > before:
+            if volume and work.best[number, 0] > before:
                 continue  # a ring that differs so much hardly ever leaves fewer
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
