@@ -202,9 +202,10 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return, by facies index up to 255, the `own_counts` below which a datum is isolated."""
     thresholds = np.zeros(256)
-    for index in np.unique(image):
+    for index in range(int(image.max()) + 1):
         own = image == index
-        thresholds[index] = np.quantile(_counts_around(own, _layers_around(image))[own], RARE)
+        if own.any():
+            thresholds[index] = np.quantile(_counts_around(own, _layers_around(image))[own], RARE)
     return thresholds
 
 

@@ -58,10 +58,9 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     base = np.uint32(n_facies if exact else HASH)
     row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
     # Which patterns share a number must not depend on how facies are numbered.
-    facies, first = np.unique(image, return_index=True)
-    labels = np.zeros(256, np.uint32)
-    numbers = np.arange(len(facies), dtype=np.uint32)
-    labels[facies[np.argsort(first)]] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
+    first = [int(np.argmax(image.ravel() == facies)) for facies in range(n_facies)]
+    labels, numbers = np.zeros(256, np.uint32), np.arange(n_facies, dtype=np.uint32)
+    labels[np.argsort(first)] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
     shift = 0 if exact else 32 - bits
     reach = tuple((n - 1) * spacing for n in cells)
     patterns = Patterns(known, cells, spacing, reach, labels, base, row_base, shift)  # type: ignore[arg-type]
