@@ -22,7 +22,7 @@ from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of the grid that are looked at together, from the cache."""
-PARTS_PER_CALL = 256
+PARTS_PER_CALL = 64
 
 
 class Part(NamedTuple):
