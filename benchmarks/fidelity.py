@@ -59,7 +59,7 @@ COLUMNS = (
 RATIOS = ("JS", "tau", "variety", "CPU")
 """Columns whose means are of ratios to the published way."""
 GEOMETRIC = ("ends",)
-N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 8
+N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 24
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
 """Columns of studies with hard data."""
 DENSE = (1000, 4000)
