@@ -16,7 +16,7 @@ from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.hard_data.page import describe_data_status
-from ccwsim.ui.how_it_works.maps import MAX_MARKS, box_mark, data_in, patch_map
+from ccwsim.ui.how_it_works.maps import box_mark, data_in, patch_map
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
@@ -27,6 +27,8 @@ MAX_TERMS = 3_000_000_000
 """Terms of scores above which the patches up to the end are placed only when asked for."""
 PIXELS = 204
 """Of a side of a window."""
+N_MARKED = 20
+"""Changes of seam repair that are marked: most are of one cell."""
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
@@ -61,16 +63,16 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
     if not changed.any():
         say("No change was found that joins the patches better.", OURS)
         return
+    lit = _boxes_of(changed)
     say(
         "Where cells have patterns that the training image never has, windows are simulated anew "
         "and single cells changed, if that leaves fewer of them: "
         f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) are "
-        "another facies now.",
+        "another facies now. The largest changes are marked.",
         OURS,
     )
     image = trace.study.training_image
     shown = {"before": trace.before_repair, "after": trace.realization.indices}
-    lit = _boxes_of(changed)
     for place, (name, cells) in zip(pair(), shown.items(), strict=True):
         with place:
             own = facies_map(cells, image, colours, f"The realization {name} seam repair")
@@ -81,12 +83,12 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
 
 
 def _boxes_of(changed: NDArray[np.bool_]) -> list[Box]:
-    """Return boxes around what changed, neighbours together; the largest first."""
+    """Return boxes around the largest changes, neighbours together."""
     wide = ndimage.binary_dilation(changed, iterations=2)
     labels, _ = cast(tuple[Any, int], ndimage.label(wide))
     found = ndimage.find_objects(labels)
     boxes = [Box(y.start, x.start, y.stop - y.start, x.stop - x.start) for y, x in found]
-    return sorted(boxes, key=lambda box: -box.height * box.width)[:MAX_MARKS]
+    return sorted(boxes, key=lambda box: -box.height * box.width)[:N_MARKED]
 
 
 def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
