@@ -46,7 +46,10 @@ class Patterns(NamedTuple):
 
 
 def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
-    """Return which patterns an image in layers has; `spacing` is that of volumes or maps."""
+    """Return which patterns an image in layers has, of cells `spacing` apart.
+
+    Without one they are those by which windows are repaired.
+    """
     volume = len(image) > 1
     side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
     spacing = usual if spacing is None else spacing
