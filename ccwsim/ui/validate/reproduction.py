@@ -434,7 +434,7 @@ def meter_of(found: Copying) -> list[tuple[str, str]]:
         ),
         ("largest piece copied", f"{found.largest_block:,} cells"),
         ("training image used", f"{100 * found.used:.0f} %"),
-        ("forced", f"{found.n_unknown:,} cells"),
+        ("set alone", f"{found.n_unknown:,} cells"),
     ]
 
 
