@@ -78,6 +78,10 @@ def check(study: Study, number: int = 0) -> None:
         assert (own.indices[places] == study.facies_of_data).all()
         forced = {tuple(cell) for cell in data[own.data_status == FORCED].tolist()}
         assert {tuple(cell) for cell in data[~taken[places]].tolist()} <= forced
+        whole = replace(study, parameters=replace(study.parameters, repair_seams=False))
+        plain = realized(whole, number)  # of which no cell is changed alone
+        forced = {tuple(cell) for cell in data[plain.data_status == FORCED].tolist()}
+        assert {tuple(cell) for cell in np.argwhere(plain.sources < 0).tolist()} <= forced
     else:
         wrong = own.indices[places] != study.facies_of_data
         np.testing.assert_array_equal(own.data_status != 0, wrong)
