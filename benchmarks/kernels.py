@@ -111,12 +111,14 @@ def all_best(scores, rng, minima, found, values, places):
 
 
 @kernel
-def all_refined(image, bits, grid, data, missed, boxes, block, at, strips, at_stake):
+def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips, at_stake):
     """Refine the place of each patch; return something that depends on all."""
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])
-        z, y, x = refine_place(image, bits, grid, data, missed, box, block, place, strips, at_stake)
+        z, y, x = refine_place(
+            image, square_bits, grid, data, missed, box, block, place, strips, at_stake
+        )
         total += z + y + x
     return total
 
@@ -167,7 +169,7 @@ def measure(level: int) -> list[Measured]:
     n, t, overlap, k = len(ys), template[2], width[2], p.n_candidates
     boxes = np.zeros((n, 10), np.int64)
     boxes[:, 1], boxes[:, 2], boxes[:, 3:] = ys, xs, (*template, L_SHAPE, *width)
-    image, bits, sums, _ = oriented.pyramid
+    image, square_bits, sums, _ = oriented.pyramid
     energy = np.zeros(oriented.places, oriented.squares.dtype)
     all_energies(oriented.squares, boxes[:1], block, energy)
     offsets = np.zeros((n, 2 * t * overlap // prod(block)), np.int64)
@@ -180,7 +182,7 @@ def measure(level: int) -> list[Measured]:
     found, values = np.zeros(energy.size, np.int64), np.zeros(energy.size, energy.dtype)
     places, rng = np.zeros((n, k), np.int64), np.random.default_rng(0)
     no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), grid.shape)
-    strips, at_stake = make_strips(bits, template), np.zeros((0, 4), np.int64)
+    strips, at_stake = make_strips(square_bits, template), np.zeros((0, 4), np.int64)
     cut, sources = make_cut(template, width), np.zeros((0, 0, 0), np.int32)
     target, counts = grid.copy(), np.zeros(0, np.int64)
     terms_of = seconds_of(lambda: all_terms(
@@ -193,7 +195,7 @@ def measure(level: int) -> list[Measured]:
     drawn = places[np.arange(n), rng.integers(0, k, n)]
     at = np.stack(np.unravel_index(drawn, energy.shape), axis=1) * np.array(block)
     refined = seconds_of(lambda: all_refined(
-        image, bits, grid, no_data, SPARSE.missed, boxes, block, at, strips, at_stake
+        image, square_bits, grid, no_data, SPARSE.missed, boxes, block, at, strips, at_stake
     ))  # fmt: skip
     cut_of = seconds_of(lambda: all_cut(grid, no_data.required, image, boxes, at, cut))
     pasted = seconds_of(lambda: all_pasted(

@@ -12,7 +12,7 @@ from benchmarks.__main__ import main
 from benchmarks.cases import CASES, Case, Row, measure
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
-from ccwsim.engine.stages.bits import make_strips, to_bits
+from ccwsim.engine.stages.bits import make_strips, to_square_bits
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut
@@ -98,7 +98,7 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     mask = reference.overlap_mask(16, 8, *sides)
     size, unit = (1, 16, 16), 2**level
     no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), size)
-    words = to_bits(image[None])
+    words = to_square_bits(image[None])
     box, strips = Box(0, 0, 0, *size, bits(*sides), 0, 8, 8), make_strips(words, size)
     known = image[None], words, tile[None], no_data
     theirs = refine_place(

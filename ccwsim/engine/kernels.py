@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from numba import config, njit
 from numba.core import event
@@ -34,7 +34,7 @@ def _digest_of_sources() -> str:
     sums = blake2b(digest_size=8)
     for source in sorted(_PACKAGE.rglob("*.py")):
         text = source.read_bytes()
-        has_kernel = b"\n@kernel\n" in text or b"\n@part_of_kernel\n" in text
+        has_kernel = b"\n@kernel\n" in text or b"part_of_kernel\n" in text
         sums.update(text if has_kernel or source.parent.name == "stages" else b"")
     return sums.hexdigest()
 
@@ -100,8 +100,10 @@ class part_of_kernel:  # noqa: N801 - a decorator
     2
     """
 
+    options: ClassVar[dict[str, Any]] = {}
+
     def __init__(self, function: Callable[..., Any]) -> None:
-        self._part = _compiled(function, FOLDER, no_cpython_wrapper=True)
+        self._part = _compiled(function, FOLDER, no_cpython_wrapper=True, **self.options)
         self.__doc__, self.__name__, self.__wrapped__ = (
             function.__doc__,
             function.__name__,
@@ -117,6 +119,25 @@ class part_of_kernel:  # noqa: N801 - a decorator
         if self._alone is None:  # in a folder of its own: the cache does not know the difference
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
         return self._alone(*values, **named)
+
+
+class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
+    """As `part_of_kernel`, for what is called most: put in the place of each call.
+
+    A call that hands over a few arrays takes longer than to compare a hundred cells.
+    """
+
+    options: ClassVar[dict[str, Any]] = {"inline": "always"}
+
+    @property
+    def targetoptions(self) -> dict[str, Any]:
+        """What Numba asks a function for, to see that it wants to be in the place of a call."""
+        return self._part.targetoptions
+
+    @property
+    def py_func(self) -> Callable[..., Any]:
+        """What Numba puts there."""
+        return self.__wrapped__
 
 
 COMPILE_TIME = "about half a minute"

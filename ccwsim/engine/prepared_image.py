@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.lengths import ScaledLengths, lengths_of
-from ccwsim.engine.stages.bits import to_bits
+from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import Triple, in_layers, in_three, to_path
 from ccwsim.engine.stages.proportions import DataProportions, margin_weights, proportions_of_data
@@ -125,10 +125,15 @@ class PreparedImage:
 
         return self.part(("scaled", orientation, scale), make)
 
-    def bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
-        """Return the same as `to_bits` gives it."""
+    def bits(self) -> NDArray[np.uint64]:
+        """Return the image as `to_bits` gives it."""
+        return self.part(("bits",), lambda: to_bits(self.scaled()))
+
+    def square_bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
+        """Return what `scaled` does as `to_square_bits` gives it."""
         return self.part(
-            ("bits", orientation, scale), lambda: to_bits(self.scaled(orientation, scale))
+            ("square_bits", orientation, scale),
+            lambda: to_square_bits(self.scaled(orientation, scale)),
         )
 
     def repair(self, template: Triple) -> Repair:

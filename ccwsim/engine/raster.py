@@ -128,11 +128,12 @@ def simulate_raster(
         z, y, x = (b // a for a, b in zip(own.unit, coarser.unit, strict=True))
         finer, coarser = (z, y, x), own
         patches = patches * np.array([*finer, *finer, 1, 1, 1, 1])
-        scaled, bits = image.scaled(path.orientation, scale), image.bits(path.orientation, scale)
+        scaled = image.scaled(path.orientation, scale)
+        square_bits = image.square_bits(path.orientation, scale)
         data, size = plan.data[scale], own.template
         work = work._replace(
             at_stake=np.zeros((min(len(data.columns), prod(size)), 4), np.int64),
-            strips=make_strips(bits, size),
+            strips=make_strips(square_bits, size),
             cut=make_cut(size, own.overlap),
         )
         locations = simulated.locations
@@ -140,7 +141,7 @@ def simulate_raster(
         at_scale = plan.search.missed, own.overlap, finer, p.refine, work, simulated
         for first in _reported(study, p.scale - scale, n, at_once, watch):
             last = min(first + at_once, n)
-            refine_patches(first, last, patches, scaled, bits, data, *at_scale)
+            refine_patches(first, last, patches, scaled, square_bits, data, *at_scale)
     return to_grid(simulated.grid, simulated.sources, path, study)
 
 

@@ -125,7 +125,8 @@ def target_of(
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     origin = sources.reshape(shape if sources.size else (0, 0, 0))
     by_chance = study.parameters.draws_as_published
-    return Target(image.scaled(), image.bits(), data, indices.reshape(shape), origin, by_chance)
+    known = image.scaled(), image.bits(), image.square_bits()
+    return Target(*known, data, indices.reshape(shape), origin, by_chance)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:

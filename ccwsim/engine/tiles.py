@@ -214,7 +214,7 @@ def make_workspace(
         chances=np.zeros(search.n_candidates),
         at_stake=np.zeros((n_data, 4), np.int64),
         misses=make_misses(len(data.columns), sums.shape[1:], shape),
-        strips=make_strips(oriented.pyramid.bits, template),
+        strips=make_strips(oriented.pyramid.square_bits, template),
         cut=make_cut(template, search.overlap),
     )
 
@@ -246,7 +246,7 @@ def simulate_patches(
     `patches` come from `make_patches`, `before` from `patches_before`, or has no columns where
     locations beside those of other patches may be drawn; `simulated` is changed in place.
     """
-    image, bits, sums, phases = oriented.pyramid
+    image, square_bits, sums, phases = oriented.pyramid
     grid, sources, counts, locations = simulated
     scores, totals, places = work.scores, work.totals, work.places
     n_places = scores.shape[1], scores.shape[2]
@@ -327,7 +327,7 @@ def simulate_patches(
         if search.refine and coarse and (search.exact or not data_ahead(data, box, 1)):
             place = refine_place(
                 image,
-                bits,
+                square_bits,
                 grid,
                 data,
                 search.missed,
@@ -344,7 +344,7 @@ def simulate_patches(
 
 @kernel
 def refine_patches(
-    first, last, patches, image, bits, data, missed, overlap, finer, refine, work, simulated
+    first, last, patches, image, square_bits, data, missed, overlap, finer, refine, work, simulated
 ):
     """Place patches `first` to `last` − 1 of ms-ccsim near their locations at the coarser scale.
 
@@ -361,7 +361,16 @@ def refine_patches(
         )
         if refine:
             place = refine_place(
-                image, bits, grid, data, missed, box, finer, place, work.strips, work.at_stake
+                image,
+                square_bits,
+                grid,
+                data,
+                missed,
+                box,
+                finer,
+                place,
+                work.strips,
+                work.at_stake,
             )
         keep_old(grid, data.required, image, place, box, work.cut)
         paste(image, place, box, work.cut.keep_mask, counts, grid, sources)

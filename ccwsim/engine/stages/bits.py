@@ -1,7 +1,8 @@
-"""Facies as bits: 64 cells of a row are compared at once.
+"""Facies as bits: 64 cells are compared at once.
 
-The facies index of a cell is written in binary; bit b of 64 neighbouring cells makes one word of
-plane b. Two cells differ where any of their planes does.
+The facies index of a cell is written in binary; bit b of 64 cells makes one word of plane b. Two
+cells differ where any of their planes does. Cells of a row, side by side, are compared with those
+of 64 locations side by side; cells of a square of 8 × 8, with those of one location.
 """
 
 from __future__ import annotations
@@ -11,87 +12,122 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.box import inside_overlap
 from ccwsim.engine.stages.path import Triple
 
+SIDE = 8
+"""Rows and columns of the square of cells whose bits make a word."""
+FIRST_ROW = 0x0101010101010101
+"""The bits of the first row of a square."""
+
 
 class Strips(NamedTuple):
-    """The cells in the overlap of a box that locations are compared with, word by word."""
+    """The cells in the overlap of a box that locations are compared with, square by square."""
 
-    # shape (n,): where each word begins, from the word that a location begins in
+    # shape (n,): where each square begins, in words from the one that a location begins in
     offsets: NDArray[np.uint64]
-    # shape (n * n_planes,): their facies, the planes of a word side by side; cell x is bit x
+    # shape (n * n_planes,): their facies, the planes of a square side by side
     words: NDArray[np.uint64]
     mask: NDArray[np.uint64]  # shape (n,): which cells they are
-    n: NDArray[np.int64]  # shape (1,): how many words there are
+    n: NDArray[np.int64]  # shape (1,): how many squares there are
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the bits of facies indices, shape (n_planes, nz, ny, n_words).
+    """Return the bits of facies indices by rows, shape (n_planes, nz, ny, n_words).
 
     A row has one word more than it needs, so that 64 bits can be read from any cell on.
     """
     nz, ny, nx = image.shape
-    planes = max(int(image.max()).bit_length(), 1)
+    planes = _n_planes(image)
     bits = np.zeros((planes, nz, ny, 64 * (nx // 64 + 2)), np.uint8)
     for plane in range(planes):
         bits[plane, :, :, :nx] = image >> plane & 1
     return np.packbits(bits, axis=3, bitorder="little").view("<u8").astype(np.uint64)
 
 
-def make_strips(bits: NDArray[np.uint64], size: Triple) -> Strips:
+def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
+    """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
+
+    Byte x of row y has the cells (y, x) to (y + 7, x), so that eight bytes from there on are a
+    square of 8 × 8 cells: cell (y + i, x + j) is bit 8 j + i. A row has one word more than it
+    needs, so that a square can be read from any cell on.
+    """
+    nz, ny, nx = image.shape
+    planes = _n_planes(image)
+    columns = np.zeros((planes, nz, ny + SIDE, SIDE * (nx // SIDE + 2)), np.uint8)
+    for plane in range(planes):
+        columns[plane, :, :ny, :nx] = image >> plane & 1
+    words = columns.view("<u8").astype(np.uint64, copy=False)
+    cells, width = words.ravel(), words.shape[3]
+    for n in (1, 2, 4):  # of columns of n cells those of twice as many
+        cells[: -n * width] |= cells[n * width :] << np.uint64(n)
+    return np.ascontiguousarray(words[:, :, :ny])
+
+
+def _n_planes(image: NDArray[np.uint8]) -> int:
+    """Return how many binary digits the facies indices of an image have."""
+    return max(int(image.max()).bit_length(), 1)
+
+
+def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:
     """Return empty strips for boxes of at most `size` cells."""
     nz, ny, nx = size
-    n = nz * ny * ((nx + 63) // 64)
-    words = np.zeros(n * len(bits), np.uint64)
+    n = nz * -(-ny // SIDE) * -(-nx // SIDE)
+    words = np.zeros(n * len(square_bits), np.uint64)
     return Strips(np.zeros(n, np.uint64), words, np.zeros(n, np.uint64), np.zeros(1, np.int64))
 
 
 @part_of_kernel
-def take_strips(grid, box, bits, strips):
+def take_strips(grid, box, square_bits, strips):
     """Fill `strips` with the facies that the grid has in the overlap of a box.
 
-    `bits` are those of the image that they will be compared with.
+    `square_bits` are those of the image that they will be compared with.
     """
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     cells, _, rows, columns = grid.ravel(), *grid.shape
-    n_planes, _, my, mx = bits.shape
-    n = 0
+    n_planes, _, my, mx = square_bits.shape
+    words, n = strips.words, 0
     for z in range(box.nz):
-        for y in range(box.ny):
-            across = z < low_z or z >= high_z or y < low_y or y >= high_y
-            row = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0)
-            for start in range(0, box.nx, 64):
-                stop = min(start + 64, box.nx)
-                left = stop if across else max(min(low_x, stop), start)
-                right = max(min(high_x, stop), left)
-                mask = _ones(left - start) | (_ones(stop - start) & ~_ones(right - start))
-                if not mask:
+        for y0 in range(0, box.ny, SIDE):
+            for x0 in range(0, box.nx, SIDE):
+                width, height = min(SIDE, box.nx - x0), min(SIDE, box.ny - y0)
+                inside = low_x <= x0 and x0 + width <= high_x
+                if inside and low_z <= z < high_z and low_y <= y0 and y0 + height <= high_y:
                     continue
-                strips.offsets[n] = (z * my + y) * mx + start // 64
-                strips.mask[n] = mask
+                mask, first = np.uint64(0), n * n_planes
                 for plane in range(n_planes):
-                    word = _word(cells, row, start, left, plane)
-                    word |= _word(cells, row, right, stop, plane)
-                    strips.words[n * n_planes + plane] = word
+                    words[first + plane] = 0
+                for y in range(y0, y0 + height):
+                    across = z < low_z or z >= high_z or y < low_y or y >= high_y
+                    left = width if across else max(min(low_x - x0, width), 0)
+                    right = max(min(high_x - x0, width), left)
+                    row = _bytes(left) | (_bytes(width) & ~_bytes(right))
+                    row &= np.uint64(FIRST_ROW)
+                    if not row:
+                        continue
+                    own = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0 + x0)
+                    facies = np.uint64(0)
+                    if width == SIDE:  # the compiler writes out a loop of known length
+                        for x in range(np.uint64(SIDE)):
+                            facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
+                    else:
+                        for x in range(np.uint64(width)):
+                            facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
+                    down = np.uint64(y - y0)
+                    mask |= row << down
+                    for plane in range(n_planes):
+                        words[first + plane] |= (facies >> np.uint64(plane) & row) << down
+                strips.offsets[n] = (z * my + y0) * mx + x0 // SIDE
+                strips.mask[n] = mask
                 n += 1
     strips.n[0] = n
 
 
 @part_of_kernel
-def _ones(n):
-    """Return a word whose first n bits are set."""
-    return ~np.uint64(0) >> np.uint64(64 - n) if n > 0 else np.uint64(0)
-
-
-@part_of_kernel
-def _word(cells, row, start, stop, plane):
-    """Return a digit of the facies of some cells of a row, each at its own bit."""
-    word, digit, one = np.uint64(0), np.uint64(plane), np.uint64(1)
-    for x in range(np.uint64(start), np.uint64(stop)):
-        word |= (np.uint64(cells[row + x]) >> digit & one) << (x & np.uint64(63))
-    return word
+def _bytes(n):
+    """Return a word whose first n bytes are set."""
+    return ~np.uint64(0) >> np.uint64(64 - 8 * n) if n > 0 else np.uint64(0)
 
 
 @part_of_kernel
@@ -105,16 +141,43 @@ def n_bits(word):
 
 
 @part_of_kernel
+def nth_bit(word, n):
+    """Return which bit of a word is the one after the n lowest that are set; it has more than n.
+
+    Without a branch, as none could be foreseen: first the byte is found by the bits of all bytes up
+    to each, then, as if its bits were bytes, the bit.
+    """
+    ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
+    before, one = np.uint64(n), np.uint64(1)
+    up_to = word - (word >> one & np.uint64(0x5555555555555555))
+    two = np.uint64(0x3333333333333333)
+    up_to = (up_to & two) + (up_to >> np.uint64(2) & two)
+    up_to = (up_to + (up_to >> np.uint64(4)) & np.uint64(0x0F0F0F0F0F0F0F0F)) * ones
+    byte = _n_bytes((before * ones | high) - up_to & high)
+    before -= up_to << np.uint64(8) >> byte & np.uint64(255)
+    spread = (word >> byte & np.uint64(255)) * ones & np.uint64(0x8040201008040201)
+    up_to = ((spread | (spread | high) - ones) & high) >> np.uint64(7)
+    up_to *= ones
+    return np.int64(byte + (_n_bytes((before * ones | high) - up_to & high) >> np.uint64(3)))
+
+
+@part_of_kernel
+def _n_bytes(high):
+    """Return eight times how many bytes of a word have their highest bit set; no other is."""
+    return (high >> np.uint64(7)) * np.uint64(FIRST_ROW) >> np.uint64(56) << np.uint64(3)
+
+
+@inlined_part_of_kernel
 def n_different(cells, shape, place, strips, limit):
     """Return in how many cells of its strips a box differs from a location of the image.
 
-    Counting may end at `limit`. `cells` are the bits of the image, raveled, and `shape` their
+    Counting may end at `limit`. `cells` are the image by squares, raveled, and `shape` their
     shape: to ravel them for each location would take longer than to count.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape
-    first, plane_size = np.uint64((tz * my + ty) * mx + (tx >> 6)), np.uint64(mz * my * mx)
-    one, shift, back = np.uint64(1), np.uint64(tx & 63), np.uint64(63 - (tx & 63))
+    first, plane_size = np.uint64((tz * my + ty) * mx + (tx >> 3)), np.uint64(mz * my * mx)
+    one, shift, back = np.uint64(1), np.uint64((tx & 7) << 3), np.uint64(63 - ((tx & 7) << 3))
     wrong, own = np.int64(0), np.uint64(0)
     for k in range(np.uint64(strips.n[0])):
         at, differ = first + strips.offsets[k], np.uint64(0)

@@ -17,7 +17,7 @@ import pywt
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel
-from ccwsim.engine.stages.bits import to_bits
+from ccwsim.engine.stages.bits import to_square_bits
 from ccwsim.engine.stages.path import Triple
 from ccwsim.model.errors import CCWSIMError
 
@@ -26,7 +26,8 @@ class Pyramid(NamedTuple):
     """The training image in path coordinates, as the kernels need it."""
 
     image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
-    bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): the same as `to_bits` gives it
+    # shape (n, nz, ny, n_words): the same as `to_square_bits` gives it
+    square_bits: NDArray[np.uint64]
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): how many cells of each block have each facies.
     # Two facies need one plane.
     sums: NDArray[np.integer[Any]]
@@ -117,7 +118,7 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
     facies = [1] if n_planes == 1 else range(n_planes)
     kind = sum_type(uz * uy * ux)
     planes = [(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies]
-    return Pyramid(image, to_bits(image), np.stack(planes), phases)
+    return Pyramid(image, to_square_bits(image), np.stack(planes), phases)
 
 
 @kernel

@@ -18,16 +18,16 @@ MIDDLE = 13
 
 
 @part_of_kernel
-def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_stake):
+def refine_place(image, square_bits, grid, data, missed, box, block, place, strips, at_stake):
     """Return the layer, row and column of the TI, near `place`, whose patch fits best.
 
     A missed datum counts as `missed` wrong cells. `at_stake`, shape (n, 4), is workspace for the
     data that the cut cannot keep.
     """
-    take_strips(grid, box, bits, strips)
+    take_strips(grid, box, square_bits, strips)
     n = data_at_stake(grid, data, box, at_stake)
     best_z, best_y, best_x = place
-    words, shape = bits.ravel(), bits.shape
+    words, shape = square_bits.ravel(), square_bits.shape
     best = _misfit(image, words, shape, at_stake, n, missed, place, strips, np.int64(1 << 60))
     stride = max(block[0], block[1], block[2]) // 2
     while stride > 0:
@@ -35,9 +35,9 @@ def refine_place(image, bits, grid, data, missed, box, block, place, strips, at_
         dz = stride if stride <= block[0] // 2 else 0
         dy = stride if stride <= block[1] // 2 else 0
         dx = stride if stride <= block[2] // 2 else 0
-        for k in range(27):
+        for k in range(0 if dz else 9, 27 if dz else 18):
             i, j, m = k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1
-            if (i and not dz) or (j and not dy) or (m and not dx) or k == MIDDLE:
+            if (j and not dy) or (m and not dx) or k == MIDDLE:
                 continue
             z, y, x = middle_z + i * dz, middle_y + j * dy, middle_x + m * dx
             if (
@@ -80,7 +80,7 @@ def data_at_stake(grid, data, box, at_stake):
 
 
 @part_of_kernel
-def _misfit(image, bits, shape, at_stake, n, missed, place, strips, limit):
+def _misfit(image, words, shape, at_stake, n, missed, place, strips, limit):
     """Count wrong cells in the overlap and missed data; no further than to `limit`."""
     tz, ty, tx = place
     wrong = np.int64(0)
@@ -89,4 +89,4 @@ def _misfit(image, bits, shape, at_stake, n, missed, place, strips, limit):
         wrong += missed * (facies != at_stake[i, 3])
     if wrong >= limit:
         return wrong
-    return wrong + n_different(bits, shape, place, strips, limit - wrong)
+    return wrong + n_different(words, shape, place, strips, limit - wrong)

@@ -15,7 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.bits import Strips, make_strips, n_bits, n_different, take_strips
+from ccwsim.engine.stages.bits import (
+    Strips,
+    make_strips,
+    n_bits,
+    n_different,
+    nth_bit,
+    take_strips,
+)
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
@@ -63,7 +70,9 @@ class Target(NamedTuple):
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
-    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): the same as `to_bits` gives it
+    # shape (n_planes, mz, my, n_words): the same as `to_bits` and `to_square_bits` give it
+    bits: NDArray[np.uint64]
+    square_bits: NDArray[np.uint64]
     # shape (nz, ny, nx): all data, from `data_grid`: every window honours all that are in it
     data: NDArray[np.uint8]
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
@@ -75,10 +84,18 @@ class Target(NamedTuple):
     by_chance: bool = False
 
 
+class Honouring(NamedTuple):
+    """The locations that honour all data of a window."""
+
+    mask: NDArray[np.uint64]  # shape (mz, my, n_words): the bits of locations
+    # shape (64 * mask.size,): which of them are compared, from `draw_numbers`
+    numbers: NDArray[np.int32]
+
+
 class Workspace(NamedTuple):
     """Arrays for windows of at most one size."""
 
-    mask: NDArray[np.uint64]  # shape (mz, my, n_words): the bits of locations
+    honouring: Honouring
     patterns: NDArray[np.bool_]  # from `known_patterns`; empty where data are not dense
     best: NDArray[np.int64]
     strips: Strips
@@ -114,10 +131,10 @@ def resimulate(
     volume = nz > 1 or image.shape[0] > 1
     dense = len(cells) > DENSE * grid.size and not volume
     work = Workspace(
-        np.empty(target.bits.shape[1:], np.uint64),
+        make_honouring(target.bits),
         known_patterns(image[0]) if dense else np.empty(0, np.bool_),
         np.empty((N_BEST, 4), np.int64),
-        make_strips(target.bits, (nz, ny, nx)),
+        make_strips(target.square_bits, (nz, ny, nx)),
         make_cut((nz, ny, nx), tuple(max(1, n // 4) for n in (nz, ny, nx))),  # type: ignore[arg-type]
         np.zeros(0, np.int64),  # cells by facies are not counted here
     )
@@ -158,6 +175,12 @@ def resimulate(
         isolated = own_counts(grid, cells, _layers_around(image)) < isolated_below[facies]
         windows(step, isolated, size, TOLERANCE_ISOLATED, anyway=True)
     return data_status
+
+
+def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
+    """Return the arrays for all locations of an image; memory is taken for what is used alone."""
+    mask = np.empty(bits.shape[1:], np.uint64)
+    return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
 
 def largest_window(
@@ -221,21 +244,25 @@ def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
     return counts
 
 
-def own_counts(
-    grid: NDArray[np.uint8], cells: NDArray[np.int64], layers: int = 0
-) -> NDArray[np.int64]:
+@kernel
+def own_counts(grid, cells, layers=0):
     """Count the cells of a cell's own facies among those around it (the edge is repeated).
 
     5 × 5 cells, of its own layer and of `layers` below and above; `cells`, shape (n, 3).
     """
-    reach = layers, 2, 2
-    wide = np.pad(grid, [(r, r) for r in reach], mode="edge")
-    facies = grid[tuple(cells.T)]
-    first = np.ravel_multi_index(tuple(cells.T), wide.shape)
-    counts = np.zeros(len(cells), np.uint8)
-    for offset in np.ndindex(*(2 * r + 1 for r in reach)):
-        counts += wide.ravel()[first + int(np.ravel_multi_index(offset, wide.shape))] == facies
-    return counts.astype(np.int64)
+    last_z, last_y, last_x = grid.shape[0] - 1, grid.shape[1] - 1, grid.shape[2] - 1
+    counts = np.zeros(len(cells), np.int64)
+    for i in range(len(cells)):
+        own_z, own_y, own_x = cells[i]
+        facies, n = grid[own_z, own_y, own_x], np.int64(0)
+        for dz in range(-layers, layers + 1):
+            z = min(max(own_z + dz, 0), last_z)
+            for dy in range(-2, 3):
+                y = min(max(own_y + dy, 0), last_y)
+                for dx in range(-2, 3):
+                    n += grid[z, y, min(max(own_x + dx, 0), last_x)] == facies
+        counts[i] = n
+    return counts
 
 
 def _layers_around(image: NDArray[np.uint8]) -> int:
@@ -251,7 +278,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     `anyway` also data that the grid honours by now are taken. `fits`, shape (n,), becomes True
     where the grid honours the datum.
     """
-    image, _, data, grid, sources, _ = target
+    image, _, _, data, grid, sources, _ = target
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
@@ -263,7 +290,8 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
         inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
         limit = np.int64(tolerance * (box.nz * box.ny * box.nx - inside))
-        n = fitting_windows(target, box, limit, most, rng, work.mask, work.strips, work.best)
+        among = limit, most, rng, work.honouring
+        n = fitting_windows(target, box, *among, work.strips, work.best)
         if n == 0:
             continue
         drawn = draw_index(rng, n)
@@ -274,13 +302,13 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
 
 
 @part_of_kernel
-def fitting_windows(target, box, limit, most, rng, mask, strips, best):
+def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     """Fill `best` with the locations that honour all data in a box and whose ring fits best.
 
     Return how many. At most `limit` cells of the ring may be wrong, and about `most` locations are
-    compared; `mask` and `strips` are workspace.
+    compared; `honouring` and `strips` are workspace.
     """
-    image, bits, data, grid, _, by_chance = target
+    image, bits, square_bits, data, grid, _, by_chance = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
     at_once, start = rows, np.int64(0)
     if image.shape[0] > 1:
@@ -290,14 +318,14 @@ def fitting_windows(target, box, limit, most, rng, mask, strips, best):
     while n_rows < rows and n_places < most:
         some = min(at_once, rows - n_rows)
         part = start + n_rows, some
-        n_places += honouring_places(bits, data, box, image.shape, part, mask)
+        n_places += honouring_places(bits, data, box, image.shape, part, honouring.mask)
         n_rows += some
     if n_places == 0:
         return 0
-    sample = n_places, most, by_chance
-    take_strips(grid, box, bits, strips)
-    looked = start, n_rows
-    return best_windows(bits, mask, image.shape, box, looked, strips, sample, limit, rng, best)
+    take_strips(grid, box, square_bits, strips)
+    sample, looked = (n_places, most, by_chance), (start, n_rows)
+    known = square_bits, image.shape, honouring
+    return best_windows(*known, box, looked, strips, sample, limit, rng, best)
 
 
 @part_of_kernel
@@ -414,20 +442,21 @@ def next_row(z, y, layers, rows):
 
 
 @part_of_kernel
-def best_windows(bits, mask, shape, box, part, strips, sample, limit, rng, best):
+def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit, rng, best):
     """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
     Return how many. Only marked locations with at most `limit` wrong cells count; `sample` says
-    which of them are looked at, as `next_number` has it, and `part` is as `honouring_places` has
+    which of them are looked at, as `draw_numbers` has it, and `part` is as `honouring_places` has
     it. The first of equal ones are kept, so the search begins at a random one.
     """
+    mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
     first_row, n_rows = part
     turned, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
-    n, one, words = 0, np.uint64(1), bits.ravel()
+    n_numbers = draw_numbers(rng, sample, numbers)
+    n, one, words = 0, np.uint64(1), square_bits.ravel()
     worst = limit + 1
-    passed, number = np.int64(0), np.int64(0)  # marked locations, and those that were looked at
-    wanted = next_number(rng, passed, number, sample)
+    passed, looked = np.int64(0), np.int64(0)  # marked locations, and those that were looked at
     for k in range(n_rows):
         pz, py = row_of(first_row + (turned + k) % n_rows, layers, rows)
         for half in range(2):
@@ -440,13 +469,11 @@ def best_windows(bits, mask, shape, box, part, strips, sample, limit, rng, best)
                 if end < 64 * (w + 1):
                     word &= (one << np.uint64(end - 64 * w)) - one
                 end_of_word = passed + n_bits(word)
-                while wanted < end_of_word:
-                    word = without_lowest(word, wanted - passed)
-                    px = 64 * w + n_bits((word & (~word + one)) - one)
-                    word &= word - one
-                    passed, number = wanted + 1, number + 1
-                    wanted = next_number(rng, passed, number, sample)
-                    misfit = n_different(words, bits.shape, (pz, py, px), strips, worst)
+                while looked < n_numbers and numbers[looked] < end_of_word:
+                    px = 64 * w + nth_bit(word, numbers[looked] - passed)
+                    looked += 1
+                    place = pz, py, px
+                    misfit = n_different(words, square_bits.shape, place, strips, worst)
                     if misfit < worst:
                         n, worst = _take(best, n, worst, misfit, pz, py, px)
                 passed = end_of_word
@@ -454,37 +481,29 @@ def best_windows(bits, mask, shape, box, part, strips, sample, limit, rng, best)
 
 
 @part_of_kernel
-def next_number(rng, passed, number, sample):
-    """Return which of the marked locations is looked at after `number` others, from `passed` on.
+def draw_numbers(rng, sample, numbers):
+    """Fill `numbers` with which of the marked locations are looked at; return how many.
 
     `sample` has how many are marked, how many of these are looked at, and whether chance decides of
     each: a random number for each of them takes longer than one for each that is looked at.
     """
     n_places, most, by_chance = sample
+    n, chosen, share = np.int64(0), np.int64(0), most / n_places
     if n_places <= most:
-        return passed
-    if not by_chance:
-        return max(np.int64((number + rng.random()) * (n_places / most)), passed)
-    while passed < n_places and rng.random() >= most / n_places:
-        passed += 1
-    return passed
-
-
-@part_of_kernel
-def without_lowest(word, n):
-    """Return a word without the n lowest of the bits that are set, of which it has more."""
-    shift, half = np.uint64(0), np.uint64(32)
-    while n > 0 and half >= np.uint64(8):
-        low = word >> shift & ((np.uint64(1) << half) - np.uint64(1))
-        in_low = n_bits(low)
-        if in_low <= n:
-            word ^= low << shift
-            n -= in_low
-            shift += half
-        half >>= np.uint64(1)
-    for _ in range(n):
-        word &= word - np.uint64(1)
-    return word
+        for k in range(n_places):
+            numbers[k] = k
+        return n_places
+    if by_chance:
+        for k in range(n_places):
+            numbers[n] = k  # the next one takes the place of one that is not looked at
+            n += np.int64(rng.random() < share)
+        return n
+    while True:
+        chosen = max(np.int64((n + rng.random()) * (n_places / most)), chosen)
+        if chosen >= n_places:
+            return n
+        numbers[n] = chosen
+        n, chosen = n + 1, chosen + 1
 
 
 @part_of_kernel

@@ -22,7 +22,13 @@ from ccwsim.engine.stages.candidates import best_places, draw_index, n_segments,
 from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
-from ccwsim.engine.stages.resimulation import THIN, Target, fitting_windows
+from ccwsim.engine.stages.resimulation import (
+    THIN,
+    Honouring,
+    Target,
+    fitting_windows,
+    make_honouring,
+)
 from ccwsim.engine.stages.similarity import (
     Sums,
     box_sums,
@@ -76,7 +82,7 @@ class Workspace(NamedTuple):
     places: NDArray[np.int64]
     # shape (n, 4): misfit, layer, row and column of the locations that are tried
     best: NDArray[np.int64]
-    mask: NDArray[np.uint64]  # the bits of locations
+    honouring: Honouring
     offsets: NDArray[np.int64]
     weights: NDArray[np.number[Any]]
     strips: Strips
@@ -141,7 +147,7 @@ def prepare_repair(
     return Repair(patterns, near, window, ring, block, sums, energy.astype(kind), least)
 
 
-def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> Workspace:
+def make_workspace(repair: Repair, target: Target, n_facies: int) -> Workspace:
     """Return the arrays for the windows of a realization."""
     nz, ny, nx = repair.energy.shape
     shape = min(nz, max(LOCATIONS // (ny * nx), 1)), ny, nx
@@ -157,10 +163,10 @@ def make_workspace(repair: Repair, bits: NDArray[np.uint64], n_facies: int) -> W
         found_scores=np.zeros(n, kind),
         places=np.zeros(min(N_BEST, n), np.int64),
         best=np.zeros((N_BEST_DATA if window[0] > 1 else N_BEST, 4), np.int64),
-        mask=np.zeros(bits.shape[1:], np.uint64),
+        honouring=make_honouring(target.bits),
         offsets=np.zeros(n_terms, np.int64),
         weights=np.zeros(n_terms, repair.sums.dtype),
-        strips=make_strips(bits, window),
+        strips=make_strips(target.square_bits, window),
         cut=make_cut(window, repair.ring),
         kept=np.zeros(window, np.bool_),
         trial=np.zeros(wide, np.uint8),
@@ -190,7 +196,7 @@ def repair_seams(
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # a smaller grid than what it was prepared for
-    work = make_workspace(repair, target.bits, n_facies)
+    work = make_workspace(repair, target, n_facies)
     for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # compiled also without any
         report(first / max(len(places), 1))
         some = places[first : first + WINDOWS_PER_CALL]
@@ -201,7 +207,7 @@ def repair_seams(
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around places, shape (n, 3), one after another; return how many changed."""
-    image, _, data, grid, sources, _ = target
+    image, _, _, data, grid, sources, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed, volume = repair.patterns, 0, grid.shape[0] > 1
@@ -222,7 +228,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         if has_data(data, box):
             limit = np.int64(nz * ny * nx)
             n = fitting_windows(
-                target, box, limit, MAX_COMPARED, rng, work.mask, work.strips, work.best
+                target, box, limit, MAX_COMPARED, rng, work.honouring, work.strips, work.best
             )
         else:
             n = well_fitting_windows(target, box, repair, rng, work)
@@ -285,7 +291,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     As the search for a patch, but for an overlap on all sides; in as many layers of the image, from
     a random one on, as `work.scores` has.
     """
-    image, bits, _, grid, _, _ = target
+    image, _, square_bits, _, grid, _, _ = target
     sums, scores, places = repair.sums, work.scores, work.places
     n = overlap_terms(grid, box, repair.block, sums, work.offsets, work.weights)
     n_layers = len(scores)
@@ -297,12 +303,12 @@ def well_fitting_windows(target, box, repair, rng, work):
     best_places(
         scores.ravel(), len(places), rng, work.minima, work.found, work.found_scores, places
     )
-    take_strips(grid, box, bits, work.strips)
-    words, n_places = bits.ravel(), (scores.shape[1], scores.shape[2])
+    take_strips(grid, box, square_bits, work.strips)
+    words, n_places = square_bits.ravel(), (scores.shape[1], scores.shape[2])
     for k in range(len(places)):
         z, y, x = place_of(places[k], n_places, repair.block)
         place = z + layer * repair.block[0], y, x
-        misfit, z, y, x = shifted(place, repair, image.shape, words, bits.shape, work.strips)
+        misfit, z, y, x = shifted(place, repair, image.shape, words, square_bits.shape, work.strips)
         work.best[k, 0], work.best[k, 1], work.best[k, 2], work.best[k, 3] = misfit, z, y, x
     return len(places)
 
@@ -326,10 +332,10 @@ def surroundings(grid, box, patterns, trial):
 
 
 @part_of_kernel
-def shifted(place, repair, shape, words, bits_shape, strips):
+def shifted(place, repair, shape, words, words_shape, strips):
     """Return the location near `place`, within a block, whose ring fits best, after its misfit."""
     best_z, best_y, best_x = place
-    best = n_different(words, bits_shape, place, strips, np.int64(1 << 60))
+    best = n_different(words, words_shape, place, strips, np.int64(1 << 60))
     last_z, last_y = shape[0] - repair.window[0], shape[1] - repair.window[1]
     last_x = shape[2] - repair.window[2]
     stride = max(repair.block[0], repair.block[1], repair.block[2]) // 2
@@ -342,7 +348,7 @@ def shifted(place, repair, shape, words, bits_shape, strips):
                     max(middle_x - stride, 0), min(middle_x + stride, last_x) + 1, stride
                 ):
                     near = z, y, x
-                    wrong = n_different(words, bits_shape, near, strips, best)
+                    wrong = n_different(words, words_shape, near, strips, best)
                     if wrong < best:
                         best, best_z, best_y, best_x = wrong, z, y, x
         stride //= 2

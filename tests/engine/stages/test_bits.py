@@ -4,7 +4,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ccwsim.engine.stages.bits import make_strips, n_bits, n_different, take_strips, to_bits
+from ccwsim.engine.stages.bits import (
+    make_strips,
+    n_bits,
+    n_different,
+    nth_bit,
+    take_strips,
+    to_bits,
+    to_square_bits,
+)
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
 from ccwsim.engine.stages.refinement import data_at_stake, refine_place
@@ -23,6 +31,32 @@ def test_bits_are_those_of_each_cell(seed, n_facies, nz, nx):
     bits = words[..., x // 64] >> (x % 64).astype(np.uint64) & np.uint64(1)
     plane = np.arange(len(words), dtype=np.uint64)[:, None, None, None]
     np.testing.assert_array_equal((bits << plane).sum(axis=0), image)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=SEEDS,
+    n_facies=FACIES,
+    nz=LAYERS,
+    ny=st.sampled_from([1, 7, 8, 20]),
+    nx=st.sampled_from([1, 7, 8, 9, 30]),
+)
+def test_bits_of_squares_are_those_of_each_cell(seed, n_facies, nz, ny, nx):
+    image = np.random.default_rng(seed).integers(0, n_facies, (nz, ny, nx)).astype(np.uint8)
+    words = to_square_bits(image)
+    wide = np.pad(image, ((0, 0), (0, 8), (0, 8)))  # beyond the image no bit is set
+    for y, x in np.ndindex(ny, nx):
+        columns = words.view(np.uint8)[:, :, y, x : x + 8]
+        square = np.unpackbits(columns[..., None], axis=3, bitorder="little").swapaxes(2, 3)
+        plane = 1 << np.arange(len(words))[:, None, None, None]
+        np.testing.assert_array_equal((square * plane).sum(axis=0), wide[:, y : y + 8, x : x + 8])
+
+
+@given(st.integers(1, 2**64 - 1), st.data())
+def test_each_bit_of_a_word_is_found(word, data):
+    bits = [k for k in range(64) if word >> k & 1]
+    n = data.draw(st.integers(0, len(bits) - 1))
+    assert nth_bit(np.uint64(word), n) == bits[n]
 
 
 @given(st.integers(0, 2**64 - 1))
@@ -73,7 +107,7 @@ def test_cells_that_differ_are_counted_as_one_by_one(seed, n_facies, nz, size, d
     place = tuple(data.draw(st.integers(0, n)) for n in more)
     widths = nz // 2, min(overlap, ny // 2), overlap
     box = Box._make((*first, *shape, sides, *widths))
-    words = to_bits(image)
+    words = to_square_bits(image)
     longer = data.draw(st.sampled_from([0, 40]))
     strips = make_strips(words, (nz, ny + longer, size + longer))
     take_strips(grid, Box(0, 0, 0, *shape, LEFT, nz, ny, size), words, strips)  # this is replaced
@@ -109,7 +143,7 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level,
     first = [int(rng.integers(n + 1)) for n in spare]
     start = tuple(int(rng.integers(n + 1)) for n in more)
     box = Box._make((*first, *size, sides, *overlap))
-    weight, words = 7, to_bits(image)
+    weight, words = 7, to_square_bits(image)
     at_stake, strips = np.zeros((30, 4), np.int64), make_strips(words, size)
     given = image, words, grid, data, weight, box, block, start, strips, at_stake
     place = refine_place(*given)

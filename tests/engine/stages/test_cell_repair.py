@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages import cell_repair
-from ccwsim.engine.stages.bits import to_bits
+from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.cell_repair import cell_weights, repair_cells
 from ccwsim.engine.stages.demand import UNKNOWN
 from ccwsim.engine.stages.resimulation import Target
@@ -25,7 +25,7 @@ SHAPES = [(1, 40, 50), (6, 14, 15)]
 def target_of(image: NDArray[np.uint8], grid: NDArray[np.uint8], sources: bool = False) -> Target:
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     origin = np.full(grid.shape if sources else (0, 0, 0), -1, np.int32)
-    return Target(image, to_bits(image), data, grid, origin)
+    return Target(image, to_bits(image), to_square_bits(image), data, grid, origin)
 
 
 def damaged(shape: Cell, n_facies: int, share: float, seed: int) -> NDArray[np.uint8]:

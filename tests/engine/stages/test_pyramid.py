@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError
-from ccwsim.engine.stages.bits import to_bits
+from ccwsim.engine.stages.bits import to_square_bits
 from ccwsim.engine.stages.pyramid import build_pyramid, decompose, reconstruct
 from tests.small_images import blobs, noise
 
@@ -87,7 +87,7 @@ def test_phases_are_the_image_cell_by_cell(more, level):
     for at, facies in np.ndenumerate(phases):
         assert facies == image[tuple(block * at[3:] + at[:3])]
     np.testing.assert_array_equal(pyramid.image, image)
-    np.testing.assert_array_equal(pyramid.bits, to_bits(image))
+    np.testing.assert_array_equal(pyramid.square_bits, to_square_bits(image))
 
 
 @pytest.mark.parametrize("level", range(5))

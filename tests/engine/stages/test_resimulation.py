@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ccwsim import HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine.stages import resimulation
-from ccwsim.engine.stages.bits import make_strips, take_strips, to_bits
+from ccwsim.engine.stages.bits import Strips, make_strips, take_strips, to_bits, to_square_bits
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.cut import UNKNOWN
@@ -30,17 +30,15 @@ from ccwsim.engine.stages.resimulation import (
     isolated_datum_thresholds,
     known_patterns,
     largest_window,
+    make_honouring,
     own_counts,
     resimulate,
     window_around,
-    without_lowest,
 )
 from ccwsim.model.ensemble import FORCED
 from tests.small_images import blobs, noise
 
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
-ALL = 0, 1, False
-"""All locations are looked at."""
 
 
 def dense_data(shape: tuple[int, int], seed: int) -> HardData:
@@ -124,7 +122,8 @@ NO_SOURCES = np.zeros((0, 0, 0), np.int32)
 
 
 def target_of(image, grid, cells, facies, sources: NDArray[np.int32] = NO_SOURCES) -> Target:
-    return Target(image, to_bits(image), data_grid(cells, facies, grid.shape), grid, sources)
+    bits = to_bits(image), to_square_bits(image)
+    return Target(image, *bits, data_grid(cells, facies, grid.shape), grid, sources)
 
 
 def test_windows_report_growing_shares_below_one():
@@ -247,6 +246,14 @@ def honours(image, data, box) -> np.ndarray:
     return found
 
 
+def strips_of(image: NDArray[np.uint8], grid: NDArray[np.uint8], box: Box) -> Strips:
+    """Return what locations are compared with."""
+    bits = to_square_bits(image)
+    strips = make_strips(bits, box[3:6])
+    take_strips(grid, box, bits, strips)
+    return strips
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**16), st.booleans(), st.integers(0, 4), st.sampled_from([1, 2, 3, 200]))
 def test_places_that_honour_all_data_are_marked(seed, volume, n_data, n_facies):
@@ -270,17 +277,15 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
     bits, (_, n_rows) = to_bits(image), whole(box, image.shape)
     expected = honours(image, data, box)
     rows = expected.reshape(-1, expected.shape[2])
-    mask = np.zeros(bits.shape[1:], np.uint64)
-    strips = make_strips(bits, box[3:6])
-    take_strips(grid, box, bits, strips)
+    honouring, strips = make_honouring(bits), strips_of(image, grid, box)
     first, some = first % n_rows, 1 + seed % n_rows
     own = [(first + k) % n_rows for k in range(some)]
-    n = honouring_places(bits, data, box, image.shape, (first, some), mask)
+    n = honouring_places(bits, data, box, image.shape, (first, some), honouring.mask)
     assert n == np.count_nonzero(rows[own])
     if n:
         best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
-        part = (first, some)
-        n_best = best_windows(bits, mask, image.shape, box, part, strips, ALL, 10**6, rng, best)
+        known = to_square_bits(image), image.shape, honouring, box, (first, some), strips
+        n_best = best_windows(*known, (n, n, False), 10**6, rng, best)
         assert n_best == min(n, N_BEST)
         for _, *place in best[:n_best].tolist():
             assert expected[tuple(place)]
@@ -291,14 +296,12 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
 @given(st.integers(0, 2**16), st.booleans(), st.integers(0, 2), st.sampled_from([0.1, 0.5, 1.0]))
 def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, tolerance):
     image, grid, data, box = random_window(seed, volume, n_data)
-    bits = to_bits(image)
-    mask = np.zeros(bits.shape[1:], np.uint64)
-    every = whole(box, image.shape)
-    n_places = honouring_places(bits, data, box, image.shape, every, mask)
+    bits, every = to_bits(image), whole(box, image.shape)
+    honouring = make_honouring(bits)
+    n_places = honouring_places(bits, data, box, image.shape, every, honouring.mask)
     if n_places == 0:
         return
-    strips = make_strips(bits, box[3:6])
-    take_strips(grid, box, bits, strips)
+    strips = strips_of(image, grid, box)
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     ring = np.ones(box[3:6], bool)
     ring[low_z:high_z, low_y:high_y, low_x:high_x] = False
@@ -308,14 +311,15 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
         for place in np.argwhere(honours(image, data, box))
     }
     best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
-    n = best_windows(bits, mask, image.shape, box, every, strips, ALL, limit, rng, best)
+    known = to_square_bits(image), image.shape, honouring, box, every, strips
+    n = best_windows(*known, (n_places, n_places, False), limit, rng, best)
     fitting = sorted(misfit for misfit in misfits.values() if misfit <= limit)
     found = best[:n].tolist()
     assert sorted(row[0] for row in found) == fitting[:N_BEST]
     assert len({tuple(row[1:]) for row in found}) == n
     assert all(misfits[tuple(place)] == misfit for misfit, *place in found)
     some = n_places, n_places / 3.3, bool(seed % 2)
-    n = best_windows(bits, mask, image.shape, box, every, strips, some, limit, rng, best)
+    n = best_windows(*known, some, limit, rng, best)
     assert n <= len(fitting)
     assert all(misfits[tuple(place)] == misfit <= limit for misfit, *place in best[:n].tolist())
 
@@ -327,12 +331,15 @@ def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -
     box, bits = Box(0, 0, 0, 1, 1, 4, LEFT, 0, 0, 1), to_bits(image)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     data[0, 0, 2] = 0
-    mask, strips = np.zeros(bits.shape[1:], np.uint64), make_strips(bits, (1, 1, 4))
-    part = whole(box, image.shape)
-    n_places = honouring_places(bits, data, box, image.shape, part, mask)
-    take_strips(grid, box, bits, strips)
+    honouring, strips, part = (
+        make_honouring(bits),
+        strips_of(image, grid, box),
+        whole(box, image.shape),
+    )
+    n_places = honouring_places(bits, data, box, image.shape, part, honouring.mask)
     best, sample = np.empty((300, 4), np.int64), (n_places, n_places / every, by_chance)
-    n = best_windows(bits, mask, image.shape, box, part, strips, sample, 4, rng, best)
+    known = to_square_bits(image), image.shape, honouring, box, part, strips
+    n = best_windows(*known, sample, 4, rng, best)
     return sorted(best[:n, 3].tolist())
 
 
@@ -360,13 +367,6 @@ def test_all_locations_are_looked_at_equally_often(every, by_chance):
     assert seen.max() < 1.2 * seen.mean()
 
 
-@given(st.integers(1, 2**64 - 1), st.data())
-def test_the_lowest_bits_are_left_out(word, data):
-    bits = [k for k in range(64) if word >> k & 1]
-    n = data.draw(st.integers(0, len(bits) - 1))
-    assert int(without_lowest(np.uint64(word), n)) == sum(1 << k for k in bits[n:])
-
-
 def test_equal_windows_are_found_equally_often_in_a_volume():
     image = np.zeros((4, 4, 5), np.uint8)
     image[0, 0, 0] = 1  # so that the places near it are none
@@ -374,14 +374,13 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     data[2:4, 2:4, 2:4] = 0
     box, bits = Box(2, 2, 2, 2, 2, 2, LEFT, 0, 1, 1), to_bits(image)
-    mask, strips = np.zeros(bits.shape[1:], np.uint64), make_strips(bits, (2, 2, 2))
-    every = whole(box, image.shape)
-    n_places = honouring_places(bits, data, box, image.shape, every, mask)
+    honouring, every = make_honouring(bits), whole(box, image.shape)
+    n_places = honouring_places(bits, data, box, image.shape, every, honouring.mask)
     assert n_places == 3 * 3 * 4 - 1
-    take_strips(grid, box, bits, strips)
+    known = to_square_bits(image), image.shape, honouring, box, every, strips_of(image, grid, box)
     best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
     for _ in range(3000):
-        n = best_windows(bits, mask, image.shape, box, every, strips, ALL, 8, rng, best)
+        n = best_windows(*known, (n_places, n_places, False), 8, rng, best)
         seen[tuple(best[rng.integers(n), 1:])] += 1
     assert seen[0, 0, 0] == 0
     drawn = np.delete(seen.ravel(), 0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, simulate_realization, target_of
-from ccwsim.engine.stages.bits import to_bits
+from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.resimulation import Target
@@ -62,11 +62,17 @@ def prepared(shape: tuple[int, int, int], n_facies: int) -> tuple[NDArray[np.uin
     return image, prepare_repair(image, template, (shape[0], 60, 50), n_facies)
 
 
+def as_target(image: NDArray[np.uint8], grid: NDArray[np.uint8], data: NDArray[np.uint8]) -> Target:
+    """Return a realization whose sources are not kept."""
+    bits = to_bits(image), to_square_bits(image)
+    return Target(image, *bits, data, grid, np.zeros((0, 0, 0), np.int32))
+
+
 @pytest.mark.parametrize("n_facies", [2, 3, 5])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
     image, repair = prepared(shape, n_facies)
-    work = make_workspace(repair, to_bits(image), n_facies)
+    work = make_workspace(repair, as_target(image, image, image), n_facies)
     size = work.trial.shape
     rng = np.random.default_rng(1)
     other = blobs((shape[0], 40, 41), n_facies, 7)
@@ -128,10 +134,12 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
     """The scores are the squared differences of block sums, all around the window."""
     image, repair = prepared(shape, n_facies)
     grid = blobs((shape[0], 60, 50), n_facies, 9)
-    bits, rng = to_bits(image), np.random.default_rng(0)
+    rng = np.random.default_rng(0)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
-    target = Target(image, bits, data, grid, np.zeros((0, 0, 0), np.int32))
-    work = make_workspace(repair, bits, n_facies)
+    target = Target(
+        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
+    )
+    work = make_workspace(repair, target, n_facies)
     (nz, ny, nx), (oz, oy, ox) = repair.window, repair.ring
     sides = LEFT | RIGHT | TOP | BOTTOM | (BELOW | ABOVE if oz else 0)
     box = Box(0, 11, 13, nz, ny, nx, sides, oz, oy, ox)
@@ -212,7 +220,9 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     rng = np.random.default_rng(seed)
     grid = rng.integers(0, n_facies, grid_shape).astype(np.uint8)
     data = np.where(rng.random(grid_shape) < 0.1, grid, UNKNOWN).astype(np.uint8)
-    target = Target(image, to_bits(image), data, grid, np.zeros((0, 0, 0), np.int32))
+    target = Target(
+        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
+    )
     repair_seams(target, repair, n_facies, 40, np.zeros((0, 3), np.int64), rng)
     assert (grid < n_facies).all()
     assert (grid[data != UNKNOWN] == data[data != UNKNOWN]).all()
@@ -221,9 +231,11 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
 def test_windows_with_forced_cells_stay_as_they_are():
     image, repair = prepared(MAP, 2)
     grid = noise((1, 60, 50), 2)
-    bits, before = to_bits(image), grid.copy()
+    before = grid.copy()
     data = np.full(grid.shape, UNKNOWN, np.uint8)
-    target = Target(image, bits, data, grid, np.zeros((0, 0, 0), np.int32))
+    target = Target(
+        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
+    )
     everywhere = np.argwhere(grid < 2)
     rng = np.random.default_rng(0)
     assert repair_seams(target, repair, 2, 100, everywhere, rng) == 0
@@ -242,7 +254,9 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
 
     grid = noise((1, 900, 900), 2)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
-    target = Target(image, to_bits(image), data, grid, np.zeros((0, 0, 0), np.int32))
+    target = Target(
+        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
+    )
     with pytest.raises(InterruptedError):
         repair_seams(
             target, repair, 2, 10**6, np.zeros((0, 3), np.int64), np.random.default_rng(0), report
