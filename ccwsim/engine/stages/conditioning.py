@@ -167,18 +167,29 @@ class Misses(NamedTuple):
     # locations meet one, its facies, and what missing it costs
     terms: NDArray[np.int64]
     counts: NDArray[np.uint8]  # how many data each location misses, rows of the image apart
+    # the column of each of these, where a byte holds it: rows are not one run where the image ends
+    # within them, and short ones are no work for vectors; empty where rows are long
+    column_of: NDArray[np.uint8]
     # shape (nz, ny, nx) of locations, 0 between patches: the cost of data beyond the end of the
     # image, as changes from one layer, row and column of locations to the next
     beyond: NDArray[np.int64]
+    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: where `beyond` is not 0
+    steps: NDArray[np.int64]  # shape (nx,): how the cost changes along a row
+    row: NDArray[np.int64]  # and the cost itself
 
 
 def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
     """Return the arrays for locations of shape `places` in an image of `blocks`."""
     nz, ny, nx = places if n_data else (0, 0, 0)
+    n, short = nz * blocks[1] * blocks[2], blocks[2] <= N_CLASSES
     return Misses(
         np.zeros((6, min(n_data, MAX_TERMS)), np.int64),
-        np.zeros(nz * blocks[1] * blocks[2], np.uint8),
+        np.zeros(n, np.uint8),
+        np.resize(np.arange(blocks[2], dtype=np.uint8), n if short else 0),
         np.zeros((nz, ny, nx), np.int64),
+        np.zeros((nz, ny), np.bool_),
+        np.zeros(nx, np.int64),
+        np.zeros(nx, np.int64),
     )
 
 
@@ -186,6 +197,8 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
 def data_ahead(data, box, times):
     """Return whether any datum lies in a box that is stretched `times` its lengths ahead."""
     shape = data.facies.shape
+    if len(data.columns) == 0:
+        return False
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
             row = z * shape[1] + y
@@ -206,8 +219,7 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
     shape = data.facies.shape
-    cells, terms, n = phases.ravel(), work.terms, 0
-    end_z, end_y, end_x = nz, ny, nx  # of the locations whose data all lie in the image
+    cells, terms, n, beyond = phases.ravel(), work.terms, 0, False
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
             own_row = z * shape[1] + y
@@ -226,8 +238,8 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
                 columns = min(nx, max(mx - dx, 0))
                 if layers < nz or rows < ny or columns < nx:
                     expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
-                    _expect(work.beyond, layers, rows, columns, expected)
-                    end_z, end_y, end_x = min(end_z, layers), min(end_y, rows), min(end_x, columns)
+                    _expect(work, layers, rows, columns, expected)
+                    beyond = True
                 cost = np.int64(weight * datum_cost)
                 if cost == 0 or layers == 0 or rows == 0 or columns == 0:
                     continue
@@ -237,16 +249,17 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
                 terms[4, n], terms[5, n] = facies, cost
                 n += 1
                 if n == terms.shape[1]:
-                    _count_misses(cells, my, mx, terms, n, work.counts, totals)
+                    _count_misses(cells, my, mx, terms, n, work, totals)
                     n = 0
-    _count_misses(cells, my, mx, terms, n, work.counts, totals)
-    if end_z < nz or end_y < ny or end_x < nx:
-        _add_beyond(work.beyond, end_z, end_y, end_x, totals)
+    _count_misses(cells, my, mx, terms, n, work, totals)
+    if beyond:
+        _add_beyond(work, totals)
 
 
 @part_of_kernel
-def _expect(beyond, layers, rows, columns, cost):
+def _expect(work, layers, rows, columns, cost):
     """Note a cost of all locations but those of the first `layers`, `rows` and `columns`."""
+    beyond, changes = work.beyond, work.changes
     for corner in range(1, 8):
         z = layers if corner & 4 else 0
         y = rows if corner & 2 else 0
@@ -254,66 +267,96 @@ def _expect(beyond, layers, rows, columns, cost):
         odd = (corner ^ corner >> 1 ^ corner >> 2) & 1
         if z < beyond.shape[0] and y < beyond.shape[1] and x < beyond.shape[2]:
             beyond[z, y, x] += cost if odd else -cost
+            changes[z, y] = True
 
 
 @part_of_kernel
-def _count_misses(cells, my, mx, terms, n, counts, totals):
+def _count_misses(cells, my, mx, terms, n, work, totals):
     """Add the costs of `n` terms to the locations that miss them; the costs become 0.
 
-    Terms of equal cost are counted together, in bytes: 32 locations at once, where totals would be
-    8. All rows of locations of a layer are one run of `cells`, as each alone is short, but where
-    the image ends within them.
+    Terms are counted together in bytes, 32 locations at once, where totals would be 8: all, if what
+    they cost is so many times the least of them that a byte holds the sum, else those that cost
+    least. All rows of locations of a layer are one run of `cells`, as each alone is short.
     """
     (nz, ny, nx), flat = totals.shape, totals.ravel()
-    for i in range(n):
-        cost, counted = terms[5, i], 0
-        if cost == 0:
-            continue
+    counts, column_of = work.counts, work.column_of
+    while True:
+        least, total, together = np.int64(0), np.int64(0), True
+        for k in range(n):
+            cost = terms[5, k]
+            if cost > 0 and (least == 0 or cost < least):
+                least = cost
+        if least == 0:
+            return
+        for k in range(n):
+            together = together and terms[5, k] % least == 0
+            total += terms[5, k] // least
+        together = together and total <= MAX_COUNTED
+        counted = 0
         counts[: nz * my * mx] = 0
-        for k in range(i, n):
-            if terms[5, k] != cost:
+        for k in range(n):
+            cost = terms[5, k]
+            if cost == 0 or (cost != least and not together):
                 continue
             rows, columns, facies = terms[2, k], terms[3, k], np.uint8(terms[4, k])
-            at_once = rows if columns == nx else 1
+            ends, times, no = columns < nx, np.uint8(cost // least), np.uint8(0)
+            masked = ends and len(column_of) > 0
+            at_once, last = 1 if ends and not masked else rows, np.uint8(columns - 1)
             length = np.uint64((at_once - 1) * mx + columns)
             for pz in range(terms[1, k]):
                 for py in range(0, rows, at_once):
                     first = np.uint64((pz * my + py) * mx)
                     own = np.uint64(terms[0, k]) + first
-                    for place in range(length):
-                        counts[first + place] += cells[own + place] != facies
+                    if masked:
+                        for place in range(length):
+                            missed = cells[own + place] != facies
+                            missed &= column_of[place] <= last
+                            counts[first + place] += times if missed else no
+                    else:
+                        for place in range(length):
+                            missed = cells[own + place] != facies
+                            counts[first + place] += times if missed else no
             terms[5, k] = 0
             counted += 1
             if counted == MAX_COUNTED:
                 break
-        own_cost = totals.dtype.type(cost)
+        cost = totals.dtype.type(least)
         for pz in range(nz):
             for py in range(ny):
                 own, row = np.uint64((pz * ny + py) * nx), np.uint64((pz * my + py) * mx)
                 for px in range(np.uint64(nx)):
-                    flat[own + px] += own_cost * counts[row + px]
+                    flat[own + px] += cost * counts[row + px]
 
 
 @part_of_kernel
-def _add_beyond(beyond, end_z, end_y, end_x, totals):
+def _add_beyond(work, totals):
     """Add to the score of every location the sum of `beyond` over all up to it, and clear that.
 
-    Locations before all three ends have nothing to be added.
+    Few rows of locations change the cost: those between them have that of the one before.
     """
-    nz, ny, nx = totals.shape
+    beyond, changes, steps, row = work.beyond, work.changes, work.steps, work.row
+    (nz, ny, nx), flat = totals.shape, totals.ravel()
     for pz in range(1, nz):
         for py in range(ny):
-            for px in range(end_x if pz < end_z and py < end_y else 0, nx):
-                beyond[pz, py, px] += beyond[pz - 1, py, px]
+            if changes[pz - 1, py]:
+                changes[pz, py] = True
+                for px in range(nx):
+                    beyond[pz, py, px] += beyond[pz - 1, py, px]
     for pz in range(nz):
+        some = False
         for py in range(ny):
-            first, cost = end_x if pz < end_z and py < end_y else 0, np.int64(0)
-            for px in range(first, nx):
-                if py > 0:
-                    beyond[pz, py, px] += beyond[pz, py - 1, px]
-                cost += beyond[pz, py, px]
-                totals[pz, py, px] += cost
-        beyond[pz] = 0
+            if changes[pz, py]:
+                cost = np.int64(0)
+                for px in range(nx):
+                    steps[px] = beyond[pz, py, px] + (steps[px] if some else 0)
+                    cost += steps[px]
+                    row[px] = cost
+                    beyond[pz, py, px] = 0
+                changes[pz, py], some = False, True
+            if some:
+                own = np.uint64((pz * ny + py) * nx)
+                for px in range(np.uint64(nx)):
+                    flat[own + px] += row[px]
 
 
 @part_of_kernel
