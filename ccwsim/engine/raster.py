@@ -184,7 +184,7 @@ def make_plan(
     lengths = lengths_of(p, study.grid.shape, template).along(orientation)
     fixed = orientation, lengths.template, lengths.overlap, order
     path = make_path(grid_shape, *fixed, _offset(p, lengths, rng))
-    data = tuple(_data_at(scale, study, path, lengths) for scale in range(p.scale + 1))
+    data = tuple(_data_at(scale, study, image, path, lengths) for scale in range(p.scale + 1))
     search = _search(study, lengths, oriented, path)
     patches, before = _patches(study, image, path, lengths, oriented, data[0])
     steering = _steering(study, image, oriented, rng)
@@ -266,17 +266,20 @@ def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     return total_type(bound * (1 + p.template_variation) ** 4)
 
 
-def _data_at(scale: int, study: Study, path: RasterPath, lengths: ScaledLengths) -> PlacedData:
+def _data_at(
+    scale: int, study: Study, image: PreparedImage, path: RasterPath, lengths: ScaledLengths
+) -> PlacedData:
     """Return the data in path coordinates at a scale, as far as they count there.
 
     Data that only condition the search count there alone, each as the first cell of its block.
     """
     p, own = study.parameters, lengths.at_scale(scale)
     shape = _scaled(path.full, own)
+    if not study.hard_data.n or (not p.exact_data and scale < p.scale):
+        none = np.empty((0, 3), np.int64), np.empty(0, np.uint8)
+        return image.part(("no data", shape), lambda: place_data(*none, shape))
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
-    if not p.exact_data and scale < p.scale:
-        return place_data(cells[:0], study.facies_of_data[:0], shape, keep=False)
     block = (1, 1, 1) if p.exact_data else own.block
     z, y, x = (b * u for b, u in zip(block, own.unit, strict=True))
     blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x))
