@@ -2,7 +2,8 @@
 
 Not in the paper. Where two patches do not quite meet, much of what the training image never has is
 the work of single cells: a step in a boundary, a notch, a cell alone. Of the cells of an unseen
-pattern the one is changed that leaves the fewest unseen around it. Cells with data stay.
+pattern the one is changed that leaves the fewest unseen around it; where none helps, two side by
+side may. Cells with data stay.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of the grid that are looked at together, from the cache."""
 PARTS_PER_CALL = 64
+MORE = 4
+"""Of two cells that change together the first alone may leave so many more patterns unseen."""
 
 
 class Part(NamedTuple):
@@ -53,12 +56,13 @@ def repair_cells(
     target: Target,
     patterns: Patterns,
     report: Callable[[float], None] = lambda share: None,
+    pairs: bool = False,
 ) -> int:
-    """Change single cells of a realization, in place; return how many.
+    """Change single cells of a realization, with `pairs` also two at once; return how many.
 
-    `patterns` are of cells side by side. The source of a changed cell is where the training image
-    goes on from that of a neighbour, if it has the facies there, and −1 elsewhere. `report` is
-    called now and then with the share that is done, and may raise to stop.
+    In place. `patterns` are of cells side by side. The source of a changed cell is where the
+    training image goes on from that of a neighbour, if it has the facies there, and −1 elsewhere.
+    `report` is called now and then with the share that is done, and may raise to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -70,7 +74,7 @@ def repair_cells(
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
-        n_changed += change_cells(target, patterns, some, lengths, part)
+        n_changed += change_cells(target, patterns, some, lengths, part, pairs)
     return n_changed
 
 
@@ -98,7 +102,7 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 
 @kernel
-def change_cells(target, patterns, firsts, lengths, part):
+def change_cells(target, patterns, firsts, lengths, part, pairs):
     """Change cells of parts of the grid, each from its first cell on; return how many.
 
     `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends.
@@ -114,15 +118,21 @@ def change_cells(target, patterns, firsts, lengths, part):
             first = np.uint64(part.unseen[k])
             while part.is_unseen[first]:
                 cell, facies = best_change(first, patterns, part)
+                other = cell
+                if facies == UNKNOWN and pairs:
+                    cell, other, facies = best_pair(first, patterns, part)
                 if facies == UNKNOWN:
                     break
-                change_cell(cell, facies, patterns, part)
-                n_changed += 1
-                row = np.int64(cell) // nx
-                place = z0 + row // ny, y0 + row % ny, x0 + np.int64(cell) - row * nx
-                grid[place] = facies
-                if target.sources.size > 0:
-                    target.sources[place] = source_beside(target, place)
+                for own in (cell, other):
+                    if part.facies[own] == facies:
+                        continue
+                    change_cell(own, facies, patterns, part)
+                    n_changed += 1
+                    row = np.int64(own) // nx
+                    place = z0 + row // ny, y0 + row % ny, x0 + np.int64(own) - row * nx
+                    grid[place] = facies
+                    if target.sources.size > 0:
+                        target.sources[place] = source_beside(target, place)
     return n_changed
 
 
@@ -220,6 +230,40 @@ def best_change(first, patterns, part):
 
 
 @part_of_kernel
+def best_pair(first, patterns, part):
+    """Return a cell of a pattern, one beside it and their new facies, as `best_change` does."""
+    cells, aside = part.facies, part.aside
+    n_aside = np.uint64(len(aside))
+    gain, best, best_other, best_facies = np.int64(0), first, first, np.uint8(UNKNOWN)
+    for step in part.steps:
+        cell = first + step
+        if not part.is_free[cell]:
+            continue
+        n, own = np.int64(part.n_unseen[cell]), cells[cell]
+        latest = own
+        for a in range(n_aside):
+            facies = cells[cell + aside[a]]
+            is_new = facies != own and facies != latest
+            if not is_new or facies == UNKNOWN:
+                continue
+            latest = facies
+            more = n_unseen_after(cell, facies, n + MORE + 1, patterns, part) - n
+            if more > MORE:
+                continue
+            set_facies(cell, facies, patterns, part)
+            for b in range(n_aside):
+                other = cell + aside[b]
+                if part.is_free[other] and cells[other] != facies:
+                    before = n_unseen_after(other, cells[other], 1 << 30, patterns, part) - more
+                    left = n_unseen_after(other, facies, before - gain, patterns, part)
+                    if before - left > gain:
+                        gain, best = before - left, cell
+                        best_other, best_facies = other, facies
+            set_facies(cell, own, patterns, part)
+    return best, best_other, best_facies
+
+
+@part_of_kernel
 def n_unseen_after(cell, facies, limit, patterns, part):
     """Count the unseen patterns around a cell after a change; no further than to `limit`."""
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
@@ -235,15 +279,23 @@ def n_unseen_after(cell, facies, limit, patterns, part):
 
 
 @part_of_kernel
-def change_cell(cell, facies, patterns, part):
+def set_facies(cell, facies, patterns, part):
     """Give a cell of a part another facies, and the patterns that it is in their new numbers."""
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
     part.facies[cell] = facies
     for k in range(np.uint64(len(part.steps))):
         first = cell - part.steps[k]
-        number = np.uint32(part.numbers[first] + change * part.weights[k])
-        part.numbers[first] = number
-        is_unseen = np.uint8(part.is_inside[first] and not is_known(patterns, number))
+        part.numbers[first] = np.uint32(part.numbers[first] + change * part.weights[k])
+
+
+@part_of_kernel
+def change_cell(cell, facies, patterns, part):
+    """Do the same for good: note also which patterns are unseen now."""
+    set_facies(cell, facies, patterns, part)
+    for k in range(np.uint64(len(part.steps))):
+        first = cell - part.steps[k]
+        known = is_known(patterns, part.numbers[first])
+        is_unseen = np.uint8(part.is_inside[first] and not known)
         more = np.uint8(is_unseen - part.is_unseen[first])  # goes round where they become fewer
         part.is_unseen[first] = is_unseen
         for step in part.steps:

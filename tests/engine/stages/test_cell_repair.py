@@ -1,4 +1,4 @@
-"""Single cells are changed where that leaves fewer unseen patterns, as one by one would find it."""
+"""Cells are changed where that leaves fewer unseen patterns, as one by one would find it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages import cell_repair
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
-from ccwsim.engine.stages.cell_repair import cell_weights, repair_cells
+from ccwsim.engine.stages.cell_repair import MORE, cell_weights, repair_cells
 from ccwsim.engine.stages.demand import UNKNOWN
 from ccwsim.engine.stages.resimulation import Target
 from ccwsim.engine.stages.unseen_patterns import Patterns, known_patterns
@@ -66,49 +66,72 @@ class OneByOne:
         own = set(around) & set(self.firsts)
         return sum(self.is_unseen(first) for first in own)
 
-    def beside(self, cell: Cell) -> list[int]:
-        """Return the facies of the neighbours, in x first, then y and z."""
+    def beside(self, cell: Cell) -> list[Cell]:
+        """Return the neighbours, in x first, then y and z."""
         found = []
         for axis, step in product((2, 1, 0), (-1, 1)):
             place = list(cell)
             place[axis] += step
             inside = all(0 <= k < n for k, n in zip(place, self.grid.shape, strict=True))
             if inside and self.cells[axis] > 1:
-                found.append(int(self.grid[tuple(place)]))
-        return found
+                found.append(tuple(place))
+        return found  # type: ignore[return-value]
 
-    def repaired(self) -> tuple[NDArray[np.uint8], int]:
+    def gain_of(self, changed: list[Cell], facies: int) -> tuple[int, int]:
+        """Return how many fewer patterns are unseen after each change, and after all."""
+        old, gains = [int(self.grid[cell]) for cell in changed], []
+        for cell in changed:
+            before = self.n_unseen(cell)
+            self.grid[cell] = facies
+            gains.append(before - self.n_unseen(cell))
+        for cell, was in zip(changed, old, strict=True):
+            self.grid[cell] = was
+        return gains[0], sum(gains)
+
+    def best(self, first: Cell, pairs: bool) -> tuple[list[Cell], int]:
+        """Return the best change of cells of a pattern, or of one and another beside it."""
+        gain, best, best_facies = 0, [], 0
+        for step in np.ndindex(self.cells):
+            cell: Cell = tuple(a + b for a, b in zip(first, step, strict=True))  # type: ignore[assignment]
+            if self.data[cell] != UNKNOWN:
+                continue
+            for facies in (int(self.grid[other]) for other in self.beside(cell)):
+                if facies == self.grid[cell]:
+                    continue
+                others = [other for other in self.beside(cell) if self.data[other] == UNKNOWN]
+                others = [other for other in others if self.grid[other] != facies]
+                for changed in [[cell, other] for other in others] if pairs else [[cell]]:
+                    alone, own = self.gain_of(changed, facies)
+                    if own > gain and (not pairs or alone >= -MORE):
+                        gain, best, best_facies = own, changed, facies
+        return best, best_facies
+
+    def repaired(self, pairs: bool) -> tuple[NDArray[np.uint8], int]:
         n_changed = 0
         for first in [first for first in self.firsts if self.is_unseen(first)]:
             while self.is_unseen(first):
-                gain, best, facies = 0, first, 0
-                for step in np.ndindex(self.cells):
-                    cell: Cell = tuple(a + b for a, b in zip(first, step, strict=True))  # type: ignore[assignment]
-                    if self.data[cell] != UNKNOWN:
-                        continue
-                    before, old = self.n_unseen(cell), int(self.grid[cell])
-                    for other in self.beside(cell):
-                        self.grid[cell] = other
-                        if before - self.n_unseen(cell) > gain:
-                            gain, best, facies = before - self.n_unseen(cell), cell, other
-                        self.grid[cell] = old
-                if not gain:
+                changed, facies = self.best(first, pairs=False)
+                if pairs and not changed:
+                    changed, facies = self.best(first, pairs=True)
+                if not changed:
                     break
-                self.grid[best] = facies
-                n_changed += 1
+                for cell in changed:
+                    self.grid[cell] = facies
+                n_changed += len(changed)
         return self.grid, n_changed
 
 
+@pytest.mark.parametrize("pairs", [False, True])
 @pytest.mark.parametrize("n_facies", [2, 3, 5])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_cells_change_as_one_by_one_finds_it(shape, n_facies):
+def test_cells_change_as_one_by_one_finds_it(shape, n_facies, pairs):
     image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), n_facies)
     patterns = known_patterns(image, 1)
     grid = damaged((shape[0], 20, 22) if shape[0] == 1 else (5, 9, 10), n_facies, 0.04, 4)
     target = target_of(image, grid)
     target.data[:, ::7, ::5] = grid[:, ::7, ::5]
-    wanted, n_wanted = OneByOne(target, patterns).repaired()
-    assert repair_cells(target, patterns) == n_wanted > 0
+    wanted, n_wanted = OneByOne(target, patterns).repaired(pairs)
+    assert repair_cells(target, patterns, pairs=pairs) == n_wanted > 0
     np.testing.assert_array_equal(target.grid, wanted)
 
 
@@ -164,6 +187,19 @@ def test_a_cell_alone_takes_the_facies_around_it_and_the_place_of_its_neighbours
     assert grid[0, 20, 20] == 0
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_two_cells_at_once_leave_fewer_patterns_unseen(shape):
+    image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), 3)
+    patterns = known_patterns(image, 1)
+    grid, left = damaged(shape, 3, 0.04, 4), []
+    for pairs in (False, True):
+        target = target_of(image, grid.copy())
+        repair_cells(target, patterns, pairs=pairs)
+        work = OneByOne(target, patterns)
+        left.append(sum(map(work.is_unseen, work.firsts)))
+    assert left[1] < 0.9 * left[0]
+
+
 def test_a_source_is_that_of_the_facies_or_none():
     image, grid = blobs((9, 30, 30), 3), damaged((7, 24, 26), 3, 0.02, 6)
     target = target_of(image, grid, sources=True)
@@ -211,7 +247,7 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     target.data[rng.random(grid_shape) < 0.2] = 0
     known = target.data != UNKNOWN
     before = grid.copy()
-    n = repair_cells(target, known_patterns(image, 1))
+    n = repair_cells(target, known_patterns(image, 1), pairs=seed % 2 == 0)
     assert n >= (grid != before).sum()
     assert (grid < n_facies).all()
     np.testing.assert_array_equal(grid[known], before[known])
