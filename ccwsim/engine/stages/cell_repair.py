@@ -24,6 +24,8 @@ from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of the grid that are looked at together, from the cache."""
 PARTS_PER_CALL = 64
+ALONE, PAIRED = np.uint8(1), np.uint8(2)
+"""Bits of what was tried of a cell."""
 MORE = 4
 """Of two cells that change together the first alone may leave so many more patterns unseen."""
 
@@ -44,7 +46,8 @@ class Part(NamedTuple):
     is_unseen: NDArray[np.uint8]  # 1 where an unseen pattern begins
     unseen: NDArray[np.uint32]  # where these begin
     n_unseen: NDArray[np.uint8]  # of the patterns that a cell is in
-    was_tried: NDArray[np.bool_]  # cells that no other facies fits better
+    # ALONE where no other facies of a cell fits better, PAIRED where none of it and one beside does
+    was_tried: NDArray[np.uint8]
     aside: NDArray[np.uint64]  # how far the neighbours are; those before a cell go round
     # of the cells of a pattern: how far they are from the first, and how much they count in its
     # number
@@ -82,9 +85,9 @@ def make_part(patterns: Patterns, lengths: Triple) -> Part:
     """Return the arrays for parts of a grid."""
     nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
     n = nz * ny * nx
-    facies, is_inside, is_unseen, n_unseen = (np.zeros(n, np.uint8) for _ in range(4))
+    facies, is_inside, is_unseen, n_unseen, was_tried = (np.zeros(n, np.uint8) for _ in range(5))
     rows, line, numbers, unseen = (np.zeros(n, np.uint32) for _ in range(4))
-    is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    is_free = np.zeros(n, np.bool_)
     found = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
     steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
     of_cells = np.array(steps, np.uint64), cell_weights(patterns)
@@ -190,7 +193,7 @@ def find_unseen_patterns(patterns, part):
     if found == 0:
         return found
     for u in range(size):
-        was_tried[u] = False
+        was_tried[u] = 0
     for u in range(size):
         n_unseen[u] = 0
     for i in range(found):
@@ -213,7 +216,7 @@ def best_change(first, patterns, part):
     for step in part.steps:
         cell = first + step
         n = np.int64(part.n_unseen[cell])
-        if n <= gain or part.was_tried[cell] or not part.is_free[cell]:
+        if n <= gain or part.was_tried[cell] & ALONE or not part.is_free[cell]:
             continue
         own = latest = cells[cell]
         for a in range(n_aside):
@@ -225,7 +228,7 @@ def best_change(first, patterns, part):
                 if n - left > gain:
                     gain, best, best_facies = n - left, cell, facies
         if gain == 0:
-            part.was_tried[cell] = True
+            part.was_tried[cell] |= ALONE
     return best, best_facies
 
 
@@ -237,7 +240,7 @@ def best_pair(first, patterns, part):
     gain, best, best_other, best_facies = np.int64(0), first, first, np.uint8(UNKNOWN)
     for step in part.steps:
         cell = first + step
-        if not part.is_free[cell]:
+        if part.was_tried[cell] & PAIRED or not part.is_free[cell]:
             continue
         n, own = np.int64(part.n_unseen[cell]), cells[cell]
         latest = own
@@ -260,6 +263,8 @@ def best_pair(first, patterns, part):
                         gain, best = before - left, cell
                         best_other, best_facies = other, facies
             set_facies(cell, own, patterns, part)
+        if gain == 0:
+            part.was_tried[cell] |= PAIRED
     return best, best_other, best_facies
 
 
@@ -298,9 +303,23 @@ def change_cell(cell, facies, patterns, part):
         is_unseen = np.uint8(part.is_inside[first] and not known)
         more = np.uint8(is_unseen - part.is_unseen[first])  # goes round where they become fewer
         part.is_unseen[first] = is_unseen
-        for step in part.steps:
-            part.n_unseen[first + step] += more
-            part.was_tried[first + step] = False
+        if more:
+            for step in part.steps:
+                part.n_unseen[first + step] += more
+    forget(cell, patterns, part)
+
+
+@part_of_kernel
+def forget(cell, patterns, part):
+    """Let cells be tried again that share a pattern with a cell, or are beside one that does."""
+    (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
+    row = np.int64(cell) // nx
+    z, y, x = row // ny, row % ny, np.int64(cell) - row * nx
+    for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
+        for near_y in range(max(y - reach_y - 1, 0), min(y + reach_y + 2, ny)):
+            first = (near_z * ny + near_y) * nx
+            for near_x in range(max(x - reach_x - 1, 0), min(x + reach_x + 2, nx)):
+                part.was_tried[first + near_x] = 0
 
 
 @part_of_kernel
