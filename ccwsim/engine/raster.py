@@ -70,6 +70,9 @@ WEIGHT_OF_MORE_FACIES = 2
 that honour them, and the data say more."""
 DATUM_FACTOR = 25
 """How much more data weigh that are not honoured exactly: as in the authors' code."""
+MAX_KEPT = 2**20
+"""Cells of a grid without data that is kept for other realizations: to make a small one takes long
+beside its patches, a large one memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
 """The shares of its time after which a realization comes to local re-simulation, where it has data,
 and to seam repair; for the progress bar."""
@@ -276,8 +279,10 @@ def _data_at(
     p, own = study.parameters, lengths.at_scale(scale)
     shape = _scaled(path.full, own)
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
-        none = np.empty((0, 3), np.int64), np.empty(0, np.uint8)
-        return image.part(("no data", shape), lambda: place_data(*none, shape))
+        none = np.empty((0, 3), np.int64), np.empty(0, np.uint8), shape
+        if prod(shape) > MAX_KEPT:
+            return place_data(*none)
+        return image.part(("no data", shape), lambda: place_data(*none))
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
     block = (1, 1, 1) if p.exact_data else own.block
