@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.stages.candidates import place_of
 from ccwsim.engine.stages.demand import UNKNOWN
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.resimulation import Target
@@ -128,11 +129,11 @@ def change_cells(target, patterns, firsts, lengths, part, pairs):
                     break
                 for own in (cell, other):
                     if part.facies[own] == facies:
-                        continue
+                        continue  # the other is the cell itself
                     change_cell(own, facies, patterns, part)
                     n_changed += 1
-                    row = np.int64(own) // nx
-                    place = z0 + row // ny, y0 + row % ny, x0 + np.int64(own) - row * nx
+                    z, y, x = place_of(np.int64(own), (ny, nx), (1, 1, 1))
+                    place = z0 + z, y0 + y, x0 + x
                     grid[place] = facies
                     if target.sources.size > 0:
                         target.sources[place] = source_beside(target, place)
@@ -254,18 +255,30 @@ def best_pair(first, patterns, part):
             if more > MORE:
                 continue
             set_facies(cell, facies, patterns, part)
-            for b in range(n_aside):
-                other = cell + aside[b]
-                if part.is_free[other] and cells[other] != facies:
-                    before = n_unseen_after(other, cells[other], 1 << 30, patterns, part) - more
-                    left = n_unseen_after(other, facies, before - gain, patterns, part)
-                    if before - left > gain:
-                        gain, best = before - left, cell
-                        best_other, best_facies = other, facies
+            other, fewer = best_beside(cell, facies, gain + more, patterns, part)
             set_facies(cell, own, patterns, part)
+            if fewer - more > gain:
+                gain, best, best_other, best_facies = fewer - more, cell, other, facies
         if gain == 0:
             part.was_tried[cell] |= PAIRED
     return best, best_other, best_facies
+
+
+@part_of_kernel
+def best_beside(cell, facies, gain, patterns, part):
+    """Return the cell beside one that leaves more than `gain` fewer unseen as the same facies.
+
+    And how many fewer: `gain`, where there is none.
+    """
+    cells, aside, best = part.facies, part.aside, cell
+    for a in range(np.uint64(len(aside))):
+        other = cell + aside[a]
+        if part.is_free[other] and cells[other] != facies:
+            n = n_unseen_after(other, cells[other], 1 << 30, patterns, part)
+            left = n_unseen_after(other, facies, n - gain, patterns, part)
+            if n - left > gain:
+                gain, best = n - left, other
+    return best, gain
 
 
 @part_of_kernel
@@ -313,8 +326,7 @@ def change_cell(cell, facies, patterns, part):
 def forget(cell, patterns, part):
     """Let cells be tried again that share a pattern with a cell, or are beside one that does."""
     (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
-    row = np.int64(cell) // nx
-    z, y, x = row // ny, row % ny, np.int64(cell) - row * nx
+    z, y, x = place_of(np.int64(cell), (ny, nx), (1, 1, 1))
     for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
         for near_y in range(max(y - reach_y - 1, 0), min(y + reach_y + 2, ny)):
             first = (near_z * ny + near_y) * nx

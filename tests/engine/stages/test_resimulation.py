@@ -331,14 +331,10 @@ def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -
     box, bits = Box(0, 0, 0, 1, 1, 4, LEFT, 0, 0, 1), to_bits(image)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     data[0, 0, 2] = 0
-    honouring, strips, part = (
-        make_honouring(bits),
-        strips_of(image, grid, box),
-        whole(box, image.shape),
-    )
+    honouring, part = make_honouring(bits), whole(box, image.shape)
     n_places = honouring_places(bits, data, box, image.shape, part, honouring.mask)
     best, sample = np.empty((300, 4), np.int64), (n_places, n_places / every, by_chance)
-    known = to_square_bits(image), image.shape, honouring, box, part, strips
+    known = to_square_bits(image), image.shape, honouring, box, part, strips_of(image, grid, box)
     n = best_windows(*known, sample, 4, rng, best)
     return sorted(best[:n, 3].tolist())
 

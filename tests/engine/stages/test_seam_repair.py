@@ -136,9 +136,7 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
     grid = blobs((shape[0], 60, 50), n_facies, 9)
     rng = np.random.default_rng(0)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
-    target = Target(
-        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
-    )
+    target = as_target(image, grid, data)
     work = make_workspace(repair, target, n_facies)
     (nz, ny, nx), (oz, oy, ox) = repair.window, repair.ring
     sides = LEFT | RIGHT | TOP | BOTTOM | (BELOW | ABOVE if oz else 0)
@@ -220,9 +218,7 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     rng = np.random.default_rng(seed)
     grid = rng.integers(0, n_facies, grid_shape).astype(np.uint8)
     data = np.where(rng.random(grid_shape) < 0.1, grid, UNKNOWN).astype(np.uint8)
-    target = Target(
-        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
-    )
+    target = as_target(image, grid, data)
     repair_seams(target, repair, n_facies, 40, np.zeros((0, 3), np.int64), rng)
     assert (grid < n_facies).all()
     assert (grid[data != UNKNOWN] == data[data != UNKNOWN]).all()
@@ -233,9 +229,7 @@ def test_windows_with_forced_cells_stay_as_they_are():
     grid = noise((1, 60, 50), 2)
     before = grid.copy()
     data = np.full(grid.shape, UNKNOWN, np.uint8)
-    target = Target(
-        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
-    )
+    target = as_target(image, grid, data)
     everywhere = np.argwhere(grid < 2)
     rng = np.random.default_rng(0)
     assert repair_seams(target, repair, 2, 100, everywhere, rng) == 0
@@ -254,9 +248,7 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
 
     grid = noise((1, 900, 900), 2)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
-    target = Target(
-        image, to_bits(image), to_square_bits(image), data, grid, np.zeros((0, 0, 0), np.int32)
-    )
+    target = as_target(image, grid, data)
     with pytest.raises(InterruptedError):
         repair_seams(
             target, repair, 2, 10**6, np.zeros((0, 3), np.int64), np.random.default_rng(0), report
