@@ -97,10 +97,14 @@ def draw_target(
 ) -> NDArray[np.float64]:
     """Return the proportions of a realization, shape (n_facies,), as pieces of the image vary.
 
-    Those of a random piece of the training image, a quarter as long as it; as far from those of the
-    whole as a piece with the cells of the grid would be.
+    Those of a random piece of the training image, a quarter as long and as wide as it; as far from
+    those of the whole as a piece with the cells of the grid would be. It has as many layers as the
+    grid, where the image has them: layers differ more than places in them do, and what a part of
+    them lacks the others have.
     """
-    sides = [min(-(-m // PART), n) for m, n in zip(image.shape, grid_shape, strict=True)]
+    parts = [-(-m // PART) for m in image.shape]
+    parts[:-2] = image.shape[:-2]
+    sides = [min(m, n) for m, n in zip(parts, grid_shape, strict=True)]
     first = [int(rng.integers(m - n + 1)) for m, n in zip(image.shape, sides, strict=True)]
     piece = image[tuple(slice(k, k + n) for k, n in zip(first, sides, strict=True))]
     own = np.bincount(piece.ravel(), minlength=len(proportions)) / piece.size

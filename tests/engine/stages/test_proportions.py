@@ -112,6 +112,18 @@ def test_targets_vary_as_pieces_of_the_image_do():
     assert spread[1, 120, 160] == pytest.approx(own, rel=0.15)
 
 
+def test_targets_of_a_volume_vary_as_its_columns_do_not_as_its_layers():
+    layers = np.repeat(np.arange(3), 8)[:, None, None]
+    image = np.broadcast_to(layers, (24, 60, 60)).astype(np.uint8).copy()
+    image[:, :20] = np.roll(image[:, :20], 2, axis=0)  # as many of each facies
+    image[4:8, 30:, 30:] = 2
+    proportions = np.bincount(image.ravel()) / image.size
+    rng = np.random.default_rng(0)
+    targets = np.array([draw_target(image, proportions, (24, 60, 60), rng) for _ in range(400)])
+    assert targets[:, 1].std() == pytest.approx(0, abs=1e-12)
+    assert targets[:, 2].std() > 0.01
+
+
 def test_the_mean_of_realizations_is_that_of_the_image_and_each_has_its_own():
     image = TrainingImage(np.roll(blobs((90, 90), 2), 20, axis=0))
     p = Parameters(16, 4, 1, repair_seams=False)
