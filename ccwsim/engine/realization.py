@@ -93,8 +93,8 @@ def repair(
 ) -> None:
     """Repair the seams of a realization whose data are honoured, in place.
 
-    Single cells, and two at once, are changed after the windows; where these are many, single cells
-    also before, so that no window is spent on what they repair.
+    Single cells are changed after the windows, in walks; where these are many, also before, so that
+    no window is spent on what they repair.
     """
     shape, n_data = target.grid.shape, study.hard_data.n
     volume, most = shape[0] > 1, target.grid.size
@@ -112,9 +112,9 @@ def repair(
         return lambda share: report(low + (1 - REPAIR_SHARE) * (last - first) * share)
 
     if volume or n_data:
-        repair_cells(target, own.side_by_side, part(0.0, 0.1))
+        repair_cells(target, own.side_by_side, rng, False, part(0.0, 0.1))
     repair_seams(target, own, n_facies, most, forced, rng, part(0.1, 0.9))
-    repair_cells(target, own.side_by_side, part(0.9, 1.0), pairs=True)
+    repair_cells(target, own.side_by_side, rng, True, part(0.9, 1.0))
 
 
 def target_of(

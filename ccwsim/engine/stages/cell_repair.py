@@ -2,8 +2,9 @@
 
 Not in the paper. Where two patches do not quite meet, much of what the training image never has is
 the work of single cells: a step in a boundary, a notch, a cell alone. Of the cells of an unseen
-pattern the one is changed that leaves the fewest unseen around it; where none helps, two side by
-side may. Cells with data stay.
+pattern the one is changed that leaves the fewest unseen around it. Where none helps, a walk goes on
+from there for a few cells, also where that leaves more unseen at first, and is kept up to where the
+fewest were: tabu search (Glover 1989). Cells with data stay.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.candidates import place_of
+from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.demand import UNKNOWN
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.resimulation import Target
@@ -25,10 +26,15 @@ from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of the grid that are looked at together, from the cache."""
 PARTS_PER_CALL = 64
-ALONE, PAIRED = np.uint8(1), np.uint8(2)
-"""Bits of what was tried of a cell."""
-MORE = 4
-"""Of two cells that change together the first alone may leave so many more patterns unseen."""
+FURTHER, FURTHER_VOLUME = 3, 7
+"""A walk ends where so many more patterns are unseen than there were at its best. In maps, where
+few are left, windows take most of the time."""
+PATIENCE = 20
+"""A walk ends after so many changes since it was at its best."""
+STAYS = 4
+"""A cell stays for so many changes after its own, unless a walk gets better than ever by it."""
+LONGEST = 400
+"""Changes of the longest walk, and unseen patterns that it chooses from."""
 
 
 class Part(NamedTuple):
@@ -47,8 +53,11 @@ class Part(NamedTuple):
     is_unseen: NDArray[np.uint8]  # 1 where an unseen pattern begins
     unseen: NDArray[np.uint32]  # where these begin
     n_unseen: NDArray[np.uint8]  # of the patterns that a cell is in
-    # ALONE where no other facies of a cell fits better, PAIRED where none of it and one beside does
-    was_tried: NDArray[np.uint8]
+    was_tried: NDArray[np.bool_]  # where no other facies of a cell leaves fewer unseen
+    stays: NDArray[np.uint16]  # the change of a walk up to which a cell stays
+    near: NDArray[np.uint64]  # shape (LONGEST,): patterns that a walk chooses from
+    changed: NDArray[np.uint64]  # shape (LONGEST,): the cells that it changed, one after another,
+    before: NDArray[np.uint8]  # and what they were
     aside: NDArray[np.uint64]  # how far the neighbours are; those before a cell go round
     # of the cells of a pattern: how far they are from the first, and how much they count in its
     # number
@@ -59,26 +68,29 @@ class Part(NamedTuple):
 def repair_cells(
     target: Target,
     patterns: Patterns,
+    rng: np.random.Generator,
+    walks: bool,
     report: Callable[[float], None] = lambda share: None,
-    pairs: bool = False,
 ) -> int:
-    """Change single cells of a realization, with `pairs` also two at once; return how many.
+    """Change single cells of a realization; return how many times one was.
 
-    In place. `patterns` are of cells side by side. The source of a changed cell is where the
-    training image goes on from that of a neighbour, if it has the facies there, and −1 elsewhere.
-    `report` is called now and then with the share that is done, and may raise to stop.
+    In place. With `walks` they go on where no single cell helps; `rng` is used for these alone.
+    `patterns` are of cells side by side. The source of a changed cell is where the training image
+    goes on from that of a neighbour, if it has the facies there, and −1 elsewhere. `report` is
+    called now and then with the share that is done, and may raise to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
         return 0
-    most = PART_VOLUME if patterns.cells[0] > 1 else PART
+    volume = patterns.cells[0] > 1
+    most, further = (PART_VOLUME, FURTHER_VOLUME) if volume else (PART, FURTHER)
     lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
     firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
-        n_changed += change_cells(target, patterns, some, lengths, part, pairs)
+        n_changed += change_cells(target, patterns, some, lengths, part, rng, further * walks)
     return n_changed
 
 
@@ -86,15 +98,17 @@ def make_part(patterns: Patterns, lengths: Triple) -> Part:
     """Return the arrays for parts of a grid."""
     nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
     n = nz * ny * nx
-    facies, is_inside, is_unseen, n_unseen, was_tried = (np.zeros(n, np.uint8) for _ in range(5))
+    facies, is_inside, is_unseen, n_unseen = (np.zeros(n, np.uint8) for _ in range(4))
     rows, line, numbers, unseen = (np.zeros(n, np.uint32) for _ in range(4))
-    is_free = np.zeros(n, np.bool_)
+    is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    near, changed = np.zeros(LONGEST, np.uint64), np.zeros(LONGEST, np.uint64)
+    walked = np.zeros(n, np.uint16), near, changed, np.zeros(LONGEST, np.uint8)
     found = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
     steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
     of_cells = np.array(steps, np.uint64), cell_weights(patterns)
     ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
     aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
-    return Part((nz, ny, nx), facies, is_free, is_inside, *found, aside, *of_cells)
+    return Part((nz, ny, nx), facies, is_free, is_inside, *found, *walked, aside, *of_cells)
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
@@ -106,38 +120,54 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 
 @kernel
-def change_cells(target, patterns, firsts, lengths, part, pairs):
+def change_cells(target, patterns, firsts, lengths, part, rng, further):
     """Change cells of parts of the grid, each from its first cell on; return how many.
 
-    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends.
+    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends. Walks go
+    up to `further`; there are none where it is 0.
     """
-    grid = target.grid
-    _, ny, nx = part.shape
-    reach_z, reach_y, reach_x = patterns.reach
     n_changed = 0
     for i in range(len(firsts)):
-        z0, y0, x0 = firsts[i, 0] - reach_z, firsts[i, 1] - reach_y, firsts[i, 2] - reach_x
-        copy_part(grid, target.data, (z0, y0, x0), lengths, patterns, part)
-        for k in range(find_unseen_patterns(patterns, part)):
+        reach = patterns.reach
+        origin = firsts[i, 0] - reach[0], firsts[i, 1] - reach[1], firsts[i, 2] - reach[2]
+        copy_part(target.grid, target.data, origin, lengths, patterns, part)
+        n_found = find_unseen_patterns(patterns, part)
+        for k in range(n_found):
             first = np.uint64(part.unseen[k])
             while part.is_unseen[first]:
                 cell, facies = best_change(first, patterns, part)
-                other = cell
-                if facies == UNKNOWN and pairs:
-                    cell, other, facies = best_pair(first, patterns, part)
                 if facies == UNKNOWN:
                     break
-                for own in (cell, other):
-                    if part.facies[own] == facies:
-                        continue  # the other is the cell itself
-                    change_cell(own, facies, patterns, part)
-                    n_changed += 1
-                    z, y, x = place_of(np.int64(own), (ny, nx), (1, 1, 1))
-                    place = z0 + z, y0 + y, x0 + x
-                    grid[place] = facies
-                    if target.sources.size > 0:
-                        target.sources[place] = source_beside(target, place)
+                change_cell(cell, facies, 0, patterns, part)
+                forget(cell, patterns, part)
+                part.changed[0] = cell
+                n_changed += write_back(1, target, origin, part)
+        for k in range(n_found if further > 0 else 0):
+            first = np.uint64(part.unseen[k])
+            if part.is_unseen[first]:
+                n = walk(first, further, patterns, part, rng)
+                n_changed += write_back(n, target, origin, part)
     return n_changed
+
+
+@part_of_kernel
+def write_back(n, target, origin, part):
+    """Give cells of the grid what the first `n` changed ones of a part are; return how many differ.
+
+    A walk may have changed a cell twice, and back.
+    """
+    _, ny, nx = part.shape
+    n_different = 0
+    for i in range(n):
+        z, y, x = place_of(np.int64(part.changed[i]), (ny, nx), (1, 1, 1))
+        place = origin[0] + z, origin[1] + y, origin[2] + x
+        if target.grid[place] == part.facies[part.changed[i]]:
+            continue
+        target.grid[place] = part.facies[part.changed[i]]
+        n_different += 1
+        if target.sources.size > 0:
+            target.sources[place] = source_beside(target, place)
+    return n_different
 
 
 @part_of_kernel
@@ -194,7 +224,7 @@ def find_unseen_patterns(patterns, part):
     if found == 0:
         return found
     for u in range(size):
-        was_tried[u] = 0
+        was_tried[u] = False
     for u in range(size):
         n_unseen[u] = 0
     for i in range(found):
@@ -217,7 +247,7 @@ def best_change(first, patterns, part):
     for step in part.steps:
         cell = first + step
         n = np.int64(part.n_unseen[cell])
-        if n <= gain or part.was_tried[cell] & ALONE or not part.is_free[cell]:
+        if n <= gain or part.was_tried[cell] or not part.is_free[cell]:
             continue
         own = latest = cells[cell]
         for a in range(n_aside):
@@ -229,56 +259,75 @@ def best_change(first, patterns, part):
                 if n - left > gain:
                     gain, best, best_facies = n - left, cell, facies
         if gain == 0:
-            part.was_tried[cell] |= ALONE
+            part.was_tried[cell] = True
     return best, best_facies
 
 
 @part_of_kernel
-def best_pair(first, patterns, part):
-    """Return a cell of a pattern, one beside it and their new facies, as `best_change` does."""
+def walk(first, further, patterns, part, rng):
+    """Change cells one after another, from an unseen pattern on; return how many are kept.
+
+    These leave fewer patterns unseen than there were, and are the first in `part.changed`. It ends
+    where `further` more are unseen than at its best.
+    """
+    near, changed, before = part.near, part.changed, part.before
+    near[0], n_near = first, np.int64(1)
+    more = least = n_changed = n_kept = np.int64(0)
+    while n_near > 0 and n_changed < min(n_kept + PATIENCE, LONGEST):
+        k = draw_index(rng, n_near)
+        if not part.is_unseen[near[k]]:
+            n_near -= 1
+            near[k] = near[n_near]
+            continue
+        cell, facies, own = next_change(near[k], n_changed, least - more, patterns, part, rng)
+        if facies == UNKNOWN or more + own > least + further:
+            break
+        changed[n_changed], before[n_changed] = cell, part.facies[cell]
+        n_near = change_cell(cell, facies, n_near, patterns, part)
+        n_changed += 1
+        part.stays[cell] = n_changed + STAYS
+        more += own
+        if more < least:
+            least, n_kept = more, n_changed
+    for i in range(n_changed):
+        part.stays[changed[i]] = 0
+    for i in range(n_changed - 1, n_kept - 1, -1):
+        change_cell(changed[i], before[i], LONGEST, patterns, part)
+    return n_kept
+
+
+@part_of_kernel
+def next_change(first, n_changed, better, patterns, part, rng):
+    """Return a cell of a pattern, its new facies and how many more patterns it leaves unseen.
+
+    The fewest, also where these are more than there are; one of those that leave as few is drawn. A
+    cell that stays changes only if that leaves fewer than `better` more, which is none or less. The
+    facies is UNKNOWN where no cell can change.
+    """
     cells, aside = part.facies, part.aside
-    n_aside = np.uint64(len(aside))
-    gain, best, best_other, best_facies = np.int64(0), first, first, np.uint8(UNKNOWN)
+    n_aside, n_equal = np.uint64(len(aside)), 0
+    least, best, best_facies = np.int64(1 << 20), first, np.uint8(UNKNOWN)
     for step in part.steps:
         cell = first + step
-        if part.was_tried[cell] & PAIRED or not part.is_free[cell]:
+        if not part.is_free[cell]:
             continue
         n, own = np.int64(part.n_unseen[cell]), cells[cell]
         latest = own
+        limit = n + better if part.stays[cell] > n_changed else np.int64(1 << 20)
         for a in range(n_aside):
             facies = cells[cell + aside[a]]
             is_new = facies != own and facies != latest
             if not is_new or facies == UNKNOWN:
                 continue
             latest = facies
-            more = n_unseen_after(cell, facies, n + MORE + 1, patterns, part) - n
-            if more > MORE:
+            most = min(n + least + 1, limit)
+            left = n_unseen_after(cell, facies, most, patterns, part)
+            if left >= most:
                 continue
-            set_facies(cell, facies, patterns, part)
-            other, fewer = best_beside(cell, facies, gain + more, patterns, part)
-            set_facies(cell, own, patterns, part)
-            if fewer - more > gain:
-                gain, best, best_other, best_facies = fewer - more, cell, other, facies
-        if gain == 0:
-            part.was_tried[cell] |= PAIRED
-    return best, best_other, best_facies
-
-
-@part_of_kernel
-def best_beside(cell, facies, gain, patterns, part):
-    """Return the cell beside one that leaves more than `gain` fewer unseen as the same facies.
-
-    And how many fewer: `gain`, where there is none.
-    """
-    cells, aside, best = part.facies, part.aside, cell
-    for a in range(np.uint64(len(aside))):
-        other = cell + aside[a]
-        if part.is_free[other] and cells[other] != facies:
-            n = n_unseen_after(other, cells[other], 1 << 30, patterns, part)
-            left = n_unseen_after(other, facies, n - gain, patterns, part)
-            if n - left > gain:
-                gain, best = n - left, other
-    return best, gain
+            n_equal = n_equal + 1 if left - n == least else 1
+            if n_equal == 1 or draw_index(rng, n_equal) == 0:
+                least, best, best_facies = left - n, cell, facies
+    return best, best_facies, least
 
 
 @part_of_kernel
@@ -297,29 +346,31 @@ def n_unseen_after(cell, facies, limit, patterns, part):
 
 
 @part_of_kernel
-def set_facies(cell, facies, patterns, part):
-    """Give a cell of a part another facies, and the patterns that it is in their new numbers."""
+def change_cell(cell, facies, n_near, patterns, part):
+    """Give a cell of a part another facies, and note which patterns are unseen then.
+
+    Those that were not before are put after the `n_near` ones in `part.near`; return how many are
+    there then.
+    """
+    numbers, is_unseen, n_unseen, steps = part.numbers, part.is_unseen, part.n_unseen, part.steps
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
     part.facies[cell] = facies
-    for k in range(np.uint64(len(part.steps))):
-        first = cell - part.steps[k]
-        part.numbers[first] = np.uint32(part.numbers[first] + change * part.weights[k])
-
-
-@part_of_kernel
-def change_cell(cell, facies, patterns, part):
-    """Do the same for good: note also which patterns are unseen now."""
-    set_facies(cell, facies, patterns, part)
-    for k in range(np.uint64(len(part.steps))):
-        first = cell - part.steps[k]
-        known = is_known(patterns, part.numbers[first])
-        is_unseen = np.uint8(part.is_inside[first] and not known)
-        more = np.uint8(is_unseen - part.is_unseen[first])  # goes round where they become fewer
-        part.is_unseen[first] = is_unseen
-        if more:
-            for step in part.steps:
-                part.n_unseen[first + step] += more
-    forget(cell, patterns, part)
+    n_steps = np.uint64(len(steps))
+    for k in range(n_steps):
+        first = cell - steps[k]
+        number = np.uint32(numbers[first] + change * part.weights[k])
+        numbers[first] = number
+        now = np.uint8(part.is_inside[first] & (1 - is_known(patterns, number)))
+        if now == is_unseen[first]:
+            continue
+        more = np.uint8(now - is_unseen[first])  # goes round where they become fewer
+        is_unseen[first] = now
+        for i in range(n_steps):
+            n_unseen[first + steps[i]] += more
+        if now and n_near < LONGEST:
+            part.near[n_near] = first
+            n_near += 1
+    return n_near
 
 
 @part_of_kernel
@@ -331,7 +382,7 @@ def forget(cell, patterns, part):
         for near_y in range(max(y - reach_y - 1, 0), min(y + reach_y + 2, ny)):
             first = (near_z * ny + near_y) * nx
             for near_x in range(max(x - reach_x - 1, 0), min(x + reach_x + 2, nx)):
-                part.was_tried[first + near_x] = 0
+                part.was_tried[first + near_x] = False
 
 
 @part_of_kernel

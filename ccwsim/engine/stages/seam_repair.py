@@ -44,7 +44,7 @@ N_BEST = 2
 """So many of the best locations are tried."""
 N_BEST_DATA = 8
 """The same in windows of volumes with data, which leave fewer locations that fit well."""
-LEAST, LEAST_VOLUME = 3, 2
+LEAST, LEAST_VOLUME = 3, 4
 """A window has at least so many unseen patterns."""
 MAX_COMPARED = 500
 """At most so many locations that honour the data of a window are compared."""

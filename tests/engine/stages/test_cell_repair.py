@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,15 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages import cell_repair
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
-from ccwsim.engine.stages.cell_repair import MORE, cell_weights, repair_cells
+from ccwsim.engine.stages.candidates import draw_index
+from ccwsim.engine.stages.cell_repair import (
+    FURTHER,
+    FURTHER_VOLUME,
+    PATIENCE,
+    STAYS,
+    cell_weights,
+    repair_cells,
+)
 from ccwsim.engine.stages.demand import UNKNOWN
 from ccwsim.engine.stages.resimulation import Target
 from ccwsim.engine.stages.unseen_patterns import Patterns, known_patterns
@@ -55,6 +64,7 @@ class OneByOne:
         self.patterns, self.weights = patterns, cell_weights(patterns)
         self.grid, self.data, self.cells = target.grid.copy(), target.data, patterns.cells
         self.firsts = list(np.ndindex(windows(self.grid, patterns).shape[:3]))
+        self.starts = set(self.firsts)
 
     def is_unseen(self, first: Cell) -> bool:
         part = tuple(slice(k, k + n) for k, n in zip(first, self.cells, strict=True))
@@ -63,7 +73,7 @@ class OneByOne:
     def n_unseen(self, cell: Cell) -> int:
         """Count the unseen patterns that a cell is in."""
         around = product(*(range(k - n + 1, k + 1) for k, n in zip(cell, self.cells, strict=True)))
-        own = set(around) & set(self.firsts)
+        own = set(around) & self.starts
         return sum(self.is_unseen(first) for first in own)
 
     def beside(self, cell: Cell) -> list[Cell]:
@@ -77,61 +87,91 @@ class OneByOne:
                 found.append(tuple(place))
         return found  # type: ignore[return-value]
 
-    def gain_of(self, changed: list[Cell], facies: int) -> tuple[int, int]:
-        """Return how many fewer patterns are unseen after each change, and after all."""
-        old, gains = [int(self.grid[cell]) for cell in changed], []
-        for cell in changed:
-            before = self.n_unseen(cell)
-            self.grid[cell] = facies
-            gains.append(before - self.n_unseen(cell))
-        for cell, was in zip(changed, old, strict=True):
-            self.grid[cell] = was
-        return gains[0], sum(gains)
+    def more_after(self, cell: Cell, facies: int) -> int:
+        """Return how many more patterns are unseen when a cell has another facies."""
+        own, before = self.grid[cell], self.n_unseen(cell)
+        self.grid[cell] = facies
+        more = self.n_unseen(cell) - before
+        self.grid[cell] = own
+        return more
 
-    def best(self, first: Cell, pairs: bool) -> tuple[list[Cell], int]:
-        """Return the best change of cells of a pattern, or of one and another beside it."""
-        gain, best, best_facies = 0, [], 0
+    def changes(self, first: Cell) -> Iterator[tuple[Cell, int, int]]:
+        """Yield what the cells of a pattern can become, and how many more are unseen then."""
         for step in np.ndindex(self.cells):
             cell: Cell = tuple(a + b for a, b in zip(first, step, strict=True))  # type: ignore[assignment]
             if self.data[cell] != UNKNOWN:
                 continue
+            latest = self.grid[cell]
             for facies in (int(self.grid[other]) for other in self.beside(cell)):
-                if facies == self.grid[cell]:
-                    continue
-                others = [other for other in self.beside(cell) if self.data[other] == UNKNOWN]
-                others = [other for other in others if self.grid[other] != facies]
-                for changed in [[cell, other] for other in others] if pairs else [[cell]]:
-                    alone, own = self.gain_of(changed, facies)
-                    if own > gain and (not pairs or alone >= -MORE):
-                        gain, best, best_facies = own, changed, facies
-        return best, best_facies
+                if facies not in (self.grid[cell], latest):
+                    latest = facies
+                    yield cell, facies, self.more_after(cell, facies)
 
-    def repaired(self, pairs: bool) -> tuple[NDArray[np.uint8], int]:
+    def walk(self, first: Cell, rng: np.random.Generator) -> None:
+        """Walk from a pattern, and go back to where the fewest were unseen."""
+        near, more, least, stays = [first], 0, 0, {}
+        further = FURTHER_VOLUME if self.cells[0] > 1 else FURTHER
+        changed: list[tuple[Cell, int]] = []
+        n_kept = 0
+        while near and len(changed) < n_kept + PATIENCE:
+            k = draw_index(rng, len(near))
+            if not self.is_unseen(near[k]):
+                near[k] = near[-1]
+                near.pop()
+                continue
+            best, n_equal = None, 0
+            for cell, facies, own in self.changes(near[k]):
+                if stays.get(cell, 0) > len(changed) and more + own >= least:
+                    continue
+                if best is not None and own > best[2]:
+                    continue
+                n_equal = n_equal + 1 if best is not None and own == best[2] else 1
+                if n_equal == 1 or draw_index(rng, n_equal) == 0:
+                    best = cell, facies, own
+            if best is None or more + best[2] > least + further:
+                break
+            cell, facies, own = best
+            changed.append((cell, int(self.grid[cell])))
+            around = (np.subtract(cell, step) for step in np.ndindex(self.cells))
+            around = [tuple(other) for other in around if tuple(other) in self.starts]
+            seen = [other for other in around if not self.is_unseen(other)]
+            self.grid[cell] = facies
+            near += [other for other in seen if self.is_unseen(other)]
+            stays[cell], more = len(changed) + STAYS, more + own
+            if more < least:
+                least, n_kept = more, len(changed)
+        for cell, facies in reversed(changed[n_kept:]):
+            self.grid[cell] = facies
+
+    def repaired(self, rng: np.random.Generator, walks: bool) -> tuple[NDArray[np.uint8], int]:
         n_changed = 0
-        for first in [first for first in self.firsts if self.is_unseen(first)]:
+        found = [first for first in self.firsts if self.is_unseen(first)]
+        for first in found:
             while self.is_unseen(first):
-                changed, facies = self.best(first, pairs=False)
-                if pairs and not changed:
-                    changed, facies = self.best(first, pairs=True)
-                if not changed:
+                least = min(self.changes(first), key=lambda change: change[2], default=None)
+                if least is None or least[2] >= 0:
                     break
-                for cell in changed:
-                    self.grid[cell] = facies
-                n_changed += len(changed)
+                self.grid[least[0]] = least[1]
+                n_changed += 1
+        for first in found if walks else ():
+            if self.is_unseen(first):
+                before = self.grid.copy()
+                self.walk(first, rng)
+                n_changed += int((self.grid != before).sum())
         return self.grid, n_changed
 
 
-@pytest.mark.parametrize("pairs", [False, True])
+@pytest.mark.parametrize("walks", [False, True])
 @pytest.mark.parametrize("n_facies", [2, 3, 5])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_cells_change_as_one_by_one_finds_it(shape, n_facies, pairs):
+def test_cells_change_as_one_by_one_finds_it(shape, n_facies, walks):
     image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), n_facies)
     patterns = known_patterns(image, 1)
     grid = damaged((shape[0], 20, 22) if shape[0] == 1 else (5, 9, 10), n_facies, 0.04, 4)
     target = target_of(image, grid)
     target.data[:, ::7, ::5] = grid[:, ::7, ::5]
-    wanted, n_wanted = OneByOne(target, patterns).repaired(pairs)
-    assert repair_cells(target, patterns, pairs=pairs) == n_wanted > 0
+    wanted, n_wanted = OneByOne(target, patterns).repaired(np.random.default_rng(3), walks)
+    assert repair_cells(target, patterns, np.random.default_rng(3), walks) == n_wanted > 0
     np.testing.assert_array_equal(target.grid, wanted)
 
 
@@ -154,7 +194,7 @@ def test_parts_together_are_repaired_as_well(shape, n_facies, monkeypatch):
         monkeypatch.setattr(cell_repair, "PART_VOLUME", lengths)
         monkeypatch.setattr(cell_repair, "PARTS_PER_CALL", 3)
         target = target_of(image, grid.copy())
-        n_changed = repair_cells(target, patterns)
+        n_changed = repair_cells(target, patterns, np.random.default_rng(0), False)
         assert n_changed >= (target.grid != grid).sum() > 0
         left.append(n_unseen(target.grid))
     assert max(left) < 0.8 * before
@@ -166,7 +206,7 @@ def test_nothing_changes_where_the_image_has_all_patterns():
         image = blobs(shape, 3)
         grid = image[..., 3:40, 5:44].copy()
         target = target_of(image, grid)
-        assert repair_cells(target, known_patterns(image, 1)) == 0
+        assert repair_cells(target, known_patterns(image, 1), np.random.default_rng(0), True) == 0
         np.testing.assert_array_equal(target.grid, image[..., 3:40, 5:44])
 
 
@@ -178,29 +218,30 @@ def test_a_cell_alone_takes_the_facies_around_it_and_the_place_of_its_neighbours
     target = target_of(image, grid, sources=True)
     target.sources[:] = np.arange(image.size).reshape(image.shape)
     target.sources[0, 20, 20] = 0
-    assert repair_cells(target, known_patterns(image, 1)) == 1
+    assert repair_cells(target, known_patterns(image, 1), np.random.default_rng(0), True) == 1
     np.testing.assert_array_equal(target.grid, image)
     np.testing.assert_array_equal(target.sources.ravel(), np.arange(image.size))
     grid[0, 20, 20] = 0
     target.data[0, 20, 20] = 0
-    repair_cells(target, known_patterns(image, 1))
+    repair_cells(target, known_patterns(image, 1), np.random.default_rng(0), True)
     assert grid[0, 20, 20] == 0
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_two_cells_at_once_leave_fewer_patterns_unseen(shape):
+def test_walks_leave_fewer_patterns_unseen(shape):
     image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), 3)
     patterns = known_patterns(image, 1)
     grid, left = damaged(shape, 3, 0.04, 4), []
-    for pairs in (False, True):
+    for walks in (False, True):
         target = target_of(image, grid.copy())
-        repair_cells(target, patterns, pairs=pairs)
+        repair_cells(target, patterns, np.random.default_rng(0), walks)
         work = OneByOne(target, patterns)
         left.append(sum(map(work.is_unseen, work.firsts)))
-    assert left[1] < 0.9 * left[0]
+    assert left[1] < 0.8 * left[0]
 
 
-def test_a_source_is_that_of_the_facies_or_none():
+@pytest.mark.parametrize("walks", [False, True])
+def test_a_source_is_that_of_the_facies_or_none(walks):
     image, grid = blobs((9, 30, 30), 3), damaged((7, 24, 26), 3, 0.02, 6)
     target = target_of(image, grid, sources=True)
     flat = image.ravel()
@@ -209,9 +250,10 @@ def test_a_source_is_that_of_the_facies_or_none():
         places = np.flatnonzero(flat == facies)
         target.sources[grid == facies] = rng.choice(places, int((grid == facies).sum()))
     before = grid.copy()
-    assert repair_cells(target, known_patterns(image, 1)) > 20
+    assert repair_cells(target, known_patterns(image, 1), rng, walks) > 20
     changed = grid != before
-    assert (target.sources[~changed] >= 0).all()
+    if not walks:  # these may change a cell back
+        assert (target.sources[~changed] >= 0).all()
     taken = target.sources >= 0
     np.testing.assert_array_equal(grid[taken], flat[target.sources[taken]])
     assert taken[changed].any()
@@ -247,7 +289,7 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     target.data[rng.random(grid_shape) < 0.2] = 0
     known = target.data != UNKNOWN
     before = grid.copy()
-    n = repair_cells(target, known_patterns(image, 1), pairs=seed % 2 == 0)
+    n = repair_cells(target, known_patterns(image, 1), rng, walks=seed % 2 == 0)
     assert n >= (grid != before).sum()
     assert (grid < n_facies).all()
     np.testing.assert_array_equal(grid[known], before[known])
@@ -264,8 +306,9 @@ def test_it_can_be_stopped_and_tells_how_far_it_is(monkeypatch):
         if share > 0.5:
             raise InterruptedError
 
+    target, rng = target_of(image, noise((1, 90, 90), 2)), np.random.default_rng(0)
     with pytest.raises(InterruptedError):
-        repair_cells(target_of(image, noise((1, 90, 90), 2)), known_patterns(image, 1), report)
+        repair_cells(target, known_patterns(image, 1), rng, True, report)
     assert len(seen) > 3
     assert seen == sorted(seen)
     assert seen[0] == 0
