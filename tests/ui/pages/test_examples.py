@@ -186,7 +186,7 @@ def test_a_location_weight_along_z_keeps_the_order_of_the_beds(by_setting):
     free, kept = by_setting("volume-trend")
     own = vertical_proportions(free.training_image)[0]
     off = [np.abs(vertical_proportions(e).mean(axis=0) - own).mean() for e in (free, kept)]
-    assert off[1] < 0.7 * off[0]
+    assert off[1] < 0.9 * off[0]
 
 
 def test_wells_make_cells_certain_and_leave_others_open(by_setting):
