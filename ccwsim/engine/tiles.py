@@ -80,7 +80,7 @@ class Workspace(NamedTuple):
     """Arrays for one patch after another; what the latest left tells how it was chosen.
 
     `choice` has how many terms the overlap had, how many of the `places` were candidates, and
-    which of them was drawn. They are made in Python: kernels that allocate compile longer.
+    which of them was drawn. They are made in Python, as kernels make no arrays.
     """
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
@@ -268,7 +268,9 @@ def simulate_patches(
         if has_data or search.location_cost > 0:
             weights = SPARSE if patch[7] == 0 else DENSE
             everywhere = weights.everywhere or not has_data
-            start_totals(scores.ravel(), 1.0 if everywhere else search.share, totals.ravel())
+            start_totals(
+                scores.reshape(-1), 1.0 if everywhere else search.share, totals.reshape(-1)
+            )
             if search.location_cost > 0:
                 add_location(box, grid.shape, search.location_cost, search.location_axes, totals)
             add_missed(
@@ -283,14 +285,14 @@ def simulate_patches(
                 work.misses,
                 totals,
             )
-            flat = totals.ravel()
+            flat = totals.reshape(-1)
             best_places(flat, n, rng, work.total_minima, work.found, work.found_totals, places)
             if has_data:
                 n = keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
             elif free and search.slack >= 0:
                 n = keep_within(flat, places, search.slack)
         else:
-            flat_scores = scores.ravel()
+            flat_scores = scores.reshape(-1)
             best_places(flat_scores, n, rng, work.minima, work.found, work.found_scores, places)
             if free and search.slack >= 0:
                 n = keep_within(flat_scores, places, search.slack)

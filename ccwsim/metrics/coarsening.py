@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
 from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
@@ -113,7 +113,7 @@ def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return cells, weights
 
 
-@kernel
+@allocating_kernel
 def _largest_share(
     image, n_facies, layers, layer_weights, rows, row_weights, columns, column_weights
 ):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.labelling import euler_number, label, neighbours_of
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
 from ccwsim.metrics.stack import (
@@ -143,7 +143,7 @@ def connectivity(
     return Connectivity(steps, tau, unconditional, touching)
 
 
-@kernel
+@allocating_kernel
 def _count_pairs(labels, offsets):
     """Count, for each lag, the pairs with both cells in the facies and those in one geobody."""
     nz, ny, nx = labels.shape

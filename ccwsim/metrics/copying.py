@@ -8,7 +8,7 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import allocating_kernel, kernel
 from ccwsim.metrics.stack import N_AXES, as_shape, as_volume
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError
@@ -124,7 +124,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     )
 
 
-@kernel
+@allocating_kernel
 def _shifts(source, ti_ny, ti_nx):
     """Return a number for each cell, equal for cells shifted by the same offset."""
     nz, ny, nx = source.shape
@@ -162,7 +162,7 @@ def _mark_seams(shift, sides):
     return n_copied
 
 
-@kernel
+@allocating_kernel
 def _largest_cube(shift, n_axes):
     """Grow squares, or cubes, of one shift from the lowest south-west cell, a row at a time."""
     nz, ny, nx = shift.shape
@@ -192,7 +192,7 @@ def _largest_cube(shift, n_axes):
     return best, layer, row, column
 
 
-@kernel
+@allocating_kernel
 def _largest_block(shift):
     """Return the cells of the largest piece of one shift, joined by sides, by a union of cells."""
     nz, ny, nx = shift.shape

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.kernels import allocating_kernel, part_of_kernel
 from ccwsim.metrics.stack import N_AXES
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -97,7 +97,7 @@ def _unite(parents, a, b):
         parents[a] = b
 
 
-@kernel
+@allocating_kernel
 def _label(inside, lines, labels):
     """Find the runs of each line of cells, unite those that touch, and number the sets."""
     nz, ny, nx = inside.shape
@@ -200,7 +200,7 @@ def _table(neighbours: int) -> NDArray[np.int64]:
 _TABLES = {neighbours: _table(neighbours) for neighbours in _LINES}
 
 
-@kernel
+@allocating_kernel
 def _sum_corners(inside, table):
     """Sum a table over all 2 × 2 × 2 cells; those above a map are a mirror image of those below."""
     nz, ny, nx = inside.shape

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.system.workers import check_stop
 
 CELLS_OF_STRIP = 4_000_000
@@ -77,7 +77,7 @@ def _mixed(value):
     return value ^ (value >> np.uint64(31))
 
 
-@kernel
+@allocating_kernel
 def _pattern_codes(image, height, size, base):
     """Return the code of the pattern at each location: digits in `base`, or hashed for base 0."""
     nz, ny, nx = image.shape
@@ -174,7 +174,7 @@ def _fill(codes, keys, full):
         keys[place], full[place] = code, True
 
 
-@kernel
+@allocating_kernel
 def are_unknown(codes, keys, full):
     """Return which codes a table does not have."""
     unknown = np.empty(len(codes), np.bool_)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.lags import (
     Direction,
     Lags,
@@ -149,7 +149,7 @@ def variogram_map(
     return VariogramMap(lags, squares / (2 * pairs_of_map(stack.shape, reach)))
 
 
-@kernel
+@allocating_kernel
 def _count_unequal(inside, offsets):
     """Return how many pairs have one cell in the facies and one outside, by lag."""
     nz, ny, nx = inside.shape
@@ -279,7 +279,7 @@ def _ratio(counts: NDArray, totals: NDArray) -> NDArray[np.float64]:
     return np.divide(counts, totals, out=np.full(counts.shape, np.nan), where=totals > 0)
 
 
-@kernel
+@allocating_kernel
 def _count_transitions(image, n_facies, offsets):
     """Return how many pairs go from each facies to each, shape (n_lags, n_facies, n_facies)."""
     nz, ny, nx = image.shape

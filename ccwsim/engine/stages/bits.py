@@ -59,7 +59,7 @@ def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     for plane in range(planes):
         columns[plane, :, :ny, :nx] = image >> plane & 1
     words = columns.view("<u8").astype(np.uint64, copy=False)
-    cells, width = words.ravel(), words.shape[3]
+    cells, width = words.reshape(-1), words.shape[3]
     for n in (1, 2, 4):  # of columns of n cells those of twice as many
         cells[: -n * width] |= cells[n * width :] << np.uint64(n)
     return np.ascontiguousarray(words[:, :, :ny])
@@ -85,7 +85,7 @@ def take_strips(grid, box, square_bits, strips):
     `square_bits` are those of the image that they will be compared with.
     """
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
-    cells, _, rows, columns = grid.ravel(), *grid.shape
+    cells, _, rows, columns = grid.reshape(-1), *grid.shape
     n_planes, _, my, mx = square_bits.shape
     words, n = strips.words, 0
     for z in range(box.nz):

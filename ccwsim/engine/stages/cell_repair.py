@@ -176,7 +176,7 @@ def copy_part(grid, data, origin, lengths, patterns, part):
     nz, ny, nx = part.shape
     (reach_z, reach_y, reach_x), (z0, y0, x0) = patterns.reach, origin
     facies, is_free, is_inside = part.facies, part.is_free, part.is_inside
-    cells, known, size = grid.ravel(), data.ravel(), np.uint64(len(part.facies))
+    cells, known, size = grid.reshape(-1), data.reshape(-1), np.uint64(len(part.facies))
     for u in range(size):
         facies[u] = UNKNOWN
     for u in range(size):

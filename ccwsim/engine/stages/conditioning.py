@@ -219,7 +219,7 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
     shape = data.facies.shape
-    cells, terms, n, beyond = phases.ravel(), work.terms, 0, False
+    cells, terms, n, beyond = phases.reshape(-1), work.terms, 0, False
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
             own_row = z * shape[1] + y
@@ -278,7 +278,7 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
     they cost is so many times the least of them that a byte holds the sum, else those that cost
     least. All rows of locations of a layer are one run of `cells`, as each alone is short.
     """
-    (nz, ny, nx), flat = totals.shape, totals.ravel()
+    (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of
     while True:
         least, total, together = np.int64(0), np.int64(0), True
@@ -335,7 +335,7 @@ def _add_beyond(work, totals):
     Few rows of locations change the cost: those between them have that of the one before.
     """
     beyond, changes, steps, row = work.beyond, work.changes, work.steps, work.row
-    (nz, ny, nx), flat = totals.shape, totals.ravel()
+    (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     for pz in range(1, nz):
         for py in range(ny):
             if changes[pz - 1, py]:

@@ -196,7 +196,12 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
     y0 = box.ny - m if far and not upright else 0
     x0 = box.nx - m if far and upright else 0
     rows, columns = (n, m) if upright else (m, n)
-    cells, others, of_data, kept = grid.ravel(), image.ravel(), data.ravel(), keep_mask.ravel()
+    cells, others, of_data, kept = (
+        grid.reshape(-1),
+        image.reshape(-1),
+        data.reshape(-1),
+        keep_mask.reshape(-1),
+    )
     error, end = cut.error, np.uint64(m - 1)
     some, has_data = np.uint64(0), False
     for w in range((m + 63) // 64):
@@ -271,7 +276,7 @@ def paste(image, place, box, keep_mask, counts, grid, sources):
     they are not empty.
     """
     tz, ty, tx = place
-    cells, cells_new, keep = grid.ravel(), image.ravel(), keep_mask.ravel()
+    cells, cells_new, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)
     for z in range(box.nz):
         for y in range(box.ny):
             old = np.uint64(((box.z0 + z) * grid.shape[1] + box.y0 + y) * grid.shape[2] + box.x0)

@@ -84,7 +84,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
                 v = u + steps[a]
                 if flow.state[v] == SAME and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD
-    kept = keep_mask.ravel()
+    kept = keep_mask.reshape(-1)
     for z in range(box.nz):
         for y in range(box.ny):
             first = np.uint64((z + 1) * layer + (y + 1) * row + 1)
@@ -103,7 +103,7 @@ def _mark_states(grid, image, place, box, flow):
     top, bottom = box.sides & TOP, box.sides & BOTTOM
     left, right = box.sides & LEFT, box.sides & RIGHT
     state, row = flow.state, np.uint64(box.nx + 2)
-    cells, after = grid.ravel(), image.ravel()
+    cells, after = grid.reshape(-1), image.reshape(-1)
     _, ny, nx = grid.shape
     _, my, mx = image.shape
     u = np.uint64(0)

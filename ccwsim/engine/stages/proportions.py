@@ -188,7 +188,7 @@ def draw_towards(sums, candidates, box, block, n_places, steering, counts, tilt,
         tilt[k] = steering.margin[k] + steering.gain * excess
     if n_planes == 1:  # facies 1 alone is counted
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
-    cells, least, flat = box.nz * box.ny * box.nx, np.inf, sums.ravel()
+    cells, least, flat = box.nz * box.ny * box.nx, np.inf, sums.reshape(-1)
     mz, my, mx = sums.shape[1:]
     rows, columns = box.ny // block[1], np.uint64(box.nx // block[2])
     for i in range(len(candidates)):

@@ -16,7 +16,7 @@ import numpy as np
 import pywt
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.engine.stages.bits import to_square_bits
 from ccwsim.engine.stages.path import Triple
 from ccwsim.model.errors import CCWSIMError
@@ -121,7 +121,7 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
     return Pyramid(image, to_square_bits(image), np.stack(planes), phases)
 
 
-@kernel
+@allocating_kernel
 def upgrid(image, unit):
     """Return the facies of most cells of each block of `unit` cells along z, y and x.
 

@@ -27,7 +27,7 @@ def refine_place(image, square_bits, grid, data, missed, box, block, place, stri
     take_strips(grid, box, square_bits, strips)
     n = data_at_stake(grid, data, box, at_stake)
     best_z, best_y, best_x = place
-    words, shape = square_bits.ravel(), square_bits.shape
+    words, shape = square_bits.reshape(-1), square_bits.shape
     best = _misfit(image, words, shape, at_stake, n, missed, place, strips, np.int64(1 << 60))
     stride = max(block[0], block[1], block[2]) // 2
     while stride > 0:

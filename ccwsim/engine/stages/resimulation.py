@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.engine.stages.bits import (
     Strips,
     make_strips,
@@ -244,7 +244,7 @@ def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
     return counts
 
 
-@kernel
+@allocating_kernel
 def own_counts(grid, cells, layers=0):
     """Count the cells of a cell's own facies among those around it (the edge is repeated).
 
@@ -454,7 +454,7 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
     first_row, n_rows = part
     turned, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
     n_numbers = draw_numbers(rng, sample, numbers)
-    n, one, words = 0, np.uint64(1), square_bits.ravel()
+    n, one, words = 0, np.uint64(1), square_bits.reshape(-1)
     worst = limit + 1
     passed, looked = np.int64(0), np.int64(0)  # marked locations, and those that were looked at
     for k in range(n_rows):

@@ -273,7 +273,7 @@ def has_any(cells, box):
 @part_of_kernel
 def has_data(data, box):
     """Return whether any cell of a box has a datum."""
-    cells = data.ravel()
+    cells = data.reshape(-1)
     for z in range(box.z0, box.z0 + box.nz):
         for y in range(box.y0, box.y0 + box.ny):
             first, n = np.uint64((z * data.shape[1] + y) * data.shape[2] + box.x0), np.uint8(0)
@@ -301,10 +301,10 @@ def well_fitting_windows(target, box, repair, rng, work):
     energy = repair.energy[layer : layer + n_layers]
     score_places(sums, work.offsets, work.weights, n, energy, work.sums, scores)
     best_places(
-        scores.ravel(), len(places), rng, work.minima, work.found, work.found_scores, places
+        scores.reshape(-1), len(places), rng, work.minima, work.found, work.found_scores, places
     )
     take_strips(grid, box, square_bits, work.strips)
-    words, n_places = square_bits.ravel(), (scores.shape[1], scores.shape[2])
+    words, n_places = square_bits.reshape(-1), (scores.shape[1], scores.shape[2])
     for k in range(len(places)):
         z, y, x = place_of(places[k], n_places, repair.block)
         place = z + layer * repair.block[0], y, x
@@ -321,7 +321,7 @@ def surroundings(grid, box, patterns, trial):
     nz = min(box.z0 + box.nz + reach_z, grid.shape[0]) - z0
     ny = min(box.y0 + box.ny + reach_y, grid.shape[1]) - y0
     nx = min(box.x0 + box.nx + reach_x, grid.shape[2]) - x0
-    flat, cells = trial.ravel(), grid.ravel()
+    flat, cells = trial.reshape(-1), grid.reshape(-1)
     for z in range(nz):
         for y in range(ny):
             to = np.uint64((z * trial.shape[1] + y) * trial.shape[2])

@@ -86,7 +86,7 @@ def overlap_energies(squares, box, block, energies):
     nz, ny, nx = energies.shape
     low_z, _, low_y, _, low_x, _ = inside_overlap(box)
     last_z, last_y, last_x = box.nz // block[0], box.ny // block[1], box.nx // block[2]
-    cells, flat = squares.ravel(), energies.ravel()
+    cells, flat = squares.reshape(-1), energies.reshape(-1)
     for z in range(nz):
         for y in range(ny):
             own = np.uint64((z * ny + y) * nx)
@@ -118,7 +118,7 @@ def overlap_terms(grid, box, block, sums, offsets, weights):
     first_facies = 1 if n_planes == 1 else 0
     uz, uy, ux = block
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
-    cells, _, rows, columns = grid.ravel(), *grid.shape
+    cells, _, rows, columns = grid.reshape(-1), *grid.shape
     n_columns = box.nx // ux
     for bz in range(box.nz // uz):
         for by in range(box.ny // uy):
@@ -175,7 +175,7 @@ def score_places(block_sums, offsets, weights, n_terms, energy, sums, scores):
     """
     nz, ny, nx = scores.shape
     my, mx = block_sums.shape[2], block_sums.shape[3]
-    cells, energies, flat = block_sums.ravel(), energy.ravel(), scores.ravel()
+    cells, energies, flat = block_sums.reshape(-1), energy.reshape(-1), scores.reshape(-1)
     total, two = sums.total, sums.total.dtype.type(2)
     at_once = _rows_at_once(nx, mx)
     for z in range(nz):

@@ -117,7 +117,7 @@ def number_rows(cells, z0, y0, x0, nz, ny, nx, patterns, rows, line):
 
     `line` is workspace for a row of cells.
     """
-    flat, own = cells.ravel(), rows.ravel()
+    flat, own = cells.reshape(-1), rows.reshape(-1)
     for z in range(nz + patterns.reach[0]):
         for y in range(ny + patterns.reach[1]):
             first = ((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0
@@ -142,7 +142,7 @@ def number_run(cells, first, rows, to, n, patterns, line):
 @part_of_kernel
 def number_patterns(rows, z, y, nx, patterns, numbers):
     """Fill `numbers` with those of the patterns whose first row is row y of layer z."""
-    own, spacing, factor = rows.ravel(), patterns.spacing, patterns.row_base
+    own, spacing, factor = rows.reshape(-1), patterns.spacing, patterns.row_base
     for x in range(np.uint64(nx)):
         numbers[x] = 0
     for i in range(patterns.cells[0]):
@@ -212,7 +212,7 @@ def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
     """
     n, width = 0, cells.shape[2]
     run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]
-    flat, own = cells.ravel(), rows.ravel()
+    flat, own = cells.reshape(-1), rows.reshape(-1)
     layer = cells.shape[1] * width
     for z in range(nz):
         number_run(
