@@ -26,10 +26,10 @@ from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of the grid that are looked at together, from the cache."""
 PARTS_PER_CALL = 64
-FURTHER, FURTHER_VOLUME = 3, 7
+FURTHER, FURTHER_VOLUME = 3, 14
 """A walk ends where so many more patterns are unseen than there were at its best. In maps, where
 few are left, windows take most of the time."""
-PATIENCE = 20
+PATIENCE, PATIENCE_VOLUME = 20, 40
 """A walk ends after so many changes since it was at its best."""
 STAYS = 4
 """A cell stays for so many changes after its own, unless a walk gets better than ever by it."""
@@ -83,14 +83,15 @@ def repair_cells(
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
         return 0
     volume = patterns.cells[0] > 1
-    most, further = (PART_VOLUME, FURTHER_VOLUME) if volume else (PART, FURTHER)
+    most = PART_VOLUME if volume else PART
+    ends = (FURTHER_VOLUME, PATIENCE_VOLUME) if volume else (FURTHER, PATIENCE)
     lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
     firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
-        n_changed += change_cells(target, patterns, some, lengths, part, rng, further * walks)
+        n_changed += change_cells(target, patterns, some, lengths, part, rng, walks, ends)
     return n_changed
 
 
@@ -120,11 +121,11 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 
 @kernel
-def change_cells(target, patterns, firsts, lengths, part, rng, further):
+def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends):
     """Change cells of parts of the grid, each from its first cell on; return how many.
 
-    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends. Walks go
-    up to `further`; there are none where it is 0.
+    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends. `ends`
+    says where walks end, by `FURTHER` and `PATIENCE`.
     """
     n_changed = 0
     for i in range(len(firsts)):
@@ -142,10 +143,10 @@ def change_cells(target, patterns, firsts, lengths, part, rng, further):
                 forget(cell, patterns, part)
                 part.changed[0] = cell
                 n_changed += write_back(1, target, origin, part)
-        for k in range(n_found if further > 0 else 0):
+        for k in range(n_found if walks else 0):
             first = np.uint64(part.unseen[k])
             if part.is_unseen[first]:
-                n = walk(first, further, patterns, part, rng)
+                n = walk(first, ends, patterns, part, rng)
                 n_changed += write_back(n, target, origin, part)
     return n_changed
 
@@ -264,16 +265,16 @@ def best_change(first, patterns, part):
 
 
 @part_of_kernel
-def walk(first, further, patterns, part, rng):
+def walk(first, ends, patterns, part, rng):
     """Change cells one after another, from an unseen pattern on; return how many are kept.
 
-    These leave fewer patterns unseen than there were, and are the first in `part.changed`. It ends
-    where `further` more are unseen than at its best.
+    These leave fewer patterns unseen than there were, and are the first in `part.changed`.
     """
+    further, patience = ends
     near, changed, before = part.near, part.changed, part.before
     near[0], n_near = first, np.int64(1)
     more = least = n_changed = n_kept = np.int64(0)
-    while n_near > 0 and n_changed < min(n_kept + PATIENCE, LONGEST):
+    while n_near > 0 and n_changed < min(n_kept + patience, LONGEST):
         k = draw_index(rng, n_near)
         if not part.is_unseen[near[k]]:
             n_near -= 1

@@ -18,6 +18,7 @@ from ccwsim.engine.stages.cell_repair import (
     FURTHER,
     FURTHER_VOLUME,
     PATIENCE,
+    PATIENCE_VOLUME,
     STAYS,
     cell_weights,
     repair_cells,
@@ -110,10 +111,12 @@ class OneByOne:
     def walk(self, first: Cell, rng: np.random.Generator) -> None:
         """Walk from a pattern, and go back to where the fewest were unseen."""
         near, more, least, stays = [first], 0, 0, {}
-        further = FURTHER_VOLUME if self.cells[0] > 1 else FURTHER
+        volume = self.cells[0] > 1
+        further = FURTHER_VOLUME if volume else FURTHER
+        patience = PATIENCE_VOLUME if volume else PATIENCE
         changed: list[tuple[Cell, int]] = []
         n_kept = 0
-        while near and len(changed) < n_kept + PATIENCE:
+        while near and len(changed) < n_kept + patience:
             k = draw_index(rng, len(near))
             if not self.is_unseen(near[k]):
                 near[k] = near[-1]
