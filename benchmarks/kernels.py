@@ -107,7 +107,7 @@ def all_best(scores, rng, minima, found, values, places):
     """Find the best places of each patch."""
     k = places.shape[1]
     for i in range(len(scores)):
-        best_places(scores[i].ravel(), k, rng, minima, found, values, places[i])
+        best_places(scores[i].reshape(-1), k, rng, minima, found, values, places[i])
 
 
 @kernel

@@ -8,6 +8,11 @@ crops of the image itself as large as the grid. `others` are the same two number
 that the generator of a bundled one drew: no simulation need come nearer to the image than these do.
 With CCWSIM_DATA set to a folder of published data,
 its volumes are measured too.
+
+``--large`` measures images nine times as large as the grid instead, six of each bundled generator,
+with this template and with the one that the diagnosis of the image advises: without data, and with
+ten wells read off another volume of the generator, whose own figures are beside them. JS is over
+that of crops there.
 """
 
 from __future__ import annotations
@@ -29,6 +34,9 @@ from tools.datasets import generate_volume
 PARAMETERS = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
 LARGEST_JUDGED = 3_000_000
 """Cells of grids whose patterns are compared."""
+LARGE, LARGE_GRID = (50, 300, 300), (50, 100, 100)
+N_LARGE = 6
+N_CROPS_LARGE = 12
 
 
 class Case(NamedTuple):
@@ -70,10 +78,15 @@ def wells_of(image: TrainingImage, grid: tuple[int, int, int]) -> HardData:
     """Return ten vertical wells: the bundled ones, or read off a corner of the image itself."""
     if image.name in datasets.volume_names():
         return datasets.load_wells(image.name)
-    rng = np.random.default_rng(6)
-    places = np.stack([rng.integers(0, n, 10) for n in grid[1:]], axis=1)
+    return wells_through(np.asarray(image.array), grid, seed=6)
+
+
+def wells_through(volume: np.ndarray, grid: tuple[int, int, int], seed: int) -> HardData:
+    """Return ten vertical wells, read off a volume that is at least as large as the grid."""
+    rng = np.random.default_rng(seed)
+    places = np.unique(np.stack([rng.integers(0, n, 10) for n in grid[1:]], axis=1), axis=0)
     cells = np.array([(z, y, x) for y, x in places for z in range(grid[0])])
-    return HardData(cells, np.asarray(image.array)[tuple(cells.T)])
+    return HardData(cells, volume[tuple(cells.T)])
 
 
 def measured(case: Case, n: int) -> str:
@@ -133,6 +146,66 @@ def others(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> np.ndarr
     return np.stack(alike[:n])
 
 
+def large(name: str, number: int) -> dict[str, dict[str, float]]:
+    """Return the rows of an image of a generator: by template, of the wells' volume, of crops.
+
+    Shares of unseen patterns are in %; with wells, columns are those of realizations that honour
+    them.
+    """
+    image = generate_volume(name, shape=LARGE, seed=7000 + number)
+    truth = generate_volume(name, shape=LARGE_GRID, seed=9000 + number).array[None]
+    data = wells_through(truth[0], LARGE_GRID, number)
+    mask = np.zeros(LARGE_GRID, bool)
+    mask[tuple(data.cells.T)] = True
+
+    def row(alone: Ensemble | np.ndarray, wells: Ensemble | np.ndarray) -> dict[str, float]:
+        return {
+            "unseen, %": 100 * metrics.unseen_patterns(alone, image).mean(),
+            "JS over crops": distance(alone, image),
+            "with wells: unseen, %": 100 * metrics.unseen_patterns(wells, image).mean(),
+            "at data, %": 100 * metrics.unseen_patterns(wells, image, mask=mask).mean(),
+            "with wells: JS over crops": distance(wells, image),
+        }
+
+    advice = metrics.diagnose(image)
+    names = "template_size", "overlap_size", "wavelet_level"
+    advised = Parameters(**{name: advice.advised(name) for name in names})
+    found = {}
+    for way, p in {"32 × 32 × 16": PARAMETERS, "advised": advised}.items():
+        alone = simulate(image, LARGE_GRID, p, None, 24, seed=number, n_workers=1)
+        wells = simulate(image, LARGE_GRID, p, data, 8, seed=number, n_workers=1)
+        found[way] = {"CPU s": float(np.median(alone.cpu_seconds)), **row(alone, wells)}
+    found["the wells' volume"] = row(truth, truth)
+    crops = np.stack([*crops_of(image, LARGE_GRID, N_CROPS_LARGE)])
+    found["crops"] = row(crops, crops)
+    return found
+
+
+def print_large(only: str) -> None:
+    """Measure and print the table of large images: means, or their ratios, with standard errors."""
+    names: list[str] = []
+    with ProcessPoolExecutor(2, get_context("spawn")) as fresh:
+        for name in datasets.volume_names():
+            if only not in name:
+                continue
+            images = [*fresh.map(large, [name] * N_LARGE, range(N_LARGE))]
+            if not names:
+                names = [*images[0]["advised"]]
+                print("| image | template | " + " | ".join(names) + " |")
+                print("|---|---" + "|--:" * len(names) + "|")
+            for way in images[0]:
+                cells = []
+                for column in names if way != "crops" else ():
+                    own = np.array([image[way].get(column, np.nan) for image in images])
+                    of_crops = np.array([image["crops"].get(column, 1.0) for image in images])
+                    base = of_crops if "JS" in column else np.ones(N_LARGE)
+                    ratio = own.mean() / base.mean()
+                    error = np.std(own - ratio * base, ddof=1) / N_LARGE**0.5 / base.mean()
+                    cells.append("" if np.isnan(ratio) else f"{ratio:.2f} ± {error:.2f}")
+                if cells:
+                    print(f"| {name} | {way} | " + " | ".join(cells) + " |", flush=True)
+
+
 def crops_of(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> Iterator[np.ndarray]:
     """Yield pieces of an image, as large as the grid where it is."""
     rng = np.random.default_rng(0)
@@ -148,7 +221,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.volumes", description=__doc__)
     parser.add_argument("--repeats", type=int, default=3, metavar="N")
     parser.add_argument("--only", metavar="TEXT", default="", help="cases whose name has this")
+    parser.add_argument("--large", action="store_true", help="large images of the generators")
     options = parser.parse_args()
+    if options.large:
+        return print_large(options.only)
     print(
         "| volume | grid | CPU | of a 512² map | peak | unseen / at data | JS (crops) "
         "| others | data |"
