@@ -17,6 +17,9 @@ published way (`published_draw`, no seam repair). Images that had a part in the 
 
 With CCWSIM_DATA set to a folder of published data, its images are measured too.
 
+``--drawn N`` measures as many other maps of each generator of bundled images instead, none of which
+had a part in any choice; "chosen" are those whose bundled one had.
+
 ``--data`` measures studies with hard data instead, a row each, by default over as published:
 
 - ends, JS, variety: as above, as ratios
@@ -42,6 +45,7 @@ from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metr
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
 from ccwsim.paper import inputs
+from tools.datasets import generate
 
 CHOSEN = (
     *("channels", "stone_wall", "fractures", "levees", "bend", "ti_channel_256x256"),
@@ -64,6 +68,12 @@ OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
 """Columns of studies with hard data."""
 DENSE = (1000, 4000)
 VOLUME = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
+
+
+def drawn(n: int) -> Iterator[tuple[str, TrainingImage]]:
+    """Yield other images of the generators, with the names of these."""
+    for seed, name in product(range(101, 101 + n), datasets.names()):
+        yield name, generate(name, seed=seed)
 
 
 def images() -> Iterator[tuple[str, TrainingImage]]:
@@ -262,12 +272,13 @@ def main() -> None:
     parser.add_argument("--only", metavar="TEXT", default="", help="images whose name has this")
     parser.add_argument("--template", type=int, default=32, help="of maps; default: 32")
     parser.add_argument("--data", action="store_true", help="studies with hard data")
+    parser.add_argument("--drawn", type=int, default=0, metavar="N", help="maps of each generator")
     options = parser.parse_args()
     if options.data:
         return print_studies(options.only)
     tables: dict[str, dict[str, list[dict[str, float]]]] = {"chosen": {}, "confirmed": {}}
     print("| image | way | " + " | ".join(COLUMNS) + " |\n|" + "---|" * (len(COLUMNS) + 2))
-    for name, image in images():
+    for name, image in drawn(options.drawn) if options.drawn else images():
         if options.only not in name:
             continue
         base = VOLUME if len(image.shape) == 3 else Parameters(options.template)
