@@ -11,22 +11,22 @@ from ccwsim.model.parameters import Parameters
 
 PER_CELL = 2.5e-8
 """Seconds to cut and paste a cell of the grid."""
-PER_LOCATION = 2.8e-9
+PER_LOCATION = 6e-10
 """Seconds to visit a location of the training image, and find the best."""
-PER_PRODUCT = 3.5e-11
+PER_PRODUCT = 4e-12
 """Seconds to multiply two coefficients."""
-PER_IMAGE_CELL = 2.2e-8
+PER_IMAGE_CELL = 6e-9
 """Seconds to turn a cell of the training image and prepare it."""
-PER_DATUM_SEEN = 1.5e-10
+PER_DATUM_SEEN = 5e-11
 """Seconds to compare a datum with a location."""
-PER_WINDOW_ROW = 5e-10
+PER_WINDOW_ROW = 3e-10
 """Seconds to compare a row of a window that is simulated anew with a location."""
 N_MISSED = 4
 """Data of a tile that need such a window, at most: more data split the tile."""
-PER_CELL_OF_VOLUME = 2.9e-7
+PER_CELL_OF_VOLUME = 2e-7
 """Seconds to cut, paste and repair a cell of a volume."""
-PER_LOCATION_OF_VOLUME = 4.2e-8
-"""Seconds to compare an overlap with a location of a volume, by Fourier transforms."""
+PER_LOCATION_OF_VOLUME = 1e-8
+"""Seconds to compare an overlap with a location of a volume, by block sums."""
 PER_DATUM_OF_VOLUME = 3e-4
 """Seconds a datum of a volume."""
 PER_JUDGED_CELL = 1e-7
