@@ -37,6 +37,12 @@ LARGEST_JUDGED = 3_000_000
 LARGE, LARGE_GRID = (50, 300, 300), (50, 100, 100)
 N_LARGE = 6
 N_CROPS_LARGE = 12
+COLUMNS_LARGE = (
+    *("CPU s", "unseen, %", "JS over crops"),
+    *("with wells: unseen, %", "at data, %", "with wells: JS over crops"),
+)
+CROPS = "crops"
+"""The row of what distances are taken over."""
 
 
 class Case(NamedTuple):
@@ -158,52 +164,54 @@ def large(name: str, number: int) -> dict[str, dict[str, float]]:
     mask = np.zeros(LARGE_GRID, bool)
     mask[tuple(data.cells.T)] = True
 
-    def row(alone: Ensemble | np.ndarray, wells: Ensemble | np.ndarray) -> dict[str, float]:
-        return {
-            "unseen, %": 100 * metrics.unseen_patterns(alone, image).mean(),
-            "JS over crops": distance(alone, image),
-            "with wells: unseen, %": 100 * metrics.unseen_patterns(wells, image).mean(),
-            "at data, %": 100 * metrics.unseen_patterns(wells, image, mask=mask).mean(),
-            "with wells: JS over crops": distance(wells, image),
-        }
+    def without_data(images: Ensemble | np.ndarray) -> list[float]:
+        unseen = 100 * metrics.unseen_patterns(images, image).mean()
+        return [unseen, distance(images, image)]
 
-    advice = metrics.diagnose(image)
-    names = "template_size", "overlap_size", "wavelet_level"
-    advised = Parameters(**{name: advice.advised(name) for name in names})
+    def with_wells(images: Ensemble | np.ndarray) -> list[float]:
+        unseen, own = without_data(images)
+        return [unseen, 100 * metrics.unseen_patterns(images, image, mask=mask).mean(), own]
+
+    advised = Parameters(**{each.parameter: each.value for each in metrics.diagnose(image).advice})
     found = {}
     for way, p in {"32 × 32 × 16": PARAMETERS, "advised": advised}.items():
         alone = simulate(image, LARGE_GRID, p, None, 24, seed=number, n_workers=1)
         wells = simulate(image, LARGE_GRID, p, data, 8, seed=number, n_workers=1)
-        found[way] = {"CPU s": float(np.median(alone.cpu_seconds)), **row(alone, wells)}
-    found["the wells' volume"] = row(truth, truth)
-    crops = np.stack([*crops_of(image, LARGE_GRID, N_CROPS_LARGE)])
-    found["crops"] = row(crops, crops)
-    return found
+        seconds = float(np.median(alone.cpu_seconds))
+        found[way] = [seconds, *without_data(alone), *with_wells(wells)]
+    unseen, at_data, own = with_wells(truth)
+    found["the wells' volume"] = [np.nan, unseen, own, unseen, at_data, own]
+    crops = distance(np.stack([*crops_of(image, LARGE_GRID, N_CROPS_LARGE)]), image)
+    found[CROPS] = [crops if "JS" in column else 1.0 for column in COLUMNS_LARGE]
+    return {way: dict(zip(COLUMNS_LARGE, row, strict=True)) for way, row in found.items()}
 
 
 def print_large(only: str) -> None:
     """Measure and print the table of large images: means, or their ratios, with standard errors."""
-    names: list[str] = []
+    print("| image | template | " + " | ".join(COLUMNS_LARGE) + " |")
+    print("|---|---" + "|--:" * len(COLUMNS_LARGE) + "|", flush=True)
     with ProcessPoolExecutor(2, get_context("spawn")) as fresh:
         for name in datasets.volume_names():
             if only not in name:
                 continue
             images = [*fresh.map(large, [name] * N_LARGE, range(N_LARGE))]
-            if not names:
-                names = [*images[0]["advised"]]
-                print("| image | template | " + " | ".join(names) + " |")
-                print("|---|---" + "|--:" * len(names) + "|")
+            bases = [image.pop(CROPS) for image in images]
             for way in images[0]:
-                cells = []
-                for column in names if way != "crops" else ():
-                    own = np.array([image[way].get(column, np.nan) for image in images])
-                    of_crops = np.array([image["crops"].get(column, 1.0) for image in images])
-                    base = of_crops if "JS" in column else np.ones(N_LARGE)
-                    ratio = own.mean() / base.mean()
-                    error = np.std(own - ratio * base, ddof=1) / N_LARGE**0.5 / base.mean()
-                    cells.append("" if np.isnan(ratio) else f"{ratio:.2f} ± {error:.2f}")
-                if cells:
-                    print(f"| {name} | {way} | " + " | ".join(cells) + " |", flush=True)
+                cells = [
+                    ratio(
+                        [image[way][column] for image in images], [base[column] for base in bases]
+                    )
+                    for column in COLUMNS_LARGE
+                ]
+                print(f"| {name} | {way} | " + " | ".join(cells) + " |", flush=True)
+
+
+def ratio(values: list[float], bases: list[float]) -> str:
+    """Return the ratio of two means with its standard error; empty where there are no values."""
+    own, base = np.array(values), np.array(bases)
+    of_means = own.mean() / base.mean()
+    error = np.std(own - of_means * base, ddof=1) / len(own) ** 0.5 / base.mean()
+    return "" if np.isnan(of_means) else f"{of_means:.2f} ± {error:.2f}"
 
 
 def crops_of(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> Iterator[np.ndarray]:

@@ -8,9 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-from numba.core.errors import TypingError
 
 from ccwsim.engine import kernels
 
@@ -80,28 +78,3 @@ def test_without_compilation_the_cells_are_the_same():
         "print(ccwsim.simulate(image, (16, 24), p, data, 2, n_workers=1).digest)"
     )
     assert python(code, NUMBA_DISABLE_JIT="1") == python(code)
-
-
-def first_of(arrays):
-    return arrays[0][0] + arrays[1].reshape(-1)[-1]
-
-
-def test_kernels_do_not_count_who_holds_an_array(monkeypatch):
-    monkeypatch.setattr(kernels, "FOLDER", "")  # what is read from disk has no code to look at
-    part = kernels.part_of_kernel(first_of)
-
-    given = np.arange(3), np.arange(6).reshape(2, 3)
-    found = kernels.kernel(lambda arrays: part(arrays) * 2)
-    assert found(given) == 10
-    counted = kernels.allocating_kernel(lambda arrays: part(arrays) * 2)
-    assert counted(given) == 10
-    code, other = (next(iter(each.inspect_llvm().values())) for each in (found, counted))
-    assert "NRT_incref" not in code
-    assert "NRT_incref" in other
-
-
-def test_only_kernels_that_say_so_make_arrays(monkeypatch):
-    monkeypatch.setattr(kernels, "FOLDER", "")
-    with pytest.raises(TypingError):
-        kernels.kernel(lambda n: np.zeros(n).sum())(3)
-    assert kernels.allocating_kernel(lambda n: np.zeros(n))(3).tolist() == [0, 0, 0]

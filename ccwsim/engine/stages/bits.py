@@ -59,7 +59,7 @@ def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     for plane in range(planes):
         columns[plane, :, :ny, :nx] = image >> plane & 1
     words = columns.view("<u8").astype(np.uint64, copy=False)
-    cells, width = words.reshape(-1), words.shape[3]
+    cells, width = words.ravel(), words.shape[3]
     for n in (1, 2, 4):  # of columns of n cells those of twice as many
         cells[: -n * width] |= cells[n * width :] << np.uint64(n)
     return np.ascontiguousarray(words[:, :, :ny])
