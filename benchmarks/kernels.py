@@ -14,7 +14,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import prod
 
 import numpy as np
 
@@ -27,9 +26,10 @@ from ccwsim.engine.stages.box import L_SHAPE, Box
 from ccwsim.engine.stages.candidates import best_places, n_segments
 from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
+from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
-    make_sums,
+    make_terms,
     overlap_energies,
     overlap_terms,
     score_places,
@@ -82,10 +82,11 @@ def box_of(b):
 
 
 @kernel
-def all_terms(grid, boxes, block, sums, offsets, weights, n_terms):
+def all_terms(grid, boxes, block, running, terms, n_terms):
     """Take the terms of each patch."""
     for i in range(len(boxes)):
-        n_terms[i] = overlap_terms(grid, box_of(boxes[i]), block, sums, offsets[i], weights[i])
+        n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
+        n_terms[i] = terms.ends[n_groups - 1]
 
 
 @kernel
@@ -96,10 +97,11 @@ def all_energies(squares, boxes, block, energy):
 
 
 @kernel
-def all_scores(sums, offsets, weights, n_terms, energy, work, scores):
-    """Score all places for each patch."""
-    for i in range(len(n_terms)):
-        score_places(sums, offsets[i], weights[i], n_terms[i], energy, work, scores[i])
+def all_scores(grid, boxes, block, running, terms, energy, scores):
+    """Take the terms of each patch, and score all places for it."""
+    for i in range(len(boxes)):
+        n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
+        score_places(running, terms, n_groups, energy, scores[i])
 
 
 @kernel
@@ -169,12 +171,10 @@ def measure(level: int) -> list[Measured]:
     n, t, overlap, k = len(ys), template[2], width[2], p.n_candidates
     boxes = np.zeros((n, 10), np.int64)
     boxes[:, 1], boxes[:, 2], boxes[:, 3:] = ys, xs, (*template, L_SHAPE, *width)
-    image, square_bits, sums, _ = oriented.pyramid
+    (image, square_bits, _, _), running = oriented.pyramid, oriented.running
     energy = np.zeros(oriented.places, oriented.squares.dtype)
     all_energies(oriented.squares, boxes[:1], block, energy)
-    offsets = np.zeros((n, 2 * t * overlap // prod(block)), np.int64)
-    weights, n_terms = np.zeros(offsets.shape, sums.dtype), np.zeros(n, np.int64)
-    work = make_sums(sums, block, energy.shape[2], offsets.shape[1], energy.dtype.type)
+    terms, n_terms = make_terms(running, template, width, block), np.zeros(n, np.int64)
     scores, minima = (
         np.zeros((n, *energy.shape), energy.dtype),
         np.zeros(n_segments(energy.size), energy.dtype),
@@ -185,12 +185,10 @@ def measure(level: int) -> list[Measured]:
     strips, at_stake = make_strips(square_bits, template), np.zeros((0, 4), np.int64)
     cut, sources = make_cut(template, width), np.zeros((0, 0, 0), np.int32)
     target, counts = grid.copy(), np.zeros(0, np.int64)
-    terms_of = seconds_of(lambda: all_terms(
-        grid, boxes, block, sums, offsets, weights, n_terms
-    ))  # fmt: skip
+    terms_of = seconds_of(lambda: all_terms(grid, boxes, block, running, terms, n_terms))
     scores_of = seconds_of(lambda: all_scores(
-        sums, offsets, weights, n_terms, energy, work, scores
-    ))  # fmt: skip
+        grid, boxes, block, running, terms, energy, scores
+    )) - terms_of  # fmt: skip
     best_of = seconds_of(lambda: all_best(scores, rng, minima, found, values, places))
     drawn = places[np.arange(n), rng.integers(0, k, n)]
     at = np.stack(np.unravel_index(drawn, energy.shape), axis=1) * np.array(block)
@@ -201,11 +199,11 @@ def measure(level: int) -> list[Measured]:
     pasted = seconds_of(lambda: all_pasted(
         image, at, boxes, cut.keep_mask, counts, target, sources
     ))  # fmt: skip
-    strip = 2 * t * overlap - overlap**2
-    additions, comparisons = rates(sums.dtype)
+    strip = overlap_cells(template, width)
+    additions, comparisons = rates(running.dtype)
     rows = [
         ("overlap_terms", "cells of the overlap", strip, terms_of, comparisons),
-        ("score_places", "places × coefficients that are not 0",
+        ("score_places", "places × terms",
          energy.size * n_terms.mean(), scores_of, additions),
         ("best_places", "places, looked at twice", 2 * energy.size, best_of, comparisons),
         ("refine_place", "shifts × cells of the overlap, as bits",

@@ -19,10 +19,11 @@ from ccwsim.engine.stages.cut import keep_old, make_cut
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
-    make_sums,
+    make_terms,
     overlap_energies,
     overlap_terms,
     running_squares,
+    running_sums,
     score_places,
     score_type,
 )
@@ -44,12 +45,11 @@ def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
     box = Box(0, 0, 0, *size, shape, *width)
     energy = np.empty((1, *n_places), kind)
     overlap_energies(running_squares(sums, kind), box, (1, unit, unit), energy)
-    offsets = np.empty(2 * len(sums) * template * overlap, np.int64)
-    weights = np.empty(len(offsets), sums.dtype)
-    n = overlap_terms(tile[None], box, (1, unit, unit), sums, offsets, weights)
+    running = running_sums(sums, (0, level, level), size)
+    terms = make_terms(running, size, width, (1, unit, unit))
+    n_groups = overlap_terms(tile[None], box, (1, unit, unit), running, terms)
     scores = np.empty_like(energy)
-    work = make_sums(sums, (1, unit, unit), scores.shape[2], len(offsets), kind)
-    score_places(sums, offsets, weights, n, energy, work, scores)
+    score_places(running, terms, n_groups, energy, scores)
     return scores[0]
 
 

@@ -20,7 +20,7 @@ from ccwsim.engine.stages.proportions import DataProportions, margin_weights, pr
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
 from ccwsim.engine.stages.seam_repair import Repair, prepare_repair
-from ccwsim.engine.stages.similarity import running_squares, score_type
+from ccwsim.engine.stages.similarity import running_squares, running_sums, score_type
 from ccwsim.model.study import Study
 from ccwsim.system.workers import check_stop
 
@@ -35,6 +35,7 @@ class OrientedImage(NamedTuple):
     # shape (n_splits, 3): into how many parts, along each axis, a tile may be split; the first is 1
     splits: NDArray[np.int64]
     squares: NDArray[np.number[Any]]  # from `running_squares`, of the type of the scores
+    running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
     places: Triple  # layers, rows and columns of locations
     proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
     margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 where not steered
@@ -66,13 +67,15 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
     squares = running_squares(pyramid.sums, kind)
     if correlation:
         squares[:] = 0
+    running = running_sums(pyramid.sums, level, template)
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
     proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
     margin = np.zeros(n_facies)
     if steers(study):
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
-    return OrientedImage(pyramid, np.array(splits), squares, places, proportions, margin)  # type: ignore[arg-type]
+    own = squares, running, places, proportions, margin
+    return OrientedImage(pyramid, np.array(splits), *own)  # type: ignore[arg-type]
 
 
 def steers(study: Study) -> bool:

@@ -33,12 +33,12 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import RasterPath, Triple, in_order, overlap_cells
+from ccwsim.engine.stages.path import RasterPath, Triple, in_order
 from ccwsim.engine.stages.proportions import closest_to_target, draw_towards
 from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
-    Sums,
-    make_sums,
+    Terms,
+    make_terms,
     overlap_energies,
     overlap_terms,
     score_places,
@@ -79,8 +79,8 @@ class Search(NamedTuple):
 class Workspace(NamedTuple):
     """Arrays for one patch after another; what the latest left tells how it was chosen.
 
-    `choice` has how many terms the overlap had, how many of the `places` were candidates, and
-    which of them was drawn. They are made in Python, as kernels make no arrays.
+    `choice` has how many of the `places` were candidates, and which of them was drawn. They are
+    made in Python, as kernels make no arrays.
     """
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
@@ -89,7 +89,7 @@ class Workspace(NamedTuple):
     energies_of: NDArray[
         np.int64
     ]  # shape (4,): the layers, rows, columns and sides of that overlap
-    sums: Sums
+    terms: Terms
     minima: NDArray[np.number[Any]]  # of the scores, and of the totals
     total_minima: NDArray[np.signedinteger]
     # locations with good scores, their scores, and their totals
@@ -97,9 +97,6 @@ class Workspace(NamedTuple):
     found_scores: NDArray[np.number[Any]]
     found_totals: NDArray[np.signedinteger]
     places: NDArray[np.int64]  # numbers of locations
-    # of the block sums of the overlap, where the first location meets each, and itself
-    offsets: NDArray[np.int64]
-    weights: NDArray[np.number[Any]]
     choice: NDArray[np.int64]
     after: NDArray[np.int64]
     tilt: NDArray[np.float64]
@@ -191,29 +188,25 @@ def make_workspace(
     """Return the arrays that patches of a study need; `totals` is the type of scores with costs."""
     kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
     template = search.template
-    sums = oriented.pyramid.sums
-    n_terms = len(sums) * (overlap_cells(template, search.overlap) // prod(search.block))
     n_data = min(len(data.columns), prod(template))
     return Workspace(
         scores=np.zeros(shape, kind),
         totals=np.zeros(shape, totals),
         energies=np.zeros(shape, kind),
         energies_of=np.zeros(4, np.int64),
-        sums=make_sums(sums, search.block, shape[2], n_terms, kind.type),
+        terms=make_terms(oriented.running, template, search.overlap, search.block),
         minima=np.zeros(n_segments(n), kind),
         total_minima=np.zeros(n_segments(n), totals),
         found=np.zeros(n, np.int64),
         found_scores=np.zeros(n, kind),
         found_totals=np.zeros(n, totals),
         places=np.zeros(search.n_candidates, np.int64),
-        offsets=np.zeros(n_terms, np.int64),
-        weights=np.zeros(n_terms, sums.dtype),
-        choice=np.zeros(3, np.int64),
+        choice=np.zeros(2, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
         tilt=np.zeros(len(oriented.proportions)),
         chances=np.zeros(search.n_candidates),
         at_stake=np.zeros((n_data, 4), np.int64),
-        misses=make_misses(len(data.columns), sums.shape[1:], shape),
+        misses=make_misses(len(data.columns), oriented.pyramid.sums.shape[1:], shape),
         strips=make_strips(oriented.pyramid.square_bits, template),
         cut=make_cut(template, search.overlap),
     )
@@ -246,7 +239,8 @@ def simulate_patches(
     `patches` come from `make_patches`, `before` from `patches_before`, or has no columns where
     locations beside those of other patches may be drawn; `simulated` is changed in place.
     """
-    image, square_bits, sums, phases = oriented.pyramid
+    image, square_bits, _, phases = oriented.pyramid
+    running = oriented.running
     grid, sources, counts, locations = simulated
     scores, totals, places = work.scores, work.totals, work.places
     n_places = scores.shape[1], scores.shape[2]
@@ -254,9 +248,9 @@ def simulate_patches(
     for number in range(first, last):
         patch = patches[number]
         box = box_of(patch, search.overlap)
-        n_terms = overlap_terms(grid, box, block, sums, work.offsets, work.weights)
+        n_groups = overlap_terms(grid, box, block, running, work.terms)
         own_energies(oriented.squares, box, block, work.energies, work.energies_of)
-        score_places(sums, work.offsets, work.weights, n_terms, work.energies, work.sums, scores)
+        score_places(running, work.terms, n_groups, work.energies, scores)
         has_data = data_ahead(data, box, search.co_template)
         n = len(places)
         free = not has_data and box.sides > 0
@@ -298,7 +292,7 @@ def simulate_patches(
                 n = keep_within(flat_scores, places, search.slack)
         if steering.gain > 0:
             drawn = draw_towards(
-                sums,
+                running,
                 places[:n],
                 box,
                 block,
@@ -323,7 +317,7 @@ def simulate_patches(
             )
         else:
             drawn = draw_index(rng, n)
-        work.choice[0], work.choice[1], work.choice[2] = n_terms, n, drawn
+        work.choice[0], work.choice[1] = n, drawn
         place = place_of(places[drawn], n_places, block)
         coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
         if search.refine and coarse and (search.exact or not data_ahead(data, box, 1)):

@@ -10,8 +10,7 @@ from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import KEPT_BYTES
 from ccwsim.engine.realization import repairs
 from ccwsim.engine.stages.path import N_ORIENTATIONS
-from ccwsim.engine.stages.pyramid import sum_type
-from ccwsim.engine.stages.similarity import score_type
+from ccwsim.engine.stages.similarity import score_type, sum_type
 from ccwsim.engine.stages.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.model.study import Study
 from ccwsim.system.workers import n_cores
@@ -68,12 +67,12 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
 
 
 def _of_repair(study: Study) -> int:
-    """Return what seams are repaired with: the known patterns, block sums, and what makes them."""
+    """Return what seams are repaired with: the known patterns, running sums, what makes them."""
     image, volume = study.training_image, len(study.grid.shape) == 3
     blocks = image.indices.size / (8 if volume else 16)
     planes = 1 if image.n_facies <= 2 else image.n_facies
     known = 2**NUMBER_BITS_VOLUME / 8 if volume else 2 * 2**NUMBER_BITS / 8
-    return int(known + (planes * 2 + MAKING) * blocks + 2 * image.indices.size)
+    return int(known + (planes * 6 + MAKING) * blocks + 2 * image.indices.size)
 
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
@@ -83,7 +82,9 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, own)
-    sums = n_planes * blocks * np.dtype(sum_type(prod(own.block))).itemsize
+    of_sums = np.dtype(np.min_scalar_type(prod(own.block))).itemsize
+    of_running = 3 * np.dtype(sum_type(own.level, own.template)).itemsize
+    sums = n_planes * blocks * (of_sums + of_running)
     return int(3 * cells + bits + squares + sums)
 
 

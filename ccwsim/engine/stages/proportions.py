@@ -172,15 +172,15 @@ def draw_between(
 
 
 @part_of_kernel
-def draw_towards(sums, candidates, box, block, n_places, steering, counts, tilt, chances, rng):
+def draw_towards(running, candidates, box, block, n_places, steering, counts, tilt, chances, rng):
     """Draw a candidate, with a chance of exp(−λ·f), and return its index.
 
     λ grows with the excess of a facies over its target; f are the proportions of the candidate. The
     candidates are numbers of locations, of which the image has `n_places` rows and columns, in
-    blocks; `counts` has the cells that are simulated by facies, `tilt` and `chances` are workspace
-    by facies and candidate.
+    blocks. `running` comes from `running_sums`; `counts` has the cells that are simulated by
+    facies, `tilt` and `chances` are workspace by facies and candidate.
     """
-    n_planes, n = len(sums), 0
+    n_planes, n = running.shape[1], 0
     for k in range(len(counts)):
         n += counts[k]
     for k in range(len(counts)):
@@ -188,20 +188,20 @@ def draw_towards(sums, candidates, box, block, n_places, steering, counts, tilt,
         tilt[k] = steering.margin[k] + steering.gain * excess
     if n_planes == 1:  # facies 1 alone is counted
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
-    cells, least, flat = box.nz * box.ny * box.nx, np.inf, sums.reshape(-1)
-    mz, my, mx = sums.shape[1:]
-    rows, columns = box.ny // block[1], np.uint64(box.nx // block[2])
+    cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)
+    mz, my, mx = running.shape[2:]
+    along_x = n_planes * mz * my * mx
+    rows, columns = box.ny // block[1], box.nx // block[2]
     for i in range(len(candidates)):
         tz, ty, tx = place_of(candidates[i], n_places, block)
         exponent = 0.0
         for plane in range(n_planes):
-            found = np.int32(0)
+            found = np.int64(0)
             for z in range(tz // block[0], (tz + box.nz) // block[0]):
-                row = ((plane * mz + z) * my + ty // block[1]) * mx + tx // block[2]
+                row = ((plane * mz + z) * my + ty // block[1]) * mx + tx // block[2] + along_x
                 for _ in range(rows):
-                    own = np.uint64(row)
-                    for x in range(columns):
-                        found = np.int32(found + flat[own + x])
+                    low, high = flat[np.uint64(row)], flat[np.uint64(row + columns)]
+                    found += np.int64(flat.dtype.type(high - low))  # they wrap around
                     row += mx
             exponent += tilt[plane] * found / cells
         chances[i] = exponent

@@ -10,6 +10,7 @@ of most cells stands for a block, so that the facies may have any codes.
 
 from __future__ import annotations
 
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ class Pyramid(NamedTuple):
     square_bits: NDArray[np.uint64]
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): how many cells of each block have each facies.
     # Two facies need one plane.
-    sums: NDArray[np.integer[Any]]
+    sums: NDArray[np.unsignedinteger[Any]]
     # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is the cell
     # [a, b, c] of block [i, j, k], so that the cell at a fixed offset from all locations is in one
     # contiguous part
@@ -79,20 +80,6 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     return pywt.waverec2(own, "haar", "periodization")
 
 
-def sum_type(cells: int) -> type[np.integer[Any]]:
-    """Return the type of the sums of blocks of so many cells.
-
-    Bytes hold several of them where these are few; larger types hold products of two, and several.
-
-    Examples
-    --------
-    >>> [sum_type(4**level).__name__ for level in range(5)]
-    ['uint8', 'uint8', 'int16', 'int16', 'int32']
-    """
-    largest = (np.uint8, 4), (np.int16, 2**7), (np.int32, 2**15)
-    return next((kind for kind, most in largest if cells <= most), np.int64)
-
-
 def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image that is already in path coordinates.
 
@@ -112,13 +99,22 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
             f"{' × '.join(map(str, unit))} cells, not {' × '.join(map(str, image.shape))}; choose "
             "a lower level"
         )
-    (nz, ny, nx), (uz, uy, ux) = counts, unit
+    phases = cells_of_blocks(image, unit)  # type: ignore[arg-type]
+    return Pyramid(image, to_square_bits(image), block_sums(phases, n_planes), phases)
+
+
+def cells_of_blocks(image: NDArray[np.uint8], block: Triple) -> NDArray[np.uint8]:
+    """Return the cells of all whole blocks of an image, as `Pyramid.phases` has them."""
+    (uz, uy, ux), (nz, ny, nx) = block, (n // u for n, u in zip(image.shape, block, strict=True))
     blocks = image[: nz * uz, : ny * uy, : nx * ux].reshape(nz, uz, ny, uy, nx, ux)
-    phases = np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
+    return np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
+
+
+def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedinteger[Any]]:
+    """Return how many cells of each block have each facies, as `Pyramid.sums` has them."""
+    kind = np.min_scalar_type(prod(phases.shape[:3]))
     facies = [1] if n_planes == 1 else range(n_planes)
-    kind = sum_type(uz * uy * ux)
-    planes = [(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies]
-    return Pyramid(image, to_square_bits(image), np.stack(planes), phases)
+    return np.stack([(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies])
 
 
 @allocating_kernel

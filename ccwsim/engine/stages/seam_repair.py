@@ -20,7 +20,7 @@ from ccwsim.engine.stages.bits import Strips, make_strips, n_different, take_str
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
 from ccwsim.engine.stages.candidates import best_places, draw_index, n_segments, place_of
 from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import Triple, overlap_cells
+from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.resimulation import (
     THIN,
@@ -30,10 +30,11 @@ from ccwsim.engine.stages.resimulation import (
     make_honouring,
 )
 from ccwsim.engine.stages.similarity import (
-    Sums,
+    Terms,
     box_sums,
-    make_sums,
+    make_terms,
     overlap_terms,
+    running_sums,
     score_places,
     score_type,
     summed_up,
@@ -66,7 +67,7 @@ class Repair(NamedTuple):
     window: Triple
     ring: Triple  # what a window has in common with the grid, along each axis
     block: Triple
-    sums: NDArray[np.integer[Any]]  # block sums, from `build_pyramid`
+    running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
     least: int  # a window has at least so many unseen patterns
 
@@ -75,7 +76,7 @@ class Workspace(NamedTuple):
     """Arrays for one window after another."""
 
     scores: NDArray[np.number[Any]]
-    sums: Sums
+    terms: Terms
     minima: NDArray[np.number[Any]]
     found: NDArray[np.int64]
     found_scores: NDArray[np.number[Any]]
@@ -83,8 +84,6 @@ class Workspace(NamedTuple):
     # shape (n, 4): misfit, layer, row and column of the locations that are tried
     best: NDArray[np.int64]
     honouring: Honouring
-    offsets: NDArray[np.int64]
-    weights: NDArray[np.number[Any]]
     strips: Strips
     cut: CutWorkspace
     kept: NDArray[np.bool_]  # the mask of the best cut
@@ -132,8 +131,7 @@ def prepare_repair(
     window, ring, block = window_lengths(template, room)  # type: ignore[arg-type]
     level = tuple(n.bit_length() - 1 for n in block)
     planes = 1 if n_facies <= 2 else n_facies
-    # of one type, whatever the block is, so that few kernels are compiled
-    sums = build_pyramid(image, level, planes).sums.astype(np.int16)  # type: ignore[arg-type]
+    sums = build_pyramid(image, level, planes).sums  # type: ignore[arg-type]
     size = tuple(n // b for n, b in zip(window, block, strict=True))
     wide = tuple(n // b for n, b in zip(ring, block, strict=True))
     inner = tuple(n - b for n, b in zip(size, wide, strict=True))
@@ -141,10 +139,11 @@ def prepare_repair(
     energy = box_sums(table, size, (0, 0, 0), size) - box_sums(table, size, wide, inner)  # type: ignore[arg-type]
     both = tuple(2 * n for n in ring)
     kind = score_type(level, window, both)  # type: ignore[arg-type]
+    running = running_sums(sums, level, window)  # type: ignore[arg-type]
     least = LEAST_VOLUME if len(image) > 1 else LEAST
     patterns = known_patterns(image)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1)
-    return Repair(patterns, near, window, ring, block, sums, energy.astype(kind), least)
+    return Repair(patterns, near, window, ring, block, running, energy.astype(kind), least)
 
 
 def make_workspace(repair: Repair, target: Target, n_facies: int) -> Workspace:
@@ -153,19 +152,16 @@ def make_workspace(repair: Repair, target: Target, n_facies: int) -> Workspace:
     shape = min(nz, max(LOCATIONS // (ny * nx), 1)), ny, nx
     kind, n, window = repair.energy.dtype, prod(shape), repair.window
     both = tuple(2 * n for n in repair.ring)
-    n_terms = len(repair.sums) * overlap_cells(window, both) // prod(repair.block)  # type: ignore[arg-type]
     wide = tuple(w + 2 * r for w, r in zip(window, repair.patterns.reach, strict=True))
     return Workspace(
         scores=np.zeros(shape, kind),
-        sums=make_sums(repair.sums, repair.block, repair.energy.shape[2], n_terms, kind.type),
+        terms=make_terms(repair.running, window, both, repair.block),  # type: ignore[arg-type]
         minima=np.zeros(n_segments(n), kind),
         found=np.zeros(n, np.int64),
         found_scores=np.zeros(n, kind),
         places=np.zeros(min(N_BEST, n), np.int64),
         best=np.zeros((N_BEST_DATA if window[0] > 1 else N_BEST, 4), np.int64),
         honouring=make_honouring(target.bits),
-        offsets=np.zeros(n_terms, np.int64),
-        weights=np.zeros(n_terms, repair.sums.dtype),
         strips=make_strips(target.square_bits, window),
         cut=make_cut(window, repair.ring),
         kept=np.zeros(window, np.bool_),
@@ -292,14 +288,14 @@ def well_fitting_windows(target, box, repair, rng, work):
     a random one on, as `work.scores` has.
     """
     image, _, square_bits, _, grid, _, _ = target
-    sums, scores, places = repair.sums, work.scores, work.places
-    n = overlap_terms(grid, box, repair.block, sums, work.offsets, work.weights)
+    running, scores, places = repair.running, work.scores, work.places
+    n_groups = overlap_terms(grid, box, repair.block, running, work.terms)
     n_layers = len(scores)
     layer = draw_index(rng, len(repair.energy) - n_layers + 1)
-    for k in range(n):
-        work.offsets[k] += layer * sums.shape[2] * sums.shape[3]
+    for k in range(work.terms.ends[n_groups - 1] if n_groups > 0 else 0):
+        work.terms.offsets[k] += layer * running.shape[3] * running.shape[4]
     energy = repair.energy[layer : layer + n_layers]
-    score_places(sums, work.offsets, work.weights, n, energy, work.sums, scores)
+    score_places(running, work.terms, n_groups, energy, scores)
     best_places(
         scores.reshape(-1), len(places), rng, work.minima, work.found, work.found_scores, places
     )

@@ -6,10 +6,10 @@ smallest best, and so does the default here.
 
 The sum of squared differences between overlap B and TI A, over the coefficients of the overlap, is
 ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) follows from running sums for each overlap, ΣB² is the
-same for every location, and only coefficients that are not zero add to ΣA·B, the cross-correlation.
-With block sums everything is an exact whole number. Vectors take the more numbers at once the
-smaller their type is, so ΣA·B is summed up in parts: in the type of the block sums, as long as that
-holds them.
+same for every location. So does ΣA·B, the cross-correlation, by parts: along a line of the overlap
+it is a sum of running sums of A, each times how much B changes there. Facies are bodies, so that B
+changes at few places. With block sums everything is an exact whole number, and of numbers that wrap
+around too, if their type holds what comes out: vectors take the more at once the smaller it is.
 """
 
 from __future__ import annotations
@@ -27,11 +27,12 @@ from ccwsim.engine.stages.path import Triple, overlap_cells
 ROWS_AT_ONCE = 16
 """Rows of locations that are scored together: enough for long loops, few enough for the cache."""
 SCORE_TYPES = np.int16, np.int32, np.int64
+SUM_TYPES = np.uint16, np.uint32, np.uint64
 
 
 def score_type(
     level: Triple, template: Triple, overlap: Triple, correlation: bool = False
-) -> type[np.number[Any]]:
+) -> type[np.signedinteger[Any]]:
     """Return the smallest type that holds every score.
 
     No score is further from 0 than the sum of squares over the largest overlap, of the image or of
@@ -39,6 +40,34 @@ def score_type(
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
+
+
+def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
+    """Return the smallest type that holds ΣA·B of a line of a template.
+
+    Examples
+    --------
+    >>> [sum_type((0, n, n), (1, 32, 32)).__name__ for n in range(6)]
+    ['uint16', 'uint16', 'uint16', 'uint16', 'uint32', 'uint32']
+    """
+    largest = max(t >> n for t, n in zip(template[1:], level[1:], strict=True)) * 4 ** sum(level)
+    return next(kind for kind in SUM_TYPES if largest <= np.iinfo(kind).max)
+
+
+def running_sums(
+    sums: NDArray[np.integer[Any]], level: Triple, template: Triple
+) -> NDArray[np.unsignedinteger[Any]]:
+    """Return the block sums, the sums of all before each along x, and those along y.
+
+    Shape (3, n_planes, nz, ny + 1, nx + 1), where block sums have the shape (n_planes, nz, ny, nx).
+    Numbers wrap around: what is summed up of them is exact if their type, `sum_type`, holds it.
+    """
+    kind, (n_planes, nz, ny, nx) = sum_type(level, template), sums.shape
+    found = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
+    found[0, :, :, :ny, :nx] = sums
+    np.cumsum(sums, axis=3, dtype=kind, out=found[1, :, :, :ny, 1:])
+    np.cumsum(sums, axis=2, dtype=kind, out=found[2, :, :, 1:, :nx])
+    return found
 
 
 def running_squares(
@@ -107,66 +136,113 @@ def overlap_energies(squares, box, block, energies):
                     flat[own + x] += cells[last + x] - cells[first + x]
 
 
-@part_of_kernel
-def overlap_terms(grid, box, block, sums, offsets, weights):
-    """Find the block sums of the overlap that are not zero; return how many.
+class Terms(NamedTuple):
+    """What ΣA·B over the overlap of a patch is the sum of, in groups that a sum holds."""
 
-    `offsets` gets where in `sums`, raveled, the first location meets each, `weights` the block sum.
+    offsets: NDArray[np.int64]  # where in the running sums, raveled, the first location meets each
+    weights: NDArray[np.unsignedinteger[Any]]  # how often it is added
+    ends: NDArray[np.int64]  # of the groups
+    sums: NDArray[np.unsignedinteger[Any]]  # those of a group, at several rows of locations
+    largest: int  # a sum
+
+
+def make_terms(
+    running: NDArray[np.unsignedinteger[Any]], template: Triple, overlap: Triple, block: Triple
+) -> Terms:
+    """Return the arrays for the terms of patches with at most so much overlap."""
+    n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
+    n = 2 * n_blocks + 2  # with room for those of the latest line that are not taken
+    sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
+    largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
+    arrays = np.zeros(n, np.int64), np.zeros(n, running.dtype), np.zeros(n_blocks, np.int64), sums
+    return Terms(*arrays, largest)
+
+
+@part_of_kernel
+def overlap_terms(grid, box, block, running, terms):
+    """Find the terms of ΣA·B, from the block sums of the overlap; return how many groups there are.
+
+    Lines are as long as they can be: along x where the overlap goes all the way, along y at its
+    other sides.
     """
-    n = 0
-    n_planes, mz, my, mx = sums.shape
+    n = n_groups = held = np.int64(0)
+    _, n_planes, mz, my, mx = running.shape
     first_facies = 1 if n_planes == 1 else 0
     uz, uy, ux = block
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
-    cells, _, rows, columns = grid.reshape(-1), *grid.shape
-    n_columns = box.nx // ux
-    for bz in range(box.nz // uz):
-        for by in range(box.ny // uy):
-            across = bz * uz < low_z or by * uy < low_y
-            across = across or bz * uz >= high_z or by * uy >= high_y
-            inner = n_columns if across else low_x // ux
-            outer = n_columns if across else max(high_x // ux, inner)
-            for k in range(n_columns - outer + inner):
-                bx = k if k < inner else outer + k - inner
-                z0, y0, x0 = box.z0 + bz * uz, box.y0 + by * uy, box.x0 + bx * ux
-                for plane in range(n_planes):
-                    facies, total = plane + first_facies, 0
-                    for z in range(z0, z0 + uz):
-                        for y in range(y0, y0 + uy):
-                            first = np.uint64((z * rows + y) * columns + x0)
-                            for x in range(np.uint64(ux)):
-                                total += np.int64(cells[first + x] == facies)
-                    offsets[n] = ((plane * mz + bz) * my + by) * mx + bx
-                    weights[n] = total
-                    n += np.int64(total > 0)  # the next one takes the place of one that is zero
-    return n
-
-
-class Sums(NamedTuple):
-    """Arrays in which ΣA·B of several rows of locations is summed up."""
-
-    chosen: NDArray[np.uint64]  # shape (n_terms,): where the block sums begin that are added
-    part: NDArray[np.number[Any]]  # of the type of the block sums
-    total: NDArray[np.number[Any]]  # of the type of the scores
-    at_once: int  # how many terms `part` holds
-
-
-def make_sums(
-    block_sums: NDArray[np.integer[Any]],
-    block: Triple,
-    n_columns: int,
-    n_terms: int,
-    kind: type[np.number[Any]],
-) -> Sums:
-    """Return the arrays for `n_columns` locations a row, and scores of a type."""
-    n, one_type = ROWS_AT_ONCE * block_sums.shape[3] + n_columns, block_sums.dtype
-    largest = prod(block) if one_type == np.uint8 else prod(block) ** 2
-    at_once = int(np.iinfo(one_type).max) // largest
-    return Sums(np.zeros(n_terms, np.uint64), np.zeros(n, one_type), np.zeros(n, kind), at_once)
+    bottom, top = low_z // uz, high_z // uz
+    front, back, n_rows = low_y // uy, high_y // uy, box.ny // uy
+    left, right, n_columns = low_x // ux, high_x // ux, box.nx // ux
+    columns, size = grid.shape[2], n_planes * mz * my * mx
+    for plane in range(n_planes):
+        for bz in range(box.nz // uz):
+            corner = ((box.z0 + bz * uz) * grid.shape[1] + box.y0) * columns + box.x0
+            own = (plane * mz + bz) * my * mx
+            across = bz < bottom or bz >= top
+            for line in range(n_rows + (0 if across else n_columns)):
+                if line < n_rows:
+                    if not across and front <= line < back:
+                        continue
+                    cells = corner + line * uy * columns, ux, n_columns
+                    sums = own + line * mx, size, 1
+                else:
+                    bx = line - n_rows
+                    if left <= bx < right:
+                        continue
+                    cells = corner + front * uy * columns + bx * ux, uy * columns, back - front
+                    sums = own + front * mx + bx, 2 * size, mx
+                n_before = n
+                n, total = line_terms(grid, cells, block, plane + first_facies, sums, n, terms)
+                total *= uz * uy * ux
+                held += total
+                if held > terms.largest:
+                    terms.ends[n_groups] = n_before
+                    n_groups, held = n_groups + 1, total
+    if n > 0:
+        terms.ends[n_groups] = n
+        n_groups += 1
+    return n_groups
 
 
 @part_of_kernel
-def score_places(block_sums, offsets, weights, n_terms, energy, sums, scores):
+def line_terms(grid, cells, block, facies, sums, n, terms):
+    """Add the terms of a line of blocks after the `n` that are there.
+
+    The block sums that are not zero, or the running sums where these change: whatever are fewer.
+    `cells` has the first cell of the line, how many there are from block to block, and how many
+    blocks it has; `sums` the number of the first block sum, how far the running sums are behind
+    them, and how far they are from block to block. Return how many terms there are then, and how
+    many cells of the line have the facies.
+    """
+    offsets, weights = terms.offsets, terms.weights
+    (uz, uy, ux), (first, step, length), (at, behind, stride) = block, cells, sums
+    values, rows, columns = grid.reshape(-1), grid.shape[1], grid.shape[2]
+    before = total = np.int64(0)
+    n_changed, start = n, n + length + 1
+    n_own = start
+    for k in range(length + 1):
+        own = np.int64(0)
+        for z in range(uz if k < length else 0):
+            for y in range(uy):
+                corner = np.uint64(first + k * step + (z * rows + y) * columns)
+                for x in range(np.uint64(ux)):
+                    own += np.int64(values[corner + x] == facies)
+        # the next term takes the place of one that is zero
+        offsets[n_changed], weights[n_changed] = at + behind + k * stride, before - own
+        offsets[n_own], weights[n_own] = at + k * stride, own
+        n_changed += np.int64(own != before)
+        n_own += np.int64(own != 0)
+        total += own
+        before = own
+    if n_changed - n <= n_own - start:
+        return n_changed, total
+    for k in range(n_own - start):
+        offsets[n + k], weights[n + k] = offsets[start + k], weights[start + k]
+    return n + n_own - start, total
+
+
+@part_of_kernel
+def score_places(running, terms, n_groups, energy, scores):
     """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
 
     Several rows are one run of numbers, as rows of locations alone are short; what comes out at
@@ -174,83 +250,44 @@ def score_places(block_sums, offsets, weights, n_terms, energy, sums, scores):
     numbers, which need no look at whether they are negative: that would keep loops from vectors.
     """
     nz, ny, nx = scores.shape
-    my, mx = block_sums.shape[2], block_sums.shape[3]
-    cells, energies, flat = block_sums.reshape(-1), energy.reshape(-1), scores.reshape(-1)
-    total, two = sums.total, sums.total.dtype.type(2)
+    my, mx = running.shape[3], running.shape[4]
+    energies, flat, cells = energy.reshape(-1), scores.reshape(-1), running.reshape(-1)
+    offsets, weights, sums = terms.offsets, terms.weights, terms.sums
+    kind, two = scores.dtype.type, scores.dtype.type(2)
     at_once = _rows_at_once(nx, mx)
+    if n_groups == 0:
+        for x in range(np.uint64(len(flat))):
+            flat[x] = energies[x]
     for z in range(nz):
         for first in range(0, ny, at_once):
-            rows = min(at_once, ny - first)
-            length, base = np.uint64((rows - 1) * mx + nx), (z * my + first) * mx
-            for x in range(length):
-                total[x] = 0
-            if cells.itemsize == 1:
-                _add_digits(cells, base, offsets, weights, n_terms, length, sums)
-            else:
-                _add_products(cells, base, offsets, weights, n_terms, length, sums)
-            for y in range(rows):
-                own, of_run = np.uint64((z * ny + first + y) * nx), np.uint64(y * mx)
-                for x in range(np.uint64(nx)):
-                    flat[own + x] = energies[own + x] - two * total[of_run + x]
-
-
-@part_of_kernel
-def _add_products(cells, base, offsets, weights, n_terms, length, sums):
-    """Add each term times its weight to the totals of a run of locations that starts at `base`."""
-    part, total = sums.part, sums.total
-    for start in range(0, n_terms, sums.at_once):
-        stop = min(start + sums.at_once, n_terms)
-        whole = stop - (stop - start) % 4
-        for x in range(length):
-            part[x] = 0
-        for n in range(start, whole, 4):
-            a, b = np.uint64(base + offsets[n]), np.uint64(base + offsets[n + 1])
-            c, d = np.uint64(base + offsets[n + 2]), np.uint64(base + offsets[n + 3])
-            wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
-            for x in range(length):
-                part[x] += (
-                    wa * cells[a + x] + wb * cells[b + x] + wc * cells[c + x] + wd * cells[d + x]
-                )
-        for n in range(whole, stop):
-            a, wa = np.uint64(base + offsets[n]), weights[n]
-            for x in range(length):
-                part[x] += wa * cells[a + x]
-        for x in range(length):
-            total[x] += part[x]
-
-
-@part_of_kernel
-def _add_digits(cells, base, offsets, weights, n_terms, length, sums):
-    """Do the same in bytes, which vectors cannot multiply: by the binary digits of the weights."""
-    chosen, part, total = sums.chosen, sums.part, sums.total
-    largest = np.int64(0)
-    for n in range(n_terms):
-        largest = max(largest, np.int64(weights[n]))
-    n_digits = 0
-    while largest >> n_digits:
-        n_digits += 1
-    for digit in range(n_digits - 1, -1, -1):
-        n = 0
-        for k in range(n_terms):
-            chosen[n] = base + offsets[k]
-            n += weights[k] >> digit & 1
-        for x in range(length):
-            total[x] += total[x]
-        for start in range(0, n, sums.at_once):
-            stop = min(start + sums.at_once, n)
-            whole = stop - (stop - start) % 4
-            for x in range(length):
-                part[x] = 0
-            for k in range(start, whole, 4):
-                a, b, c, d = chosen[k], chosen[k + 1], chosen[k + 2], chosen[k + 3]
+            rows, base = min(at_once, ny - first), (z * my + first) * mx
+            length = np.uint64((rows - 1) * mx + nx)
+            for group in range(n_groups):
+                start, end = terms.ends[group - 1] if group > 0 else 0, terms.ends[group]
+                whole = end - (end - start) % 4
                 for x in range(length):
-                    part[x] += cells[a + x] + cells[b + x] + cells[c + x] + cells[d + x]
-            for k in range(whole, stop):
-                a = chosen[k]
-                for x in range(length):
-                    part[x] += cells[a + x]
-            for x in range(length):
-                total[x] += part[x]
+                    sums[x] = 0
+                for n in range(start, whole, 4):
+                    a, b = np.uint64(base + offsets[n]), np.uint64(base + offsets[n + 1])
+                    c, d = np.uint64(base + offsets[n + 2]), np.uint64(base + offsets[n + 3])
+                    wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
+                    for x in range(length):
+                        sums[x] += (
+                            wa * cells[a + x] + wb * cells[b + x]
+                            + wc * cells[c + x] + wd * cells[d + x]
+                        )  # fmt: skip
+                for n in range(whole, end):
+                    a, wa = np.uint64(base + offsets[n]), weights[n]
+                    for x in range(length):
+                        sums[x] += wa * cells[a + x]
+                for y in range(rows):
+                    own, of_run = np.uint64((z * ny + first + y) * nx), np.uint64(y * mx)
+                    if group == 0:
+                        for x in range(np.uint64(nx)):
+                            flat[own + x] = energies[own + x] - two * kind(sums[of_run + x])
+                    else:
+                        for x in range(np.uint64(nx)):
+                            flat[own + x] -= two * kind(sums[of_run + x])
 
 
 @part_of_kernel

@@ -17,10 +17,10 @@ from ccwsim.engine.raster import (
     to_grid,
 )
 from ccwsim.engine.realization import Realization, random_numbers, repair, repairs, target_of
-from ccwsim.engine.stages.box import Box
+from ccwsim.engine.stages.box import Box, inside_overlap
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
 from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple, in_three
-from ccwsim.engine.stages.pyramid import decompose, reconstruct
+from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.stages.resimulation import first_cell, resimulate
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
@@ -318,13 +318,14 @@ class Trace:
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: Triple) -> TracedPatch:
         """Return what the latest call left in the workspace."""
         work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
-        n_terms, n_candidates, drawn = work.choice.tolist()
+        n_candidates, drawn = work.choice.tolist()
         z0, y0, x0, nz, ny, nx, sides = self._stepper.plan.patches[p.number, :7].tolist()
         box = Box(z0, y0, x0, nz, ny, nx, sides, *search.overlap)
-        size = tuple(n // b for n, b in zip((nz, ny, nx), search.block, strict=True))
-        blocks = np.zeros((len(pyramid.sums), *size), np.int64)
-        met = np.unravel_index(work.offsets[:n_terms], pyramid.sums.shape)
-        blocks[met] = work.weights[:n_terms]
+        cells = before[z0 : z0 + nz, y0 : y0 + ny, x0 : x0 + nx]
+        sums = block_sums(cells_of_blocks(cells, search.block), len(pyramid.sums))
+        blocks, ends = sums.astype(np.int64), np.reshape(inside_overlap(box), (3, 2))
+        inside = (slice(*n // b) for n, b in zip(ends, search.block, strict=True))
+        blocks[:, *inside] = 0
         totals, data, slack = work.totals.copy(), None, None
         if sides and search.slack >= 0:
             slack = int(search.slack)

@@ -20,6 +20,7 @@ from ccwsim.engine.stages.proportions import (
     proportions_of_data,
 )
 from ccwsim.engine.stages.pyramid import build_pyramid
+from ccwsim.engine.stages.similarity import running_sums
 from tests.small_images import blobs
 
 
@@ -83,7 +84,8 @@ def test_a_candidate_is_drawn_as_often_as_its_proportions_say(n_facies):
     target = np.full(n_facies, 1 / n_facies)
     steering = Steering(target, np.linspace(0.0, 2.0, n_facies), 0.02)
     tilt, chances = np.zeros(n_facies), np.zeros(4)
-    fixed = sums, candidates, box, block, n_places, steering, counts, tilt, chances
+    running = running_sums(sums, (0, 1, 1), (2, 8, 8))
+    fixed = running, candidates, box, block, n_places, steering, counts, tilt, chances
     drawn = np.bincount([draw_towards(*fixed, rng) for _ in range(4000)], minlength=4)
     weights = steering.margin + 0.02 * (counts - target * counts.sum())
     expected = []

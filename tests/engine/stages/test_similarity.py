@@ -15,10 +15,11 @@ from ccwsim.engine.stages.box import BELOW, L_SHAPE, LEFT, TOP, Box
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
-    make_sums,
+    make_terms,
     overlap_energies,
     overlap_terms,
     running_squares,
+    running_sums,
     score_places,
     score_type,
 )
@@ -78,13 +79,24 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
     energy = energies_of(sums, box, sizes, kind)
     if correlation:
         energy = np.zeros_like(energy)
-    offsets = np.empty(n_planes * prod(sizes.in_blocks(sizes.template)), np.int64)
-    weights = np.empty(len(offsets), sums.dtype)
-    n = overlap_terms(grid, box, sizes.block, sums, offsets, weights)
+    running = running_sums(sums, sizes.level, sizes.template)
+    terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)
+    n_groups = overlap_terms(grid, box, sizes.block, running, terms)
     scores = np.empty_like(energy)
-    work = make_sums(sums, sizes.block, scores.shape[2], len(offsets), kind)
-    score_places(sums, offsets, weights, n, energy, work, scores)
-    return scores, int((weights[:n].astype(np.int64) ** 2).sum())
+    score_places(running, terms, n_groups, energy, scores)
+    tile = grid[tuple(slice(at, at + n) for at, n in zip(place, sizes.template, strict=True))]
+    own = build_pyramid(tile, sizes.level, n_planes).sums.astype(np.int64)
+    return scores, int(np.square(own[:, overlap_of(sizes, shape)]).sum())
+
+
+def overlap_of(sizes: Sizes, shape: int) -> NDArray:
+    """Return which blocks of a template are in the overlap."""
+    inside = np.zeros(sizes.in_blocks(sizes.template), bool)
+    oz, oy, ox = sizes.in_blocks(sizes.overlap)
+    inside[:, :, :ox] |= bool(shape & LEFT)
+    inside[:, :oy] |= bool(shape & TOP)
+    inside[:oz] |= bool(shape & BELOW)
+    return inside
 
 
 def haar(image: NDArray, facies: int, level: Triple) -> NDArray:
@@ -98,11 +110,7 @@ def haar(image: NDArray, facies: int, level: Triple) -> NDArray:
 def brute_force(image, grid, place, sizes, shape, n_planes):
     """Return SSD and ΣA·B of orthonormal Haar coefficients at every place."""
     image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
-    side, (oz, oy, ox) = sizes.in_blocks(sizes.template), sizes.in_blocks(sizes.overlap)
-    inside = np.zeros(side, bool)
-    inside[:, :, :ox] |= bool(shape & LEFT)
-    inside[:, :oy] |= bool(shape & TOP)
-    inside[:oz] |= bool(shape & BELOW)
+    side, inside = sizes.in_blocks(sizes.template), overlap_of(sizes, shape)
     tile = grid[tuple(slice(at, at + n) for at, n in zip(place, sizes.template, strict=True))]
     blocks = [n // b for n, b in zip(image.shape, sizes.block, strict=True)]
     cropped = image[tuple(slice(n * b) for n, b in zip(blocks, sizes.block, strict=True))]
@@ -354,3 +362,28 @@ def test_a_place_of_a_volume_that_has_the_overlap_scores_zero_and_is_best(shape)
     scores, energy_of_overlap = compiled_scores(image, grid, (0, 0, 0), sizes, shape, 3)
     distances = scores.astype(int) + energy_of_overlap
     assert distances[1, 2, 3] == distances.min() == 0
+
+
+def n_terms(image, grid, sizes, shape, n_planes):
+    sums = build_pyramid(layered(image), sizes.level, n_planes).sums
+    running = running_sums(sums, sizes.level, sizes.template)
+    terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)
+    box = Box._make((0, 0, 0, *sizes.template, shape, *sizes.overlap))
+    return terms.ends[overlap_terms(layered(grid), box, sizes.block, running, terms) - 1]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.tuples(*[st.integers(0, 2)] * 3), st.integers(2, 4), st.booleans(), st.integers(0, 2**16))
+def test_there_are_no_more_terms_than_block_sums_that_are_not_zero(level, n_facies, noisy, seed):
+    sizes = Sizes((8, 16, 16), (4, 4, 8), level)
+    made = noise if noisy else blobs
+    image, grid = made((16, 24, 24), n_facies, seed), made(sizes.template, n_facies, seed + 1)
+    own = build_pyramid(grid, level, n_facies).sums[:, overlap_of(sizes, 7)]
+    assert n_terms(image, grid, sizes, 7, n_facies) <= np.count_nonzero(own)
+
+
+def test_a_body_has_a_term_where_each_line_of_it_begins_and_one_where_it_ends():
+    image, grid = blobs((40, 40), 2), np.ones((16, 16), np.uint8)
+    assert n_terms(image, grid, flat(16, 4, 0), L_SHAPE, 1) == 2 * (4 + 4)
+    grid[:, 6:9] = 0  # a gap at the top, and none on the left
+    assert n_terms(image, grid, flat(16, 4, 0), L_SHAPE, 1) == 4 * 4 + 2 * 4
