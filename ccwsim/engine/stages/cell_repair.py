@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.demand import UNKNOWN
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.resimulation import Target
+from ccwsim.engine.stages.seam_repair import has_data
 from ccwsim.engine.stages.unseen_patterns import Patterns, is_known, number_run
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
@@ -31,9 +33,13 @@ FURTHER, FURTHER_VOLUME = 3, 14
 few are left, windows take most of the time."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
 """A walk ends after so many changes since it was at its best."""
+FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 100, 800, 0.001
+"""The same of walks in volumes from a pattern with a datum, where at most such a share of the cells
+has one: it takes long to find what both the image and the data allow, but these patterns are few.
+The more data there are the sooner these walks end, down to the usual ones."""
 STAYS = 4
 """A cell stays for so many changes after its own, unless a walk gets better than ever by it."""
-LONGEST = 400
+LONGEST = 4000
 """Changes of the longest walk, and unseen patterns that it chooses from."""
 
 
@@ -84,15 +90,35 @@ def repair_cells(
         return 0
     volume = patterns.cells[0] > 1
     most = PART_VOLUME if volume else PART
-    ends = (FURTHER_VOLUME, PATIENCE_VOLUME) if volume else (FURTHER, PATIENCE)
+    ends = ends_of_walks(volume, 0.0)
+    ends_at_data = ends_of_walks(volume, float(np.mean(target.data != UNKNOWN)))
     lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
     firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
-        n_changed += change_cells(target, patterns, some, lengths, part, rng, walks, ends)
+        n_changed += change_cells(
+            target, patterns, some, lengths, part, rng, walks, ends, ends_at_data
+        )
     return n_changed
+
+
+def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
+    """Return how much further and longer a walk goes, from data that a share of the cells has.
+
+    With a share of 0 from anywhere else.
+
+    Examples
+    --------
+    >>> [ends_of_walks(True, share) for share in (0, 0.001, 0.002, 0.1)]
+    [(14, 40), (100, 800), (50, 400), (14, 40)]
+    """
+    if not volume:
+        return FURTHER, PATIENCE
+    part = min(SHARE_OF_DATA / share, 1) if share > 0 else 0
+    further, patience = round(part * FURTHER_DATA), round(part * PATIENCE_DATA)
+    return max(further, FURTHER_VOLUME), max(patience, PATIENCE_VOLUME)
 
 
 def make_part(patterns: Patterns, lengths: Triple) -> Part:
@@ -121,11 +147,12 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 
 @kernel
-def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends):
+def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
     """Change cells of parts of the grid, each from its first cell on; return how many.
 
     `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends. `ends`
-    says where walks end, by `FURTHER` and `PATIENCE`.
+    says where walks end, by `FURTHER` and `PATIENCE`, `ends_at_data` where those do that begin at
+    data.
     """
     n_changed = 0
     for i in range(len(firsts)):
@@ -146,9 +173,19 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends):
         for k in range(n_found if walks else 0):
             first = np.uint64(part.unseen[k])
             if part.is_unseen[first]:
-                n = walk(first, ends, patterns, part, rng)
+                with_datum = has_data(target.data, box_of(first, origin, patterns, part))
+                own = ends_at_data if with_datum else ends
+                n = walk(first, own, patterns, part, rng)
                 n_changed += write_back(n, target, origin, part)
     return n_changed
+
+
+@part_of_kernel
+def box_of(first, origin, patterns, part):
+    """Return where a pattern of a part is in the grid."""
+    z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
+    nz, ny, nx = patterns.cells
+    return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
 
 
 @part_of_kernel

@@ -15,12 +15,9 @@ from ccwsim.engine.stages import cell_repair
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.cell_repair import (
-    FURTHER,
-    FURTHER_VOLUME,
-    PATIENCE,
-    PATIENCE_VOLUME,
     STAYS,
     cell_weights,
+    ends_of_walks,
     repair_cells,
 )
 from ccwsim.engine.stages.demand import UNKNOWN
@@ -111,9 +108,10 @@ class OneByOne:
     def walk(self, first: Cell, rng: np.random.Generator) -> None:
         """Walk from a pattern, and go back to where the fewest were unseen."""
         near, more, least, stays = [first], 0, 0, {}
-        volume = self.cells[0] > 1
-        further = FURTHER_VOLUME if volume else FURTHER
-        patience = PATIENCE_VOLUME if volume else PATIENCE
+        part = tuple(slice(k, k + n) for k, n in zip(first, self.cells, strict=True))
+        at_data = (self.data[part] != UNKNOWN).any()
+        share = (self.data != UNKNOWN).mean() if at_data else 0.0
+        further, patience = ends_of_walks(self.cells[0] > 1, share)
         changed: list[tuple[Cell, int]] = []
         n_kept = 0
         while near and len(changed) < n_kept + patience:
@@ -167,12 +165,13 @@ class OneByOne:
 @pytest.mark.parametrize("walks", [False, True])
 @pytest.mark.parametrize("n_facies", [2, 3, 5])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_cells_change_as_one_by_one_finds_it(shape, n_facies, walks):
+def test_cells_change_as_one_by_one_finds_it(shape, n_facies, walks, monkeypatch):
     image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), n_facies)
     patterns = known_patterns(image, 1)
     grid = damaged((shape[0], 20, 22) if shape[0] == 1 else (5, 9, 10), n_facies, 0.04, 4)
     target = target_of(image, grid)
     target.data[:, ::7, ::5] = grid[:, ::7, ::5]
+    monkeypatch.setattr(cell_repair, "SHARE_OF_DATA", 0.02)
     wanted, n_wanted = OneByOne(target, patterns).repaired(np.random.default_rng(3), walks)
     assert repair_cells(target, patterns, np.random.default_rng(3), walks) == n_wanted > 0
     np.testing.assert_array_equal(target.grid, wanted)
