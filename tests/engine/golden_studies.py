@@ -58,13 +58,13 @@ OF_VOLUMES = (
     {"template_size": 8, "overlap_size": 4, "location_weight": (1.0, 0.0, 0.0)},
     {"template_size": 8, "overlap_size": 4, "match_proportions": True, "random_path": False},
 )
-
-
+LARGE = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
+"""Scores of these are summed up in several groups."""
 PUBLISHED = {"published_draw": True, "repair_seams": False}
 
 
 def studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
-    """Yield name, training image, parameters and number of data of each of the 402 studies."""
+    """Yield name, training image, parameters and number of data of each of the 414 studies."""
     for changes in (PUBLISHED, {}):
         for name, image, options, n_data in _studies():
             yield " ".join([name, *changes]), image, {**options, **changes}, n_data
@@ -79,6 +79,8 @@ def _studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
     for k, (image, options) in enumerate(product(VOLUMES, OF_VOLUMES)):
         n_data = (0, 60, 900)[k % 3]
         yield _name(image, options, n_data), image, options, n_data
+    for image, n_data in product(VOLUMES, (0, 900)):
+        yield _name(image, LARGE, n_data), image, LARGE, n_data
 
 
 def _name(image: str, options: dict[str, object], n_data: int) -> str:

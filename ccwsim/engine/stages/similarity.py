@@ -26,6 +26,8 @@ from ccwsim.engine.stages.path import Triple, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Rows of locations that are scored together: enough for long loops, few enough for the cache."""
+AT_ONCE = 4
+"""Terms that are added up in one pass over a run of locations."""
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
 
@@ -151,7 +153,8 @@ def make_terms(
 ) -> Terms:
     """Return the arrays for the terms of patches with at most so much overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
-    n = 2 * n_blocks + 2  # with room for those of the latest line that are not taken
+    # A line has no more than blocks; it takes room for twice as many, and groups are filled up.
+    n = (3 + AT_ONCE) * n_blocks + 2
     sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
     largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
     arrays = np.zeros(n, np.int64), np.zeros(n, running.dtype), np.zeros(n_blocks, np.int64), sums
@@ -191,17 +194,26 @@ def overlap_terms(grid, box, block, running, terms):
                         continue
                     cells = corner + front * uy * columns + bx * ux, uy * columns, back - front
                     sums = own + front * mx + bx, 2 * size, mx
-                n_before = n
+                most = cells[2] * np.int64(uz * uy * ux) ** 2
+                if held > terms.largest - most:
+                    n = fill_up(n, terms)
+                    terms.ends[n_groups] = n
+                    n_groups, held = n_groups + 1, np.int64(0)
                 n, total = line_terms(grid, cells, block, plane + first_facies, sums, n, terms)
-                total *= uz * uy * ux
-                held += total
-                if held > terms.largest:
-                    terms.ends[n_groups] = n_before
-                    n_groups, held = n_groups + 1, total
-    if n > 0:
-        terms.ends[n_groups] = n
+                held += total * uz * uy * ux
+    if held > 0:  # there may be no terms after the latest group
+        terms.ends[n_groups] = fill_up(n, terms)
         n_groups += 1
     return n_groups
+
+
+@part_of_kernel
+def fill_up(n, terms):
+    """Add terms that are zero until they are a multiple of `AT_ONCE`; return how many there are."""
+    while n % AT_ONCE:
+        terms.offsets[n], terms.weights[n] = 0, 0
+        n += 1
+    return n
 
 
 @part_of_kernel
@@ -251,7 +263,7 @@ def score_places(running, terms, n_groups, energy, scores):
     """
     nz, ny, nx = scores.shape
     my, mx = running.shape[3], running.shape[4]
-    energies, flat, cells = energy.reshape(-1), scores.reshape(-1), running.reshape(-1)
+    energies, flat, values = energy.reshape(-1), scores.reshape(-1), running.reshape(-1)
     offsets, weights, sums = terms.offsets, terms.weights, terms.sums
     kind, two = scores.dtype.type, scores.dtype.type(2)
     at_once = _rows_at_once(nx, mx)
@@ -263,23 +275,23 @@ def score_places(running, terms, n_groups, energy, scores):
             rows, base = min(at_once, ny - first), (z * my + first) * mx
             length = np.uint64((rows - 1) * mx + nx)
             for group in range(n_groups):
-                start, end = terms.ends[group - 1] if group > 0 else 0, terms.ends[group]
-                whole = end - (end - start) % 4
-                for x in range(length):
-                    sums[x] = 0
-                for n in range(start, whole, 4):
+                start = terms.ends[group - 1] if group > 0 else 0
+                for n in range(start, terms.ends[group], AT_ONCE):
                     a, b = np.uint64(base + offsets[n]), np.uint64(base + offsets[n + 1])
                     c, d = np.uint64(base + offsets[n + 2]), np.uint64(base + offsets[n + 3])
                     wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
-                    for x in range(length):
-                        sums[x] += (
-                            wa * cells[a + x] + wb * cells[b + x]
-                            + wc * cells[c + x] + wd * cells[d + x]
-                        )  # fmt: skip
-                for n in range(whole, end):
-                    a, wa = np.uint64(base + offsets[n]), weights[n]
-                    for x in range(length):
-                        sums[x] += wa * cells[a + x]
+                    if n == start:
+                        for x in range(length):
+                            sums[x] = (
+                                wa * values[a + x] + wb * values[b + x]
+                                + wc * values[c + x] + wd * values[d + x]
+                            )  # fmt: skip
+                    else:
+                        for x in range(length):
+                            sums[x] += (
+                                wa * values[a + x] + wb * values[b + x]
+                                + wc * values[c + x] + wd * values[d + x]
+                            )  # fmt: skip
                 for y in range(rows):
                     own, of_run = np.uint64((z * ny + first + y) * nx), np.uint64(y * mx)
                     if group == 0:

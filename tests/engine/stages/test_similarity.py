@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.box import BELOW, L_SHAPE, LEFT, TOP, Box
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     make_terms,
@@ -364,12 +364,32 @@ def test_a_place_of_a_volume_that_has_the_overlap_scores_zero_and_is_best(shape)
     assert distances[1, 2, 3] == distances.min() == 0
 
 
-def n_terms(image, grid, sizes, shape, n_planes):
+@pytest.mark.parametrize("n_planes", [1, 3])
+@pytest.mark.parametrize("full", [(0, 16, 0, 32), (0, 3, 0, 32), (2, 9, 0, 5), (13, 16, 20, 32)])
+def test_groups_of_terms_give_the_same_scores_wherever_bodies_are(full, n_planes):
+    sizes = Sizes((16, 32, 32), (4, 8, 8), (1, 2, 2))
+    image = blobs((20, 40, 44), max(n_planes, 2))
+    grid = np.zeros(sizes.template, np.uint8)
+    z0, z1, y0, y1 = full
+    grid[z0:z1, y0:y1] = 1
+    largest = 32 * overlap_cells(sizes.template, sizes.overlap)
+    assert largest > 4 * np.iinfo(np.uint16).max  # of which one group holds no more
+    for shape in VOLUME_SHAPES:
+        given = image, grid, (0, 0, 0), sizes, shape, n_planes
+        ssd, _ = brute_force(*given)
+        scores, energy_of_overlap = compiled_scores(*given)
+        np.testing.assert_allclose(scores + energy_of_overlap, ssd * 32, atol=1e-6)
+
+
+def terms_of(image, grid, sizes, shape, n_planes):
+    """Return the weights of the terms that are not zero."""
     sums = build_pyramid(layered(image), sizes.level, n_planes).sums
     running = running_sums(sums, sizes.level, sizes.template)
     terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)
     box = Box._make((0, 0, 0, *sizes.template, shape, *sizes.overlap))
-    return terms.ends[overlap_terms(layered(grid), box, sizes.block, running, terms) - 1]
+    n_groups = overlap_terms(layered(grid), box, sizes.block, running, terms)
+    weights = terms.weights[: terms.ends[n_groups - 1]]
+    return weights[weights != 0]
 
 
 @settings(max_examples=30, deadline=None)
@@ -379,11 +399,11 @@ def test_there_are_no_more_terms_than_block_sums_that_are_not_zero(level, n_faci
     made = noise if noisy else blobs
     image, grid = made((16, 24, 24), n_facies, seed), made(sizes.template, n_facies, seed + 1)
     own = build_pyramid(grid, level, n_facies).sums[:, overlap_of(sizes, 7)]
-    assert n_terms(image, grid, sizes, 7, n_facies) <= np.count_nonzero(own)
+    assert len(terms_of(image, grid, sizes, 7, n_facies)) <= np.count_nonzero(own)
 
 
 def test_a_body_has_a_term_where_each_line_of_it_begins_and_one_where_it_ends():
     image, grid = blobs((40, 40), 2), np.ones((16, 16), np.uint8)
-    assert n_terms(image, grid, flat(16, 4, 0), L_SHAPE, 1) == 2 * (4 + 4)
+    assert len(terms_of(image, grid, flat(16, 4, 0), L_SHAPE, 1)) == 2 * (4 + 4)
     grid[:, 6:9] = 0  # a gap at the top, and none on the left
-    assert n_terms(image, grid, flat(16, 4, 0), L_SHAPE, 1) == 4 * 4 + 2 * 4
+    assert len(terms_of(image, grid, flat(16, 4, 0), L_SHAPE, 1)) == 4 * 4 + 2 * 4
