@@ -105,11 +105,11 @@ def all_scores(grid, boxes, block, running, terms, energy, scores):
 
 
 @kernel
-def all_best(scores, rng, minima, found, values, places):
+def all_best(scores, rng, minima, segments, found, values, places):
     """Find the best places of each patch."""
     k = places.shape[1]
     for i in range(len(scores)):
-        best_places(scores[i].reshape(-1), k, rng, minima, found, values, places[i])
+        best_places(scores[i].reshape(-1), k, rng, minima, segments, found, values, places[i])
 
 
 @kernel
@@ -179,6 +179,7 @@ def measure(level: int) -> list[Measured]:
         np.zeros((n, *energy.shape), energy.dtype),
         np.zeros(n_segments(energy.size), energy.dtype),
     )
+    segments = np.zeros(len(minima), np.int64)
     found, values = np.zeros(energy.size, np.int64), np.zeros(energy.size, energy.dtype)
     places, rng = np.zeros((n, k), np.int64), np.random.default_rng(0)
     no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), grid.shape)
@@ -189,7 +190,9 @@ def measure(level: int) -> list[Measured]:
     scores_of = seconds_of(lambda: all_scores(
         grid, boxes, block, running, terms, energy, scores
     )) - terms_of  # fmt: skip
-    best_of = seconds_of(lambda: all_best(scores, rng, minima, found, values, places))
+    best_of = seconds_of(lambda: all_best(
+        scores, rng, minima, segments, found, values, places
+    ))  # fmt: skip
     drawn = places[np.arange(n), rng.integers(0, k, n)]
     at = np.stack(np.unravel_index(drawn, energy.shape), axis=1) * np.array(block)
     refined = seconds_of(lambda: all_refined(

@@ -92,6 +92,7 @@ class Workspace(NamedTuple):
     terms: Terms
     minima: NDArray[np.number[Any]]  # of the scores, and of the totals
     total_minima: NDArray[np.signedinteger]
+    segments: NDArray[np.int64]  # those with good scores
     # locations with good scores, their scores, and their totals
     found: NDArray[np.int64]
     found_scores: NDArray[np.number[Any]]
@@ -196,6 +197,7 @@ def make_workspace(
         energies_of=np.zeros(4, np.int64),
         terms=make_terms(oriented.running, template, search.overlap, search.block),
         minima=np.zeros(n_segments(n), kind),
+        segments=np.zeros(n_segments(n), np.int64),
         total_minima=np.zeros(n_segments(n), totals),
         found=np.zeros(n, np.int64),
         found_scores=np.zeros(n, kind),
@@ -280,14 +282,32 @@ def simulate_patches(
                 totals,
             )
             flat = totals.reshape(-1)
-            best_places(flat, n, rng, work.total_minima, work.found, work.found_totals, places)
+            best_places(
+                flat,
+                n,
+                rng,
+                work.total_minima,
+                work.segments,
+                work.found,
+                work.found_totals,
+                places,
+            )
             if has_data:
                 n = keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
             elif free and search.slack >= 0:
                 n = keep_within(flat, places, search.slack)
         else:
             flat_scores = scores.reshape(-1)
-            best_places(flat_scores, n, rng, work.minima, work.found, work.found_scores, places)
+            best_places(
+                flat_scores,
+                n,
+                rng,
+                work.minima,
+                work.segments,
+                work.found,
+                work.found_scores,
+                places,
+            )
             if free and search.slack >= 0:
                 n = keep_within(flat_scores, places, search.slack)
         if steering.gain > 0:

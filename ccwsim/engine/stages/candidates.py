@@ -13,7 +13,8 @@ import numpy as np
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Scores whose smallest is kept, so that most are passed over once the K best lie in others."""
+"""Scores whose smallest is kept, so that most are passed over once the K best lie in others. They
+are as far apart as there are segments: vectors compare the scores of many segments at once."""
 COUNTED = 2**14
 """Scores that the smallest type of scores can count."""
 
@@ -65,35 +66,24 @@ def n_up_to(row, limit):
 
 @part_of_kernel
 def segment_minima(scores, minima):
-    """Fill `minima` with the smallest score of each segment.
-
-    The compiler must not know how long a segment is: it would write the loop out instead of making
-    vectors of it, which takes eight times as long.
-    """
-    n = len(scores)
-    length = np.uint64(min(SEGMENT, n))
-    for s in range(np.uint64(n // SEGMENT)):
-        start = s * length
-        least = scores[start]
-        for x in range(length):
-            score = scores[start + x]
-            least = score if score < least else least  # min would give a wider type
-        minima[s] = least
-    first = n - n % SEGMENT
-    if first < n:
-        least = scores[first]
-        for x in range(first, n):
-            least = min(least, scores[x])
-        minima[n // SEGMENT] = least
+    """Fill `minima` with the smallest score of each segment."""
+    n, step = np.uint64(len(scores)), np.uint64(len(minima))
+    for s in range(step):
+        minima[s] = scores[s]
+    for first in range(step, n, step):
+        for s in range(min(step, n - first)):
+            score, least = scores[first + s], minima[s]
+            minima[s] = score if score < least else least  # min would give a wider type
 
 
 @part_of_kernel
-def best_places(scores, k, rng, minima, found, values, places):
+def best_places(scores, k, rng, minima, segments, found, values, places):
     """Fill `places` with the k best locations; equal scores at the end are drawn at random.
 
     Taking the first of many equal ones would favour one corner of the training image. `scores` are
     raveled; `places` gets numbers of locations, those that are better than the k-th first.
-    `minima`, `found` and `values` are workspace: as many as there are segments, and locations.
+    `minima` and `segments`, as many as there are segments, `found` and `values`, as many as there
+    are locations, are workspace.
     """
     segment_minima(scores, minima)
     n_parts = len(minima)
@@ -103,14 +93,17 @@ def best_places(scores, k, rng, minima, found, values, places):
         for x in range(len(scores)):
             least = max(least, np.int64(scores[x]))
     limit = scores.dtype.type(least)
-    n = 0
+    n_chosen = n = 0
     for s in range(n_parts):
-        if minima[s] <= limit:
-            for x in range(s * SEGMENT, min((s + 1) * SEGMENT, len(scores))):
-                if scores[x] <= limit:
-                    found[n] = x
-                    values[n] = scores[x]
-                    n += 1
+        segments[n_chosen] = s
+        n_chosen += np.int64(minima[s] <= limit)
+    for first in range(0, len(scores), n_parts):  # in the order of locations
+        for i in range(n_chosen):
+            x = first + segments[i]
+            if x < len(scores) and scores[x] <= limit:
+                found[n] = x
+                values[n] = scores[x]
+                n += 1
     last = values.dtype.type(kth_smallest(values, n, k))
     better = 0
     for i in range(n):

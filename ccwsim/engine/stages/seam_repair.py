@@ -78,6 +78,7 @@ class Workspace(NamedTuple):
     scores: NDArray[np.number[Any]]
     terms: Terms
     minima: NDArray[np.number[Any]]
+    segments: NDArray[np.int64]
     found: NDArray[np.int64]
     found_scores: NDArray[np.number[Any]]
     places: NDArray[np.int64]
@@ -157,6 +158,7 @@ def make_workspace(repair: Repair, target: Target, n_facies: int) -> Workspace:
         scores=np.zeros(shape, kind),
         terms=make_terms(repair.running, window, both, repair.block),  # type: ignore[arg-type]
         minima=np.zeros(n_segments(n), kind),
+        segments=np.zeros(n_segments(n), np.int64),
         found=np.zeros(n, np.int64),
         found_scores=np.zeros(n, kind),
         places=np.zeros(min(N_BEST, n), np.int64),
@@ -296,9 +298,8 @@ def well_fitting_windows(target, box, repair, rng, work):
         work.terms.offsets[k] += layer * running.shape[3] * running.shape[4]
     energy = repair.energy[layer : layer + n_layers]
     score_places(running, work.terms, n_groups, energy, scores)
-    best_places(
-        scores.reshape(-1), len(places), rng, work.minima, work.found, work.found_scores, places
-    )
+    flat, n, found = scores.reshape(-1), len(places), work.found
+    best_places(flat, n, rng, work.minima, work.segments, found, work.found_scores, places)
     take_strips(grid, box, square_bits, work.strips)
     words, n_places = square_bits.reshape(-1), (scores.shape[1], scores.shape[2])
     for k in range(len(places)):

@@ -42,7 +42,8 @@ def drawn_places(scores: np.ndarray, k: int, rng: np.random.Generator) -> np.nda
     places = np.full(k, -1, np.int64)
     minima = np.empty(n_segments(scores.size), scores.dtype)
     found, values = np.empty(scores.size, np.int64), np.empty(scores.size, scores.dtype)
-    best_places(scores.ravel(), k, rng, minima, found, values, places)
+    segments = np.empty(len(minima), np.int64)
+    best_places(scores.ravel(), k, rng, minima, segments, found, values, places)
     return places
 
 
@@ -70,7 +71,8 @@ def test_the_kth_best_is_that_of_a_full_sort(scores, data):
 def test_segments_have_their_smallest_score(scores, limit):
     minima = np.empty(n_segments(scores.size), scores.dtype)
     segment_minima(scores, minima)
-    parts = [scores[i : i + SEGMENT] for i in range(0, scores.size, SEGMENT)]
+    parts = [scores[i :: len(minima)] for i in range(len(minima))]
+    assert max(map(len, parts)) <= SEGMENT
     np.testing.assert_array_equal(minima, [part.min() for part in parts])
     assert n_up_to(scores, limit) == np.count_nonzero(scores <= limit)
 
