@@ -11,10 +11,10 @@ from ccwsim.model.parameters import Parameters
 
 PER_CELL = 2.5e-8
 """Seconds to cut and paste a cell of the grid."""
-PER_LOCATION = 6e-10
+PER_LOCATION = 4e-10
 """Seconds to visit a location of the training image, and find the best."""
-PER_PRODUCT = 4e-12
-"""Seconds to multiply two coefficients."""
+PER_PRODUCT = 1e-12
+"""Seconds a coefficient of the overlap takes at a location, on average."""
 PER_IMAGE_CELL = 6e-9
 """Seconds to turn a cell of the training image and prepare it."""
 PER_DATUM_SEEN = 5e-11
