@@ -376,13 +376,14 @@ class Body {
     pen.font = fontOf(this.view.root);
     pen.textAlign = 'center';
     pen.textBaseline = 'middle';
-    const middle = toCanvas(...shape.map((n) => n / 2));
+    const middle = toCanvas(...shape.map((n) => n / 2)), wide = parseFloat(this.canvas.style.width);
     const near = side.map((s, axis) => (s > 0 ? shape[axis] : 0));
     const ends = [[shape[0] / 2, near[1], 0], [near[0], shape[1] / 2, 0], [shape[0] - near[0], near[1], shape[2] / 2]];
     ends.forEach((end, axis) => {
       const [x, y] = toCanvas(...end);
       const far = Math.hypot(x - middle[0], y - middle[1]) || 1;
-      pen.fillText('xyz'[axis], x + 11 * (x - middle[0]) / far, y + 11 * (y - middle[1]) / far);
+      const beside = x + 11 * (x - middle[0]) / far;
+      pen.fillText('xyz'[axis], Math.min(Math.max(beside, 5), wide - 5), y + 11 * (y - middle[1]) / far);
     });
   }
 
