@@ -51,7 +51,7 @@ def test_processes_write_the_same_file(tmp_path):
 
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_realizations(tmp_path):
-    n, shape = 150, (200, 250)
+    n, shape = 300, (200, 250)
     study(CODED)  # compiled
     tracemalloc.start()
     found = simulate(CODED, shape, P, n_realizations=n, out=tmp_path / "out.npy", n_workers=1)
