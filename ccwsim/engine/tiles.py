@@ -245,6 +245,7 @@ def simulate_patches(
     running = oriented.running
     grid, sources, counts, locations = simulated
     scores, totals, places = work.scores, work.totals, work.places
+    segments, found = work.segments, work.found
     n_places = scores.shape[1], scores.shape[2]
     block = search.block
     for number in range(first, last):
@@ -282,34 +283,16 @@ def simulate_patches(
                 totals,
             )
             flat = totals.reshape(-1)
-            best_places(
-                flat,
-                n,
-                rng,
-                work.total_minima,
-                work.segments,
-                work.found,
-                work.found_totals,
-                places,
-            )
+            best_places(flat, n, rng, work.total_minima, segments, found, work.found_totals, places)
             if has_data:
                 n = keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
             elif free and search.slack >= 0:
                 n = keep_within(flat, places, search.slack)
         else:
-            flat_scores = scores.reshape(-1)
-            best_places(
-                flat_scores,
-                n,
-                rng,
-                work.minima,
-                work.segments,
-                work.found,
-                work.found_scores,
-                places,
-            )
+            raveled = scores.reshape(-1)
+            best_places(raveled, n, rng, work.minima, segments, found, work.found_scores, places)
             if free and search.slack >= 0:
-                n = keep_within(flat_scores, places, search.slack)
+                n = keep_within(raveled, places, search.slack)
         if steering.gain > 0:
             drawn = draw_towards(
                 running,

@@ -90,8 +90,8 @@ def repair_cells(
         return 0
     volume = patterns.cells[0] > 1
     most = PART_VOLUME if volume else PART
-    ends = ends_of_walks(volume, 0.0)
-    ends_at_data = ends_of_walks(volume, float(np.mean(target.data != UNKNOWN)))
+    share = float(np.mean(target.data != UNKNOWN)) if volume and walks else 0.0
+    ends, ends_at_data = ends_of_walks(volume, 0.0), ends_of_walks(volume, share)
     lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
     firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
@@ -105,9 +105,9 @@ def repair_cells(
 
 
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
-    """Return how much further and longer a walk goes, from data that a share of the cells has.
+    """Return by how many more unseen patterns, and after how many changes, a walk ends.
 
-    With a share of 0 from anywhere else.
+    `share` is that of the cells with data, for walks that begin at one; 0 for all others.
 
     Examples
     --------
