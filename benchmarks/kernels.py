@@ -118,7 +118,7 @@ def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])
-        z, y, x = refine_place(
+        _, z, y, x = refine_place(
             image, square_bits, grid, data, missed, box, block, place, strips, at_stake
         )
         total += z + y + x

@@ -59,6 +59,8 @@ CELLS_PER_CALL = 100_000_000
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
 """Without data a location is drawn if it is at most so many wrong cells worse than the best."""
+N_DRAWN = 2
+"""So many locations are drawn without data: the one is taken that fits best once it is shifted."""
 REACH = 4
 """Cells around the verbatim continuation of a patch that are no candidates, or one block."""
 FEW_LOCATIONS = 100
@@ -353,6 +355,7 @@ def _search(
         location_axes=axes,
         exact=p.exact_data,
         slack=-1 if p.draws_as_published else round(slack * cell_cost),
+        n_drawn=1 if p.draws_as_published or p.match_proportions else N_DRAWN,
         reach=tuple(max(1, REACH >> n) for n in lengths.level),  # type: ignore[arg-type]
     )
 

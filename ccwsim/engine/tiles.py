@@ -50,11 +50,12 @@ class Search(NamedTuple):
 
     `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
     data are multiplied by, `slack_cost` what slack is, and `slack` how much worse than the best a
-    location without data may be, −1 for any; `missed` is what a datum counts in refinement, in
-    wrong cells. Where data are not `exact` they were only compared by blocks, so that a location
-    chosen for them must not be shifted. `location_cost` is that of one at the other end, along the
-    axes of `location_axes`. `reach` says which locations are too near to the continuation of other
-    patches, in blocks.
+    location without data may be, −1 for any; `n_drawn` is how many of these are drawn and shifted,
+    to take the one that fits best. `missed` is what a datum counts in refinement, in wrong cells.
+    Where data are not `exact` they were only compared by blocks, so that a location chosen for them
+    must not be shifted. `location_cost` is that of one at the other end, along the axes of
+    `location_axes`. `reach` says which locations are too near to the continuation of other patches,
+    in blocks.
     """
 
     template: Triple
@@ -73,14 +74,15 @@ class Search(NamedTuple):
     location_axes: tuple[float, float, float]
     exact: bool
     slack: int
+    n_drawn: int
     reach: Triple
 
 
 class Workspace(NamedTuple):
     """Arrays for one patch after another; what the latest left tells how it was chosen.
 
-    `choice` has how many of the `places` were candidates, and which of them was drawn. They are
-    made in Python, as kernels make no arrays.
+    `choice` has how many of the `places` were candidates, how many of them were drawn, and which
+    was taken. They are made in Python, as kernels make no arrays.
     """
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
@@ -203,7 +205,7 @@ def make_workspace(
         found_scores=np.zeros(n, kind),
         found_totals=np.zeros(n, totals),
         places=np.zeros(search.n_candidates, np.int64),
-        choice=np.zeros(2, np.int64),
+        choice=np.zeros(3, np.int64),
         after=np.zeros(len(oriented.proportions), np.int64),
         tilt=np.zeros(len(oriented.proportions)),
         chances=np.zeros(search.n_candidates),
@@ -230,6 +232,31 @@ def own_energies(squares, box, block, energies, energies_of):
         energies_of[k] = own[k]
     if not same:
         overlap_energies(squares, box, block, energies)
+
+
+@part_of_kernel
+def draw(candidates, box, oriented, search, steering, counts, work, rng):
+    """Return the index of one of the candidates, steered where realizations are."""
+    n_places, block = work.scores.shape[1:], search.block
+    if steering.gain > 0:
+        return draw_towards(
+            oriented.running,
+            candidates,
+            box,
+            block,
+            n_places,
+            steering,
+            counts,
+            work.tilt,
+            work.chances,
+            rng,
+        )
+    if search.match:
+        image, wanted = oriented.pyramid.image, oriented.proportions
+        return closest_to_target(
+            image, candidates, box, block, n_places, wanted, counts, work.after, rng
+        )
+    return draw_index(rng, len(candidates))
 
 
 @kernel
@@ -293,49 +320,30 @@ def simulate_patches(
             best_places(raveled, n, rng, work.minima, segments, found, work.found_scores, places)
             if free and search.slack >= 0:
                 n = keep_within(raveled, places, search.slack)
-        if steering.gain > 0:
-            drawn = draw_towards(
-                running,
-                places[:n],
-                box,
-                block,
-                n_places,
-                steering,
-                counts,
-                work.tilt,
-                work.chances,
-                rng,
-            )
-        elif search.match:
-            drawn = closest_to_target(
-                image,
-                places[:n],
-                box,
-                block,
-                n_places,
-                oriented.proportions,
-                counts,
-                work.after,
-                rng,
-            )
-        else:
-            drawn = draw_index(rng, n)
-        work.choice[0], work.choice[1] = n, drawn
-        place = place_of(places[drawn], n_places, block)
         coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
-        if search.refine and coarse and (search.exact or not data_ahead(data, box, 1)):
-            place = refine_place(
-                image,
-                square_bits,
-                grid,
-                data,
-                search.missed,
-                box,
-                block,
-                place,
-                work.strips,
-                work.at_stake,
-            )
+        refine = search.refine and coarse and (search.exact or not data_ahead(data, box, 1))
+        least, place = np.int64(1 << 60), (np.int64(0), np.int64(0), np.int64(0))
+        n_drawn = search.n_drawn if free and refine else 1
+        for _ in range(n_drawn):
+            drawn = draw(places[:n], box, oriented, search, steering, counts, work, rng)
+            wrong, near = np.int64(0), place_of(places[drawn], n_places, block)
+            if refine:
+                wrong, z, y, x = refine_place(
+                    image,
+                    square_bits,
+                    grid,
+                    data,
+                    search.missed,
+                    box,
+                    block,
+                    near,
+                    work.strips,
+                    work.at_stake,
+                )
+                near = z, y, x
+            if wrong < least:
+                least, place = wrong, near
+                work.choice[0], work.choice[1], work.choice[2] = n, n_drawn, drawn
         keep_old(grid, data.required, image, place, box, work.cut)
         paste(image, place, box, work.cut.keep_mask, counts, grid, sources)
         locations[number, 0], locations[number, 1], locations[number, 2] = place
@@ -359,7 +367,7 @@ def refine_patches(
             finer[2] * np.int64(locations[number, 2]),
         )
         if refine:
-            place = refine_place(
+            _, z, y, x = refine_place(
                 image,
                 square_bits,
                 grid,
@@ -371,6 +379,7 @@ def refine_patches(
                 work.strips,
                 work.at_stake,
             )
+            place = z, y, x
         keep_old(grid, data.required, image, place, box, work.cut)
         paste(image, place, box, work.cut.keep_mask, counts, grid, sources)
         locations[number, 0], locations[number, 1], locations[number, 2] = place

@@ -33,7 +33,7 @@ FURTHER, FURTHER_VOLUME = 3, 14
 few are left, windows take most of the time."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
 """A walk ends after so many changes since it was at its best."""
-FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 100, 800, 0.001
+FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
 """The same of walks in volumes from a pattern with a datum, where at most such a share of the cells
 has one: it takes long to find what both the image and the data allow, but these patterns are few.
 The more data there are the sooner these walks end, down to the usual ones."""
@@ -112,7 +112,7 @@ def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
     Examples
     --------
     >>> [ends_of_walks(True, share) for share in (0, 0.001, 0.002, 0.1)]
-    [(14, 40), (100, 800), (50, 400), (14, 40)]
+    [(14, 40), (200, 2000), (100, 1000), (14, 40)]
     """
     if not volume:
         return FURTHER, PATIENCE

@@ -21,8 +21,8 @@ MIDDLE = 13
 def refine_place(image, square_bits, grid, data, missed, box, block, place, strips, at_stake):
     """Return the layer, row and column of the TI, near `place`, whose patch fits best.
 
-    A missed datum counts as `missed` wrong cells. `at_stake`, shape (n, 4), is workspace for the
-    data that the cut cannot keep.
+    After its misfit: wrong cells of overlap, and `missed` for each missed datum. `at_stake`, shape
+    (n, 4), is workspace for the data that the cut cannot keep.
     """
     take_strips(grid, box, square_bits, strips)
     n = data_at_stake(grid, data, box, at_stake)
@@ -50,7 +50,7 @@ def refine_place(image, square_bits, grid, data, missed, box, block, place, stri
                 if misfit < best:
                     best, best_z, best_y, best_x = misfit, z, y, x
         stride //= 2
-    return best_z, best_y, best_x
+    return best, best_z, best_y, best_x
 
 
 @part_of_kernel

@@ -180,8 +180,10 @@ class TracedPatch:
         The K best in blocks, the candidates first.
     n_candidates : int
         How many of them are near enough to the best to be drawn from.
+    n_drawn : int
+        How many of them were drawn, to take the one that fits best once it is shifted.
     drawn : int
-        Which of them was drawn.
+        Which of them was taken.
     place : pair or triple of int
         Where the patch was taken from in the end, in cells.
     cells : ndarray of uint8, shape (size, size)
@@ -214,6 +216,7 @@ class TracedPatch:
     block: tuple[int, int, int]
     places: NDArray[np.int64]
     n_candidates: int
+    n_drawn: int
     drawn: int
     place: tuple[int, ...]
     cells: NDArray[np.uint8]

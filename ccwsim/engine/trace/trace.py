@@ -318,7 +318,7 @@ class Trace:
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: Triple) -> TracedPatch:
         """Return what the latest call left in the workspace."""
         work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
-        n_candidates, drawn = work.choice.tolist()
+        n_candidates, n_drawn, drawn = work.choice.tolist()
         z0, y0, x0, nz, ny, nx, sides = self._stepper.plan.patches[p.number, :7].tolist()
         box = Box(z0, y0, x0, nz, ny, nx, sides, *search.overlap)
         cells = before[z0 : z0 + nz, y0 : y0 + ny, x0 : x0 + nx]
@@ -357,6 +357,7 @@ class Trace:
             block=search.block,
             places=places if volume else places[:, 1:],
             n_candidates=n_candidates,
+            n_drawn=n_drawn,
             drawn=drawn,
             place=place if volume else place[1:],
             cells=own(pyramid.image[tz : tz + nz, ty : ty + ny, tx : tx + nx]),

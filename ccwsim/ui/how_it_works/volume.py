@@ -39,6 +39,7 @@ from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import (
     OURS,
     PAPER,
+    describe_draw,
     describe_window,
     format_count,
     is_rejected,
@@ -279,16 +280,6 @@ def describe_overlap(view: VolumeView) -> str:
         f"block of {describe_shape(step.block)} cells: <b>{format_count(n, 'coefficient')}</b> "
         f"instead of {format_count(n_cells, 'number')}."
     )
-
-
-def describe_draw(view: VolumeView) -> str:
-    """Return what was drawn."""
-    step, n = view.step, view.step.n_candidates
-    how = "all equally likely"
-    if step.steered:
-        how = "the likelier the nearer it brings the proportions to their target (not in the paper)"
-    chance = f"One of {n} candidates, {how}." if n > 1 else "It is the only candidate."
-    return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
 
 def describe_shift(step: TracedPatch) -> str:

@@ -140,12 +140,17 @@ def describe_scores(step: TracedPatch) -> str:
 
 
 def describe_draw(view: PatchView) -> str:
-    """Return what was drawn."""
+    """Return what was drawn, and how."""
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
         how = "the likelier the nearer it brings the proportions to their target (not in the paper)"
     chance = f"One of {n} candidates, {how}: that is where realizations differ."
+    if step.n_drawn > 1:
+        chance = (
+            f"Of {n} candidates, {how}, {step.n_drawn} are drawn, and the one is taken that fits "
+            "best at full resolution (not in the paper): that is where realizations differ."
+        )
     if n == 1:
         chance = "It is the only candidate."
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
@@ -190,7 +195,7 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
     best = f"{100 * search_fraction:.3g}"
     return {
         "drawn": "drawn",
-        "candidate": "a candidate that was not drawn",
+        "candidate": "a candidate that was not taken",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
         "copy": "rejected: it only goes on with a patch beside it",

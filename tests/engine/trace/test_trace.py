@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.reference import refined
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim.engine import raster
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Frame, Trace, fates
@@ -206,6 +208,27 @@ def test_the_cut_mask_gives_the_pasted_grid(trace):
         assert np.array_equal(step.after, wanted)
         assert not (step.keep_mask & ~step.in_overlap).any()
         assert np.array_equal(step.error, (step.old != step.cells) & step.in_overlap)
+
+
+@pytest.mark.parametrize("published", [False, True])
+def test_of_the_locations_drawn_the_one_is_taken_that_fits_best(published, monkeypatch):
+    monkeypatch.setattr(raster, "N_DRAWN", 400)  # so that each candidate is drawn,
+    monkeypatch.setattr(raster, "GAIN", 0.0)  # which are all equally likely then
+    trace = traced(Parameters(16, 4, 2, n_candidates=4, published_draw=published))
+    turned, unit = trace.oriented.pyramid.image[0], trace.search.block[2]
+    found = []
+    for number in range(1, len(trace.patches)):
+        step = trace.at(number)
+        seen = step.in_overlap & (step.old != UNKNOWN)
+
+        def misfit(at: tuple[int, ...], step=step, seen=seen) -> int:
+            patch = turned[at[0] :, at[1] :][: len(step.cells), : len(step.cells)]
+            return int(np.count_nonzero((patch != step.old)[seen]))
+
+        candidates = (step.places[: step.n_candidates] * unit).tolist()
+        least = min(misfit(refined(turned, step.old, seen, at, unit)) for at in candidates)
+        found.append(misfit(step.place) - least)
+    assert (max(found) > 0) == published
 
 
 def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trace):
