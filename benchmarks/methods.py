@@ -25,8 +25,8 @@ DATA = (
 )
 GRID = Grid(512, 512)
 HEADER = (
-    "| data | exact | method | level | patterns 1, 1/2, 1/3 | τ 21, 41, 61, 81 | differ | wrong "
-    "| ms |\n|---|---|---|---|---|---|---|---|---|"
+    "| data | exact | method | level | patterns 1, 1/2, 1/3 | all phases 1/2, 1/3 "
+    "| τ 21, 41, 61, 81 | differ | wrong | ms |\n" + "|---" * 10 + "|"
 )
 
 

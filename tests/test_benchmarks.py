@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from benchmarks import reference
 from benchmarks.__main__ import main
 from benchmarks.cases import CASES, Case, Row, measure
+from benchmarks.quality import distance_of_all_phases
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.stages.bits import make_strips, to_square_bits
@@ -153,3 +154,15 @@ def test_a_file_that_holds_no_measurements_is_refused(tmp_path, capsys, content)
         main(["--against", str(file)])
     assert stopped.value.code == 2
     assert "no measurements" in capsys.readouterr().err
+
+
+def test_in_all_phases_an_image_is_as_near_to_itself_wherever_it_begins():
+    ti = datasets.load("stone_wall")
+    array = np.asarray(ti.array)
+    shifted = array[1:, :-1]
+    apart = pattern_distance(shifted, ti, factors=(2, 3))[0]
+    near = [distance_of_all_phases(shifted[None], ti, factor) for factor in (2, 3)]
+    assert (np.array(near) < apart / 10).all()
+    other = np.asarray(datasets.load("channels").array)
+    same = pattern_distance(other, ti, factors=(1,))[0, 0]
+    assert distance_of_all_phases(other[None], ti, 1) == pytest.approx(same)
