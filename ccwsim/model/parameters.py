@@ -27,10 +27,10 @@ MEANINGS = {
     "wavelet_level": "How often the overlap is halved by the Haar wavelet before it is compared. "
     "Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
     "coarsened.",
-    "n_candidates": "How many of the best locations the patch is drawn from. 1 copies large pieces "
-    "of the training image; more copy less and fit less well. Only those within 8 wrong cells of "
-    "the best are drawn from, near hard data those within 6 wrong cells of the best, often one or "
-    "two: with dense data K changes little.",
+    "n_candidates": "How many of the best locations the patch is drawn from. As published 1 copies "
+    "large pieces of the training image; more copy less and fit less well. By default only those "
+    "within 8 wrong cells of the best are drawn from, near hard data within 6, and in maps none "
+    "that only copy the image on: there K changes little. In volumes 1 copies more than 20.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "How overlap and training image are compared: sum of squared differences, the "
@@ -51,7 +51,8 @@ MEANINGS = {
     "lie nearer to those of hard data the more of these there are.",
     "published_draw": "Draw patches as published: the first one begins at the corner of the grid, "
     "any of the K best may be drawn, and nothing steers the proportions. Off: patches begin at "
-    "random, those that fit much worse than the best or only copy the image on are left out.",
+    "random, those that fit much worse than the best or only copy the image on are left out, "
+    "and without data the one of two is taken that fits better.",
     "repair_seams": "Change single cells and simulate windows anew where patches are joined as the "
     "training image never has it: steps in a boundary, channels that end dead. Off for the "
     "published method; with hard data that are not honoured exactly, nothing is repaired.",
