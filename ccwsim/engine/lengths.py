@@ -17,7 +17,7 @@ class ScaledLengths(NamedTuple):
     """Lengths along z, y and x; a map has a template of one layer, and no overlap or level along z.
 
     `scales` is how often each axis is up-gridded, `level` what is left of the wavelet level.
-    `weight_of_data` multiplies the weights of data, as they compete with the overlap.
+    `weight_of_data` multiplies the weights of data, as they compete with the overlap, and slack.
     """
 
     template: Triple

@@ -58,7 +58,8 @@ CELLS_PER_CALL = 100_000_000
 """Cells compared in refinement between two such looks."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
-"""Without data a location is drawn if it is at most so many wrong cells worse than the best."""
+"""Without data a location is drawn if it is at most so many wrong cells worse than the best, of an
+overlap of 448 cells; more where overlaps are larger, in proportion."""
 N_DRAWN = 2
 """So many locations are drawn without data: the one is taken that fits best once it is shifted."""
 REACH = 4
@@ -333,7 +334,7 @@ def _search(
         of_data *= WEIGHT_OF_MORE_FACIES
     # In a volume patches that go on with what is beside them are few: no others are ruled out,
     # so that they are not copied on and on, but the slack is narrower.
-    slack = SLACK * (0.75 * lengths.weight_of_data if lengths.volume else 1.0)
+    slack = SLACK * lengths.weight_of_data * (0.75 if lengths.volume else 1.0)
     corner = _usual_overlap(lengths_of(p, study.grid.shape)) / 4**p.scale
     z, y, x = along_path(p.location_weights, path.orientation)
     location = max(z, y, x)

@@ -231,6 +231,14 @@ def test_of_the_locations_drawn_the_one_is_taken_that_fits_best(published, monke
     assert (max(found) > 0) == published
 
 
+@pytest.mark.parametrize("sizes", [(32, 8), (64, 16), (48, 12), (16, 4)])
+def test_slack_grows_with_the_overlap(sizes):
+    study = Study(datasets.load("channels"), Grid(80, 80), Parameters(*sizes, 0), HardData(), 0)
+    template, overlap = sizes
+    cells = template**2 - (template - overlap) ** 2
+    assert Trace(study).search.slack == 8 * max(cells / 448, 1)
+
+
 def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trace):
     turned, unit = trace.oriented.pyramid.image[0], trace.search.block[2]
     for number in sample(trace):
