@@ -29,8 +29,10 @@ MEANINGS = {
     "coarsened.",
     "n_candidates": "How many of the best locations the patch is drawn from. As published 1 copies "
     "large pieces of the training image; more copy less and fit less well. By default only those "
-    "within 8 wrong cells of the best are drawn from, near hard data within 6, and in maps none "
-    "that only copy the image on: there K changes little. In volumes 1 copies more than 20.",
+    "within 8 wrong cells of the best are drawn from (more with wide overlaps), and in maps none "
+    "that only copy the image on: there K changes little; in volumes 1 copies more than 20. Near "
+    "hard data those within 6 wrong cells of the best are, often one or two: with dense data K "
+    "changes little.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "How overlap and training image are compared: sum of squared differences, the "
