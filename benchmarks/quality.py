@@ -157,8 +157,8 @@ def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> f
     """Return the mean pattern distance to the image at 1 / factor of the resolution, in any phase.
 
     Coarse cells that begin elsewhere give other patterns of the same image: the stone wall without
-    its first row is as far from the whole at half resolution as realizations are. Patches copied
-    from even cells to even cells keep the phase of the image, shifted ones do not.
+    its first and last row is farther from the whole at half resolution than realizations are.
+    Patches copied from even cells to even cells keep the phase of the image, shifted ones do not.
     """
     target = histogram_of_all_phases(np.asarray(ti.array), ti, factor)
     found = [js_divergence(histogram_of_all_phases(own, ti, factor), target) for own in images]

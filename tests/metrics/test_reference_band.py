@@ -170,7 +170,8 @@ def test_broken_channels_fail_although_they_scatter():
 def test_what_all_realizations_miss_fails_although_crops_scatter():
     """Of half the image's size, crops are connected N–S or not; the image is, and no piece is."""
     image = datasets.load("channels")
-    found = simulate(image, (256, 256), Parameters(), n_realizations=12, seed=1)
+    small = Parameters(template_size=16, overlap_size=4)
+    found = simulate(image, (256, 256), small, n_realizations=12, seed=1)
     fit = fit_curve(found, "connectivity", 1, "N-S")
     assert not fit.fits
     assert fit.crop_shape == (256, 256)
