@@ -29,7 +29,7 @@ PART = 4
 shorter than it."""
 MAX_PLACES = 4000
 """About so many places of the grid say to which of the data they are the nearest."""
-N_DRAWN = 50
+N_TARGETS = 50
 """Targets that say how much those of an image vary."""
 FEW = 5
 """So many columns of data say as much of how columns vary as the image does."""
@@ -140,7 +140,7 @@ def proportions_of_data(
     _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
     weights = np.bincount(nearest, minlength=len(columns)) / len(places)
     rng = np.random.default_rng(0)
-    drawn = [draw_target(image, proportions, grid_shape, rng) for _ in range(N_DRAWN)]
+    drawn = [draw_target(image, proportions, grid_shape, rng) for _ in range(N_TARGETS)]
     shares = counts / counts.sum(axis=1, keepdims=True)
     return DataProportions(shares, weights, float(np.var(drawn, axis=0).sum()))
 
