@@ -200,7 +200,8 @@ def test_repair_leaves_fewer_unseen_patterns_and_all_data(shape, n_data):
     np.testing.assert_array_equal(own.indices[taken], image.indices.ravel()[own.sources[taken]])
     assert (own.sources[plain.sources < 0] < 0).all()  # forced cells stay forced
     alone = (own.sources < 0) & (plain.sources >= 0)
-    assert alone.mean() < 0.2
+    go_far = volume and n_data == 30  # few data, which contradict the image: walks are long there
+    assert alone.mean() < (0.2 if go_far else 0.12)
     assert not alone[tuple(study.hard_data.cells.T)].any()  # no datum is one of the cells changed
 
 
