@@ -1,9 +1,11 @@
 """Our parts of a page hold through the calls that Streamlit makes: it calls a part again for new
-data without an end of the call before, and where calls come fast it may end one late."""
+data without an end of the call before; where calls come fast it may end one late, or make the older
+one last, and then ends it at once."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -34,6 +36,7 @@ CALLS = {
     "late end": "() => { const end = call(); call(); end?.(); }",
     "early end": "() => { call()?.(); call(); }",
     "no end": "() => { call(); call(); }",
+    "older one last": "() => { call(); call()?.(); }",
 }
 EMPTY = CellMap(
     np.zeros((8, 16), np.uint8), ["#ffffff"], ["mud"], "a map", point_colours=["#888888"]
@@ -79,6 +82,24 @@ def test_a_canvas_follows_the_size_of_the_window_and_of_other_maps(tab, put_up, 
     tab.wait_for_function(one, timeout=SOON)
     tab.set_viewport_size({"width": 300, "height": 600})
     width(tab, "< 300")
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_the_newest_of_calls_in_any_order_is_shown(tab, order):
+    begin(tab, "map", map_content(EMPTY))
+    tab.evaluate(
+        """async ([order, shown]) => {
+          const ends = [];
+          for (const k of order) {
+            ends.push([k, callWith({ ...shown, alt: `map ${k}` })]);
+            await null;
+            for (const [j, end] of ends.splice(0, ends.length - 1)) if (j !== 2) end();
+          }
+          for (const [j, end] of ends) if (j !== 2) end();
+        }""",
+        [list(order), map_content(EMPTY)],
+    )
+    assert tab.locator("canvas").get_attribute("aria-label") == "map 2"
 
 
 def test_a_click_and_an_undo_are_told_once(tab, put_up):

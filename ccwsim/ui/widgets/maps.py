@@ -29,9 +29,9 @@ BELOW = {
     "editor": ("drawing", "map", "edits"),
     "volume": ("drawing", "edits", "slice", "body"),
 }
-"""The modules before that of a component; a component is one text in the browser."""
-ENTRY = "export default function (component)"
-"""Where Streamlit begins: of the modules of a component only the last one is called."""
+"""The modules before that of a component, after `calls`; it is one text in the browser."""
+ENTRY = "export default "
+"""Before what Streamlit calls: of the modules of a component that is the last one."""
 N_STEPS = 200
 """Steps of a probability map; ensembles of up to so many realizations show exact shares."""
 
@@ -195,10 +195,10 @@ def canvas_component(name: str) -> Any:
 
 def component_parts(name: str) -> tuple[str, str, str]:
     """Return HTML, CSS and JavaScript of a component, after the modules that it builds on."""
-    modules = *BELOW.get(name, ()), name
+    modules = "calls", *BELOW.get(name, ()), name
     css, js = ("\n".join(_text(f"{module}.{kind}") for module in modules) for kind in ("css", "js"))
     inherited = js.count(ENTRY) - 1
-    return _text(f"{name}.html"), css, js.replace(ENTRY, "function entry(component)", inherited)
+    return _text(f"{name}.html"), css, js.replace(ENTRY, "", inherited)
 
 
 def _text(name: str) -> str:

@@ -1,6 +1,5 @@
 // Saves the chart beside it: as PNG and SVG by plotly itself, as CSV from the numbers it draws.
-export default function ({ data, parentElement }) {
-  parentElement.stop?.(); // Streamlit calls again without an end of the call before
+export default inOrder(({ data, parentElement }) => {
   const open = parentElement.querySelector('.open');
   const choices = parentElement.querySelector('.choices');
   open.setAttribute('aria-label', `Save ${data.title}`);
@@ -20,12 +19,11 @@ export default function ({ data, parentElement }) {
   const escape = (event) => { if (event.key === 'Escape') show(false); };
   document.addEventListener('pointerdown', away);
   document.addEventListener('keydown', escape);
-  const stop = parentElement.stop = () => {
+  return () => {
     document.removeEventListener('pointerdown', away);
     document.removeEventListener('keydown', escape);
   };
-  return stop;
-}
+});
 
 function save(charts, kind, name) {
   if (kind === 'csv') return download(name + '.csv', charts.map(table).join('\n'));

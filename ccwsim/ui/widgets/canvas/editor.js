@@ -9,18 +9,17 @@ const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRi
 const editors = new WeakMap();
 let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
 
-export default function (component) {
+export default inOrder((component) => {
   const root = component.parentElement.querySelector('.map');
   let editor = editors.get(root);
   if (!editor) {
     editor = new DataEditor(root);
     editors.set(root, editor);
   }
-  editor.component = component;
   editor.queue.send = (edits) => component.setTriggerValue('edits', edits);
   editor.show(component.data);
-  return () => { if (editor.component === component) editor.stop(); };
-}
+  return editor.stop;
+});
 
 class DataEditor extends CellMap {
   queue = new EditQueue(waiting);

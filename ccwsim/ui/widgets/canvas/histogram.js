@@ -2,7 +2,7 @@
 const BELOW = 20; // pixels under the bars, for the numbers
 const STEPS = 200; // steps of an arrow key over the whole range
 
-export default function ({ data, parentElement, setTriggerValue }) {
+export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const root = parentElement.querySelector('.histogram');
   const canvas = root.querySelector('canvas');
   const { counts, low, high, label } = data;
@@ -69,12 +69,10 @@ export default function ({ data, parentElement, setTriggerValue }) {
       tell();
     };
   });
-  parentElement.stop?.(); // Streamlit calls again without an end of the call before
   const sizes = new ResizeObserver(draw);
   sizes.observe(root);
-  const stop = parentElement.stop = () => sizes.disconnect();
-  return stop;
-}
+  return () => sizes.disconnect();
+});
 
 function handle() {
   const button = document.createElement('button');

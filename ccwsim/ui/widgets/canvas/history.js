@@ -1,5 +1,5 @@
 // The runs of a session, newest first: each a button; arrow keys move, Enter or a click goes back.
-export default function ({ data, parentElement, setTriggerValue }) {
+export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const strip = parentElement.querySelector('.history');
   const { runs, shown } = data;
   strip.setAttribute('role', 'group');
@@ -39,7 +39,7 @@ export default function ({ data, parentElement, setTriggerValue }) {
     buttons.forEach((button, k) => { button.tabIndex = k === next ? 0 : -1; });
     buttons[next].focus();
   };
-}
+});
 
 function empty() {
   const button = document.createElement('button');

@@ -6,19 +6,17 @@ const maps = new WeakMap();
 // Maps of one scale. Each component has its own copy of this module, so the window keeps them.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
 
-export default function (component) {
+export default inOrder((component) => {
   const root = component.parentElement.querySelector('.map');
   let map = maps.get(root);
   if (!map) {
     map = new CellMap(root);
     maps.set(root, map);
   }
-  map.component = component;
   map.pick = (row, column) => component.setTriggerValue('cell', [row, column]);
   map.show(component.data);
-  // Streamlit may end a call when a later one has already taken the map over, and begin again after it.
-  return () => { if (map.component === component) map.stop(); };
-}
+  return map.stop;
+});
 
 class CellMap {
   constructor(root) {
@@ -30,6 +28,7 @@ class CellMap {
     this.pointers = new Map();
     this.view = null;
     this.hover = null;
+    this.stop = this.stop.bind(this);
     this.listen();
   }
 

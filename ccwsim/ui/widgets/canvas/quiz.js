@@ -1,5 +1,5 @@
 // Pictures to pick one of; which one it was is known here only after the pick.
-export default function ({ data, parentElement, setTriggerValue }) {
+export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const quiz = parentElement.querySelector('.quiz');
   const { pictures, round, picked, answer } = data;
   const told = answer !== null && answer !== undefined;
@@ -24,7 +24,7 @@ export default function ({ data, parentElement, setTriggerValue }) {
       setTriggerValue('chosen', { round, k: [...quiz.children].indexOf(button) });
     }
   };
-}
+});
 
 function empty() {
   const button = document.createElement('button');

@@ -3,8 +3,7 @@ const NEAR = 240;
 const EVERY = 250;
 const AGAIN = 3000;
 
-export default function ({ data, parentElement, setTriggerValue }) {
-  parentElement.stop?.(); // Streamlit calls again without an end of the call before
+export default inOrder(({ data, setTriggerValue }) => {
   let told = '';
   let when = 0;
   const look = () => {
@@ -16,9 +15,8 @@ export default function ({ data, parentElement, setTriggerValue }) {
     setTriggerValue('seen', names);
   };
   const timer = setInterval(look, EVERY);
-  const stop = parentElement.stop = () => clearInterval(timer);
-  return stop;
-}
+  return () => clearInterval(timer);
+});
 
 function near(name) {
   const ghost = document.querySelector(`.st-key-section_${name} .unseen`);

@@ -1,5 +1,5 @@
 // Small multiples: a labelled picture a setting, each a button; arrow keys go on.
-export default function ({ data, parentElement, setTriggerValue }) {
+export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const sheet = parentElement.querySelector('.settings');
   const { tiles, shown } = data;
   // on a phone three stand in a row
@@ -46,7 +46,7 @@ export default function ({ data, parentElement, setTriggerValue }) {
     const now = [...sheet.children].findIndex((b) => b.getAttribute('aria-pressed') === 'true');
     choose((now + step + ready) % ready);
   };
-}
+});
 
 function empty() {
   const button = document.createElement('button');

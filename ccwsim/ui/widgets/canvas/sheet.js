@@ -1,5 +1,5 @@
 // A contact sheet: every realization as a button cut from one picture; arrow keys go on.
-export default function ({ data, parentElement, setTriggerValue }) {
+export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const sheet = parentElement.querySelector('.sheet');
   const { png, n, columns, width, height, shown } = data;
   sheet.setAttribute('role', 'group');
@@ -44,7 +44,7 @@ export default function ({ data, parentElement, setTriggerValue }) {
     const now = [...sheet.children].findIndex((b) => b.getAttribute('aria-pressed') === 'true');
     choose((now + step + n) % n);
   };
-}
+});
 
 function tile(r) {
   const button = document.createElement('button');

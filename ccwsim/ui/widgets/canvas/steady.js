@@ -3,8 +3,7 @@
 const WORKING = '.working, .unseen';
 const REST = 2000; // milliseconds after which what is drawn anew is all there, on a slow machine too
 
-export default function ({ data, parentElement }) {
-  parentElement.stop?.(); // Streamlit calls again without an end of the call before
+export default inOrder(({ data }) => {
   const app = document.querySelector('.stApp');
   const watched = new WeakSet();
   const heights = new Map(); // of each part by its name, the largest since it was at rest
@@ -28,8 +27,8 @@ export default function ({ data, parentElement }) {
       heights.set(name(part), high(part));
     });
   };
-  const sizes = new ResizeObserver((changes) => changes.forEach(({ target }) => keep(target)));
-  const parts = new MutationObserver((news) => {
+  const sizes = new ResizeObserver((news) => news.forEach(({ target }) => keep(target)));
+  const changes = new MutationObserver((news) => {
     if (news.some(({ type }) => type === 'attributes')) changed = performance.now();
     const drawing = app.dataset.testScriptState !== 'notRunning' || performance.now() - changed < REST;
     document.querySelectorAll(data.parts).forEach((part) => {
@@ -40,9 +39,6 @@ export default function ({ data, parentElement }) {
       later();
     });
   });
-  parts.observe(app, { attributeFilter: ['data-test-script-state'], childList: true, subtree: true });
-  const stop = parentElement.stop = () => {
-    sizes.disconnect(); parts.disconnect(); clearTimeout(timer);
-  };
-  return stop;
-}
+  changes.observe(app, { attributeFilter: ['data-test-script-state'], childList: true, subtree: true });
+  return () => { sizes.disconnect(); changes.disconnect(); clearTimeout(timer); };
+});

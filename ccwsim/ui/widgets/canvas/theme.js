@@ -1,6 +1,6 @@
 // Asks for the page to be drawn anew where the reader switches between light and dark: charts carry
 // the colours of the theme in which they were drawn.
-export default function ({ data, parentElement, setTriggerValue }) {
+export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const probe = parentElement.querySelector('i');
   let asked = data.theme;
   const look = () => {
@@ -15,4 +15,4 @@ export default function ({ data, parentElement, setTriggerValue }) {
   probe.ontransitionend = look;
   look();
   return () => { if (probe.ontransitionend === look) probe.ontransitionend = null; };
-}
+});

@@ -9,19 +9,17 @@ const views = new WeakMap();
 // What outlives a component that is drawn anew, or that several ones share: each has a copy of this module.
 const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
 
-export default function (component) {
+export default inOrder((component) => {
   const root = component.parentElement.querySelector('.volume');
   let view = views.get(root);
   if (!view) {
     view = new VolumeView(root);
     views.set(root, view);
   }
-  view.component = component;
   view.queue.send = (edits) => component.setTriggerValue('edits', edits);
   view.show(component.data);
-  // Streamlit may end a call when a later one has already taken the view over, and begin again after it.
-  return () => { if (view.component === component) view.stop(); };
-}
+  return view.stop;
+});
 
 class VolumeView {
   constructor(root) {
@@ -33,6 +31,7 @@ class VolumeView {
     this.queue = new EditQueue();
     this.slices = ['z', 'y', 'x'].map((axis) => new Slice(this, axis));
     this.body = new Body(this);
+    this.stop = this.stop.bind(this);
     this.listen();
   }
 
