@@ -102,6 +102,34 @@ def test_the_newest_of_calls_in_any_order_is_shown(tab, order):
     assert tab.locator("canvas").get_attribute("aria-label") == "map 2"
 
 
+def test_a_map_shows_and_says_the_cells_of_its_newest_picture(tab):
+    two = {"colours": ["#888888", "#ffcc00"], "labels": ["mud", "sand"]}
+    shown = map_content(replace(EMPTY, **two))
+    # the other picture, and before it is unpacked the same one under another name
+    other = map_content(replace(EMPTY, indices=np.ones((8, 16), np.uint8), **two))
+    tab.set_viewport_size({"width": 500, "height": 600})
+    begin(tab, "map", shown)
+    tab.evaluate("() => { call(); }")
+    width(tab, "> 400")
+    box = tab.locator("canvas").bounding_box()
+    spot = box["x"] + box["width"] / 2 + 1, box["y"] + box["height"] / 2 - 1
+
+    def says(expected: str) -> None:
+        assert tab.locator(".readout").inner_text() == expected
+
+    def hovers() -> None:
+        tab.mouse.move(*spot)
+        says("(8, 4) mud")
+
+    soon(hovers)
+    tab.evaluate("([first, second]) => { callWith(first); callWith(second); }",
+                 [other, {**other, "name": "again"}])  # fmt: skip
+    soon(lambda: says("(8, 4) sand"))
+    colour = """() => [...document.querySelector('canvas').getContext('2d')
+      .getImageData(40, 40, 1, 1).data]"""
+    assert tab.evaluate(colour) == [255, 204, 0, 255]
+
+
 def test_a_click_and_an_undo_are_told_once(tab, put_up):
     extra = {"brushes": [{"label": "mud", "colour": "#888888"}], "reads": False, "empty": True}
     extra |= {"ack": 0, "can_undo": True, "can_redo": False}

@@ -34,8 +34,6 @@ class CellMap {
 
   show(data) {
     const sameGrid = this.data && this.data.nx === data.nx && this.data.ny === data.ny;
-    const samePicture = this.data && this.data.png === data.png
-      && this.data.lut.join() === data.lut.join();
     this.start();
     this.leave();
     this.data = data;
@@ -45,15 +43,23 @@ class CellMap {
     this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
     this.root.querySelector('.tools').hidden = data.tools === false;
     this.legendOf();
-    if (samePicture && this.picture) return this.layout();
+    this.ask(data.png + data.lut.join());
+    this.layout();
+  }
+
+  // The picture before it stays until the one that is asked for is there.
+  ask(wanted) {
+    if (this.wanted === wanted) return;
+    this.wanted = wanted;
     const image = new Image();
     image.onload = () => {
-      if (this.data !== data) return;
+      if (this.wanted !== wanted) return;
       this.read(image);
+      this.there = wanted;
+      this.say();
       this.layout();
     };
-    image.src = 'data:image/png;base64,' + data.png;
-    this.layout();
+    image.src = 'data:image/png;base64,' + this.data.png;
   }
 
   read(image) {
@@ -286,12 +292,12 @@ class CellMap {
 
   legendOf() {
     fillLegend(this.legend, this.data);
-    this.readout.textContent = '';
+    this.say();
   }
 
   at(cell) {
     const { nx, ny, labels } = this.data;
-    if (!cell || !this.indices) return '';
+    if (!cell || this.there !== this.wanted) return '';
     const [row, column] = cell;
     if (row < 0 || column < 0 || row >= ny || column >= nx) return '';
     return labels[this.indices[(ny - 1 - row) * nx + column]];
@@ -299,12 +305,18 @@ class CellMap {
 
   point(cell, tell = true) {
     this.hover = cell;
+    this.say();
+    this.draw();
+    if (tell) this.tell();
+  }
+
+  // Say which cell is under the pointer and what is there.
+  say() {
+    const { hover: cell } = this;
     const said = this.at(cell);
     const mark = said ? this.marked(cell) : '';
     this.readout.textContent = said ? `(${cell[1]}, ${cell[0]}) ${said}${mark && ' · ' + mark}` : '';
     this.readout.classList.toggle('long', Boolean(mark));
-    this.draw();
-    if (tell) this.tell();
   }
 
   look(view, tell = true) {
