@@ -127,6 +127,8 @@ def describe_setting(p: Parameters, own: Parameters) -> str:
     --------
     >>> describe_setting(Parameters(48, 8, refine=False), Parameters())
     'template 48, no refine'
+    >>> describe_setting(Parameters(location_weight=(2, 0, 0)), Parameters())
+    'location weight 2 along z'
     """
     names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
     if p.method == "ccsim":  # it has no level
@@ -201,6 +203,9 @@ def _describe(name: str, value: object) -> str:
         return short if value else f"no {short}"
     if isinstance(value, tuple) and name in PER_AXIS:
         return f"{short} {describe_shape(value)}"
+    if isinstance(value, tuple):
+        along = [f"{w:g} along {axis}" for axis, w in zip("zyx", value, strict=True) if w]
+        return f"{short} {' and '.join(along) or 0}"
     return f"{short} {value:g}" if isinstance(value, float) else f"{short} {value}"
 
 
