@@ -231,12 +231,15 @@ def _patches(
 
 
 def _offset(p: Parameters, lengths: ScaledLengths, rng: np.random.Generator) -> Triple:
-    """Draw how far before the grid the first tile begins: whole cells of the coarsest scale."""
+    """Draw how far before the grid the first tile begins: whole cells of the coarsest scale.
+
+    Not below it where patches keep their height, which is that in the grid.
+    """
     if p.draws_as_published or not p.random_path:
         return 0, 0, 0
     units = lengths.at_scale(p.scale).unit
     z, y, x = (int(rng.integers(s // u)) * u for s, u in zip(lengths.step, units, strict=True))
-    return z, y, x
+    return (0 if p.location_weights[0] else z), y, x
 
 
 def _steering(

@@ -146,8 +146,9 @@ class Parameters:
         """Whether patches are drawn as published: where it is asked for, or a location weight.
 
         Patches near their own place have no others to be drawn from, and must begin with the grid.
+        With a weight along z alone they have those of their height.
         """
-        return self.published_draw or max(self.location_weights) > 0
+        return self.published_draw or max(self.location_weights[1:]) > 0
 
     @property
     def location_weights(self) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from scipy import ndimage
 from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import add_location
-from ccwsim.metrics import vertical_proportions
+from ccwsim.metrics import proportions, unseen_patterns, vertical_proportions
 
 AXES = (1.0, 1.0, 1.0)
 
@@ -80,6 +80,21 @@ def test_a_vertical_trend_is_kept_alone():
 
     assert drift((3, 0, 0)) < 0.5 * drift((0, 3, 3))
     assert drift(3) < 0.7 * drift(0)
+
+
+def test_beds_keep_their_height_their_share_and_fewer_unseen_patterns():
+    image = datasets.load("folded_layers")
+    p = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
+    off = {}
+    for weight in (0.0, (0.5, 0.0, 0.0)):
+        e = simulate(image, (48, 80, 80), replace(p, location_weight=weight), n_realizations=12)
+        layers = vertical_proportions(e).mean(axis=0) - vertical_proportions(image)[0]
+        bias = np.abs(proportions(e).mean(axis=0) - image.proportions).max()
+        off[weight] = np.array([np.abs(layers).mean(), bias, unseen_patterns(e, image).mean()])
+    free, kept = off.values()
+    assert kept[0] < 0.7 * free[0]
+    assert kept[1] < 0.7 * free[1]
+    assert kept[2] < free[2]
 
 
 def test_an_image_that_is_the_same_everywhere_does_not_change():

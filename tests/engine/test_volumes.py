@@ -61,6 +61,7 @@ CASES = {
     "not refined": Parameters(8, 4, 2, refine=False),
     "sizes vary": Parameters(8, 2, 1, template_variation=0.3),
     "near its place": Parameters(8, 2, 1, location_weight=1.0),
+    "near its height": Parameters(8, 2, 1, location_weight=(0.5, 0, 0)),
     "ms-ccsim": Parameters(16, 8, 2, method="ms-ccsim"),
     "steered": Parameters(8, 2, 1, exact_data=False),
     "one way": Parameters(8, 2, 1, random_path=False),
@@ -146,7 +147,9 @@ def test_all_48_ways_are_drawn_about_equally_often():
     assert counts.max() < 60
 
 
-@pytest.mark.parametrize("case", ["level 1", "proportions", "near its place", "steered"])
+@pytest.mark.parametrize(
+    "case", ["level 1", "proportions", "near its place", "near its height", "steered"]
+)
 @pytest.mark.parametrize("n_data", [0, 60])
 def test_a_trace_of_a_volume_ends_in_the_same_realization(case, n_data):
     study = with_data(volume(blobs((14, 20, 22), 2), (15, 21, 24), CASES[case]), n_data, 1)
@@ -175,6 +178,17 @@ def test_a_frame_puts_the_layers_of_a_volume_where_they_lie(number):
         np.testing.assert_array_equal(trace.grid_frame.map_to_grid(last[z]), layer)
         y, x = trace.grid_frame.cell_to_path(3, 5)
         assert last[z, y, x] == layer[3, 5]
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_patches_that_keep_their_height_begin_before_the_grid_in_layers_alone(number):
+    study = volume(noise((9, 10, 11), 3), (9, 13, 16), CASES["near its height"])
+    trace = Trace(study, number)
+    assert trace.path.offset[0] == 0
+    assert trace.path.offset == Trace(study, number).path.offset
+    assert trace.at(1).steered
+    others = [Trace(study, other).path.offset[1:] for other in range(12)]
+    assert len(set(others)) > 3
 
 
 def plain_score(study: Study, trace: Trace, step: Any, at: tuple[int, ...]) -> tuple[int, int]:
