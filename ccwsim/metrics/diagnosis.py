@@ -31,6 +31,8 @@ MIN_HALVED_LAYERS = 16
 """Volumes of fewer layers are simulated with templates that have all of them."""
 MIN_LAYERS = 8
 """Layers of a template, where the image has so many."""
+TREND_WEIGHT = 0.5
+"""Location weight along z of volumes with a vertical trend; more changes little."""
 PERIODIC = 0.5
 """From this strength of the spacing on, the image counts as periodic."""
 
@@ -43,7 +45,7 @@ class Advice:
     ----------
     parameter : str
         Its name in `Parameters`.
-    value : int, or tuple of three for a volume
+    value : int, or tuple of three numbers for a volume
         Three are those along layers, rows and columns.
     reason : str
         One sentence.
@@ -248,6 +250,18 @@ def advise_along_z(
     return (z_level, template, overlap), why
 
 
+def advise_location_weight() -> Advice:
+    """Advise a location weight along z, for volumes with a vertical trend.
+
+    Examples
+    --------
+    >>> advise_location_weight().value
+    (0.5, 0.0, 0.0)
+    """
+    reason = "The upper layers differ from the lower ones: patches keep about to their height."
+    return Advice("location_weight", (TREND_WEIGHT, 0.0, 0.0), reason)
+
+
 def _layers(n: int) -> str:
     return f"{n} layer" if n == 1 else f"{n} layers"
 
@@ -273,7 +287,8 @@ class Diagnosis:
     n_templates : int
         Templates of the advised size that fit without overlap.
     advice : tuple of Advice
-        For wavelet_level, template_size and overlap_size, which fit each other.
+        For wavelet_level, template_size and overlap_size, which fit each other, and for
+        location_weight where a volume has a vertical trend.
     warnings : tuple of str
         What may go wrong, one sentence each.
     vertical_thickness : tuple of int
@@ -348,6 +363,8 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
             Advice(own.parameter, (z, own.value, own.value), f"{own.reason} Along z {why}.")
             for own, z in zip(advice, along_z, strict=True)
         )
+        if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
+            advice = *advice, advise_location_weight()
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
     names = training_image.facies_names if isinstance(training_image, TrainingImage) else None

@@ -60,7 +60,7 @@ MEANINGS = {
     "published method; with hard data that are not honoured exactly, nothing is repaired.",
     "location_weight": "How strongly each patch keeps to its own location in the training image, "
     "for images that change from one end to the other: at 1 a patch from the other end must fit "
-    "better by a whole overlap. 0 takes patches from anywhere. In a volume (2, 0, 0), along z, y "
+    "better by a whole overlap. 0 takes patches from anywhere. In a volume (0.5, 0, 0), along z, y "
     "and x, keeps a vertical trend alone.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
     "resolution. This closes the breaks that a coarse level leaves.",
@@ -81,6 +81,20 @@ class Lengths(NamedTuple):
     template: tuple[int, int, int]
     overlap: tuple[int, int, int]
     level: tuple[int, int, int]
+
+
+def describe_weight(weight: Any) -> str:
+    """Return a location weight in words.
+
+    Examples
+    --------
+    >>> describe_weight(0.5), describe_weight((2, 0, 0)), describe_weight((1, 0.5, 0.5))
+    ('0.5', '2 along z', '1 along z, 0.5 along y and 0.5 along x')
+    """
+    if not isinstance(weight, tuple):
+        return f"{weight:g}"
+    along = [f"{w:g} along {axis}" for axis, w in zip("zyx", weight, strict=True) if w]
+    return " and ".join([", ".join(along[:-1]), *along[-1:]] if along[1:] else along) or "0"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from ccwsim import TrainingImage
+from ccwsim import Parameters, TrainingImage
 from ccwsim.metrics import (
     diagnose,
     feature_spacing,
@@ -104,7 +104,14 @@ def test_a_vertical_trend_is_found_and_chance_is_not():
     assert not found.stationary
     upper, lower = trend[15:].mean(), trend[:15].mean()
     assert found.vertical_differences[1] == pytest.approx((upper - lower) / 2)
-    assert any("vertical trend" in warning for warning in diagnose(trend).warnings)
+    advised = diagnose(trend)
+    assert any("vertical trend" in warning for warning in advised.warnings)
+    assert advised.advised("location_weight") == (0.5, 0, 0)
+    Parameters(**{a.parameter: a.value for a in advised.advice}).along((40, 50, 60))
+    few, even = diagnose(trend[::4]), diagnose(lenses())  # templates of all of its layers keep it
+    for found in (few, even):
+        assert "location_weight" not in [a.parameter for a in found.advice]
+    assert few.stationarity.vertical_trend.all()
     assert stationarity(trend[0]).vertical_differences is None
 
 

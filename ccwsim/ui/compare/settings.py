@@ -16,7 +16,7 @@ from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.choices import DataChoice, ImageChoice
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters
+from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters, describe_weight
 from ccwsim.model.study import Study
 from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.jobs.limits import Demand, demand_of
@@ -203,9 +203,8 @@ def _describe(name: str, value: object) -> str:
         return short if value else f"no {short}"
     if isinstance(value, tuple) and name in PER_AXIS:
         return f"{short} {describe_shape(value)}"
-    if isinstance(value, tuple):
-        along = [f"{w:g} along {axis}" for axis, w in zip("zyx", value, strict=True) if w]
-        return f"{short} {' and '.join(along) or 0}"
+    if name == "location_weight":
+        return f"{short} {describe_weight(value)}"
     return f"{short} {value:g}" if isinstance(value, float) else f"{short} {value}"
 
 

@@ -366,7 +366,7 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     )
     values |= zip(PER_AXIS, zip(z, y, x, strict=True) if len(shape) == 3 else x, strict=True)
     if len(shape) == 2:
-        values["location_weight"] = _largest(values["location_weight"])
+        values["location_weight"] = _horizontal(values["location_weight"])
     return Parameters(**values)
 
 
@@ -392,8 +392,9 @@ def _fitted_axis(
     return template, _nearest(overlap_sizes(used, template, along_z), overlap), level
 
 
-def _largest(weight: Any) -> float:
-    return max(weight) if isinstance(weight, tuple) else weight
+def _horizontal(weight: Any) -> float:
+    """The location weight of a map: one along z alone means nothing there."""
+    return max(weight[1:]) if isinstance(weight, tuple) else weight
 
 
 def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:

@@ -11,14 +11,19 @@ import streamlit as st
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import Parameters, describe_weight
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-NAMES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Wavelet level"}
+NAMES = {
+    "template_size": "Template",
+    "overlap_size": "Overlap",
+    "wavelet_level": "Wavelet level",
+    "location_weight": "Location weight",
+}
 
 
 def draw_diagnosis(
@@ -26,7 +31,7 @@ def draw_diagnosis(
     image: TrainingImage,
     parameters: Parameters,
     colours: Sequence[str],
-    use: Callable[[dict[str, int]], None] | None = None,
+    use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
     """Draw what was found, with advice beside what is set; a button calls `use` with the advice."""
     left, middle, right = st.columns([1.25, 1.0, 1.0], gap="large")
@@ -60,7 +65,7 @@ def draw_advice(
     found: Diagnosis,
     image: TrainingImage,
     parameters: Parameters,
-    use: Callable[[dict[str, int]], None] | None = None,
+    use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
     """Draw warnings and advice alone; the arguments are those of `draw_diagnosis`."""
     panel_title("What suits it", f"{found.n_templates} templates of that size fit")
@@ -82,8 +87,8 @@ def advice_table(found: Diagnosis, parameters: Parameters) -> str:
     """Return advice, what is set, and the reason, as an HTML table."""
     rows = "".join(
         f"<tr><th>{NAMES[advice.parameter]}</th>"
-        f'<td class="size"><b>{_size(advice.value)}</b></td>'
-        f'<td class="size">{_size(getattr(parameters, advice.parameter))}</td>'
+        f'<td class="size"><b>{_said(advice.parameter, advice.value)}</b></td>'
+        f'<td class="size">{_said(advice.parameter, getattr(parameters, advice.parameter))}</td>'
         f'<td class="reason">{escape(advice.reason)}</td></tr>'
         for advice in found.advice
     )
@@ -91,8 +96,10 @@ def advice_table(found: Diagnosis, parameters: Parameters) -> str:
     return f'<table class="numbers">{head}{rows}</table>'
 
 
-def _size(value: Any) -> str:
+def _said(name: str, value: Any) -> str:
     """A number, or those of a volume along x, y and z."""
+    if name == "location_weight":
+        return describe_weight(value)
     return describe_shape(value) if isinstance(value, tuple) else str(value)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.metrics import warn_of_level
+from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import (
     MAX_CANDIDATES_OFFERED,
@@ -55,8 +56,6 @@ NUMBERS = {
 LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
 OF_VOLUME = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
 """What the sizes of a volume are called."""
-TREND_WEIGHT = 2.0
-"""What a vertical trend starts with: twice an overlap of difference."""
 METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
 VALUES = {**METHODS, "ssd": "squared difference"}
 """What parameters and their values are called on the screen; the others by their own names."""

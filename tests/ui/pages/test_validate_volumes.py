@@ -33,6 +33,7 @@ from ccwsim.report.verdicts import (
     describe_patterns,
     describe_unseen,
 )
+from ccwsim.ui.session.resolve import fitted
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, bundle_of_band
@@ -120,6 +121,22 @@ def test_the_study_of_a_volume_is_judged_and_takes_advice():
     named(app.button, "use_advice").click().run()
     assert not app.error
     assert app.session_state[KEY].choices.parameters.template_size == advised
+
+
+def test_a_trend_is_advised_and_means_nothing_in_a_map():
+    choices = Choices(
+        ImageChoice("folded_layers"), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2
+    )
+    ti = datasets.load("folded_layers")
+    e = simulate(ti, choices.grid, P, n_realizations=2)
+    app = launched(choices, ensemble=e, ran=choices, tried=choices, seen=ALL)
+    assert "<b>0.5 along z</b>" in html(app)
+    named(app.button, "use_advice").click().run()
+    assert not app.error
+    taken = app.session_state[KEY].choices.parameters
+    assert taken.location_weight == (0.5, 0.0, 0.0)
+    assert fitted(taken, (200, 200)).location_weight == 0.0
+    assert fitted(replace(taken, location_weight=(0.0, 2.0, 2.0)), (200, 200)).location_weight == 2
 
 
 def test_verdicts_are_those_of_the_metrics(app, ensemble):

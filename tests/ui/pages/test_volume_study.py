@@ -142,7 +142,7 @@ def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
     state = State(choices=VOLUME, ensemble=ran.ensemble, ran=VOLUME, tried=VOLUME)
     app = opened("simulate", state).run()
     named(app.checkbox, "p_vertical_trend").set_value(True).run()
-    assert state.choices.parameters.location_weight == (2.0, 0.0, 0.0)
+    assert state.choices.parameters.location_weight == (0.5, 0.0, 0.0)
     named(app.slider, "p_location_weight").set_value(3.0).run()
     assert state.choices.parameters.location_weight == (3.0, 0.0, 0.0)
     named(app.checkbox, "p_vertical_trend").set_value(False).run()
