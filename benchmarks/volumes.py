@@ -11,8 +11,9 @@ its volumes are measured too.
 
 ``--large`` measures images nine times as large as the grid instead, six of each bundled generator,
 with this template and with the one that the diagnosis of the image advises: without data, and with
-ten wells read off another volume of the generator, whose own figures are beside them. JS is over
-that of crops there.
+ten wells read off another volume of the generator, whose own figures are beside them, as those of
+crops are. JS is over that of crops there; `bias` is the largest difference of the mean proportions
+from the image's.
 """
 
 from __future__ import annotations
@@ -36,12 +37,13 @@ LARGEST_JUDGED = 3_000_000
 """Cells of grids whose patterns are compared."""
 LARGE, LARGE_GRID = (50, 300, 300), (50, 100, 100)
 N_LARGE = 6
-N_CROPS_LARGE = 12
+N_REALIZATIONS_LARGE = 24
+"""As many crops are drawn, so that their mean is as uncertain."""
 COLUMNS_LARGE = (
-    *("CPU s", "unseen, %", "JS over crops"),
+    *("CPU s", "bias, points", "unseen, %", "JS over crops"),
     *("with wells: unseen, %", "at data, %", "with wells: JS over crops"),
 )
-CROPS = "crops"
+CROPS = "crops of the image"
 """The row of what distances are taken over."""
 
 
@@ -155,8 +157,8 @@ def others(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> np.ndarr
 def large(name: str, number: int) -> dict[str, dict[str, float]]:
     """Return the rows of an image of a generator: by template, of the wells' volume, of crops.
 
-    Shares of unseen patterns are in %; with wells, columns are those of realizations that honour
-    them.
+    Biases are in points, shares of unseen patterns in %; with wells, columns are those of
+    realizations that honour them.
     """
     image = generate_volume(name, shape=LARGE, seed=7000 + number)
     truth = generate_volume(name, shape=LARGE_GRID, seed=9000 + number).array[None]
@@ -164,25 +166,28 @@ def large(name: str, number: int) -> dict[str, dict[str, float]]:
     mask = np.zeros(LARGE_GRID, bool)
     mask[tuple(data.cells.T)] = True
 
-    def without_data(images: Ensemble | np.ndarray) -> list[float]:
+    def biased(images: Ensemble | np.ndarray) -> float:
+        mean = metrics.proportions(images, image.codes).mean(axis=0)
+        return 100 * float(np.abs(mean - image.proportions).max())
+
+    def looks_like(images: Ensemble | np.ndarray) -> list[float]:
         unseen = 100 * metrics.unseen_patterns(images, image).mean()
         return [unseen, distance(images, image)]
 
     def with_wells(images: Ensemble | np.ndarray) -> list[float]:
-        unseen, own = without_data(images)
+        unseen, own = looks_like(images)
         return [unseen, 100 * metrics.unseen_patterns(images, image, mask=mask).mean(), own]
 
     advised = Parameters(**{each.parameter: each.value for each in metrics.diagnose(image).advice})
     found = {}
     for way, p in {"32 × 32 × 16": PARAMETERS, "advised": advised}.items():
-        alone = simulate(image, LARGE_GRID, p, None, 24, seed=number, n_workers=1)
+        alone = simulate(image, LARGE_GRID, p, None, N_REALIZATIONS_LARGE, seed=number, n_workers=1)
         wells = simulate(image, LARGE_GRID, p, data, 8, seed=number, n_workers=1)
         seconds = float(np.median(alone.cpu_seconds))
-        found[way] = [seconds, *without_data(alone), *with_wells(wells)]
-    unseen, at_data, own = with_wells(truth)
-    found["the wells' volume"] = [np.nan, unseen, own, unseen, at_data, own]
-    crops = distance(np.stack([*crops_of(image, LARGE_GRID, N_CROPS_LARGE)]), image)
-    found[CROPS] = [crops if "JS" in column else 1.0 for column in COLUMNS_LARGE]
+        found[way] = [seconds, biased(alone), *looks_like(alone), *with_wells(wells)]
+    found["the wells' volume"] = [np.nan, biased(truth), *looks_like(truth), *with_wells(truth)]
+    crops = np.stack([*crops_of(image, LARGE_GRID, N_REALIZATIONS_LARGE)])
+    found[CROPS] = [np.nan, biased(crops), *looks_like(crops), *3 * [np.nan]]
     return {way: dict(zip(COLUMNS_LARGE, row, strict=True)) for way, row in found.items()}
 
 
@@ -195,11 +200,12 @@ def print_large(only: str) -> None:
             if only not in name:
                 continue
             images = [*fresh.map(large, [name] * N_LARGE, range(N_LARGE))]
-            bases = [image.pop(CROPS) for image in images]
+            crops = [image[CROPS]["JS over crops"] for image in images]
             for way in images[0]:
                 cells = [
                     ratio(
-                        [image[way][column] for image in images], [base[column] for base in bases]
+                        [image[way][column] for image in images],
+                        crops if "JS" in column else [1.0] * len(images),
                     )
                     for column in COLUMNS_LARGE
                 ]
