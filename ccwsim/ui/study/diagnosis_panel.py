@@ -34,7 +34,7 @@ def draw_diagnosis(
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
     """Draw what was found, with advice beside what is set; a button calls `use` with the advice."""
-    left, middle, right = st.columns([1.25, 1.0, 1.0], gap="large")
+    left, middle, right = st.columns([1.6, 1.0, 1.0], gap="large")
     with left:
         draw_advice(found, image, parameters, use)
     with middle:
