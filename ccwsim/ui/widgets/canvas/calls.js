@@ -4,6 +4,13 @@
 // then have drawn last: its end draws the newest again. Goes before all modules.
 const LATE = 8; // calls that may come before a module is loaded
 const parts = new WeakMap();
+const drawers = new WeakMap();
+
+// What draws in an element: made at the first call, and the same at those after it.
+function drawerOf(root, Drawer) {
+  if (!drawers.has(root)) drawers.set(root, new Drawer(root));
+  return drawers.get(root);
+}
 
 // Of a function that draws what it is called with, and returns how to stop it: where what it drew
 // before goes on with the new content, the same function again.

@@ -6,16 +6,10 @@ const AIMABLE = 3; // pixels of a cell from which it can be aimed at
 const SLOP = 4, FINGER_SLOP = 8; // pixels that a click may stray and be no drag
 const FINGER = 14; // pixels from a datum where a finger still takes hold of it
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
-const editors = new WeakMap();
 let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
 
 export default inOrder((component) => {
-  const root = component.parentElement.querySelector('.map');
-  let editor = editors.get(root);
-  if (!editor) {
-    editor = new DataEditor(root);
-    editors.set(root, editor);
-  }
+  const editor = drawerOf(component.parentElement.querySelector('.map'), DataEditor);
   editor.queue.send = (edits) => component.setTriggerValue('edits', edits);
   editor.show(component.data);
   return editor.stop;

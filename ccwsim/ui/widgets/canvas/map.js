@@ -2,17 +2,11 @@
 // Cells are [row from the south, column]; the picture's grey values are indices into lut and labels.
 const LINK = 'ccwsim-map';
 const ZOOMED = 8; // cells along an edge of a map that is zoomed in a lot
-const maps = new WeakMap();
 // Maps of one scale. Each component has its own copy of this module, so the window keeps them.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
 
 export default inOrder((component) => {
-  const root = component.parentElement.querySelector('.map');
-  let map = maps.get(root);
-  if (!map) {
-    map = new CellMap(root);
-    maps.set(root, map);
-  }
+  const map = drawerOf(component.parentElement.querySelector('.map'), CellMap);
   map.pick = (row, column) => component.setTriggerValue('cell', [row, column]);
   map.show(component.data);
   return map.stop;

@@ -5,17 +5,11 @@ const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; widths from w
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // of the exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // height of a section, as a share of the longer horizontal side
 const CACHED = 8; // volumes that are kept unpacked
-const views = new WeakMap();
 // What outlives a component that is drawn anew, or that several ones share: each has a copy of this module.
 const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
 
 export default inOrder((component) => {
-  const root = component.parentElement.querySelector('.volume');
-  let view = views.get(root);
-  if (!view) {
-    view = new VolumeView(root);
-    views.set(root, view);
-  }
+  const view = drawerOf(component.parentElement.querySelector('.volume'), VolumeView);
   view.queue.send = (edits) => component.setTriggerValue('edits', edits);
   view.show(component.data);
   return view.stop;
