@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ccwsim.model.arrays import AXES, check_int, digest
+from ccwsim.model.arrays import AXES, check_int, digest, listing
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -94,7 +94,7 @@ def describe_weight(weight: Any) -> str:
     if not isinstance(weight, tuple):
         return f"{weight:g}"
     along = [f"{w:g} along {axis}" for axis, w in zip("zyx", weight, strict=True) if w]
-    return " and ".join([", ".join(along[:-1]), *along[-1:]] if along[1:] else along) or "0"
+    return listing(along or ["0"])
 
 
 @dataclass(frozen=True)

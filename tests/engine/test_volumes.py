@@ -180,15 +180,14 @@ def test_a_frame_puts_the_layers_of_a_volume_where_they_lie(number):
         assert last[z, y, x] == layer[3, 5]
 
 
-@pytest.mark.parametrize("number", range(6))
-def test_patches_that_keep_their_height_begin_before_the_grid_in_layers_alone(number):
+def test_patches_that_keep_their_height_begin_before_the_grid_in_layers_alone():
     study = volume(noise((9, 10, 11), 3), (9, 13, 16), CASES["near its height"])
-    trace = Trace(study, number)
-    assert trace.path.offset[0] == 0
-    assert trace.path.offset == Trace(study, number).path.offset
-    assert trace.at(1).steered
-    others = [Trace(study, other).path.offset[1:] for other in range(12)]
-    assert len(set(others)) > 3
+    traces = [Trace(study, number) for number in range(12)]
+    for number, trace in enumerate(traces):
+        assert trace.path.offset[0] == 0
+        assert trace.path.offset == Trace(study, number).path.offset
+        assert trace.at(1).steered
+    assert len({trace.path.offset[1:] for trace in traces}) > 3
 
 
 def plain_score(study: Study, trace: Trace, step: Any, at: tuple[int, ...]) -> tuple[int, int]:

@@ -107,16 +107,18 @@ def test_every_section_is_drawn_without_wells(unconditional):
     assert "No hard data" in html(app)
 
 
+def simulated_of(name: str):
+    """The page with all its sections, of realizations of a bundled volume without data."""
+    choices = Choices(ImageChoice(name), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2)
+    e = simulate(datasets.load(name), choices.grid, P, n_realizations=2)
+    return launched(choices, ensemble=e, ran=choices, tried=choices, seen=ALL)
+
+
 def test_the_study_of_a_volume_is_judged_and_takes_advice():
-    choices = Choices(
-        ImageChoice("sinuous_channels"), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2
-    )
-    ti = datasets.load("sinuous_channels")
-    e = simulate(ti, choices.grid, P, n_realizations=2)
-    app = launched(choices, ensemble=e, ran=choices, tried=choices, seen=ALL)
+    app = simulated_of("sinuous_channels")
     assert not app.error
     assert charts(app) >= CURVES | {"repetition", "quarters"}
-    advised = diagnose(ti).advised("template_size")
+    advised = diagnose(datasets.load("sinuous_channels")).advised("template_size")
     assert describe_shape(advised) in html(app)
     named(app.button, "use_advice").click().run()
     assert not app.error
@@ -124,12 +126,7 @@ def test_the_study_of_a_volume_is_judged_and_takes_advice():
 
 
 def test_a_trend_is_advised_and_means_nothing_in_a_map():
-    choices = Choices(
-        ImageChoice("folded_layers"), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2
-    )
-    ti = datasets.load("folded_layers")
-    e = simulate(ti, choices.grid, P, n_realizations=2)
-    app = launched(choices, ensemble=e, ran=choices, tried=choices, seen=ALL)
+    app = simulated_of("folded_layers")
     assert "<b>0.5 along z</b>" in html(app)
     named(app.button, "use_advice").click().run()
     assert not app.error
