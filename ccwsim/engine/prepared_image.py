@@ -81,7 +81,7 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
 def steers(study: Study) -> bool:
     """Say whether proportions are steered to a target that is drawn for each realization.
 
-    Not where an image that changes from one end to the other has other ones at each place.
+    Not where patches keep to their own places within layers, as each place has its own proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions

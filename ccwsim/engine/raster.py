@@ -233,7 +233,7 @@ def _patches(
 def _offset(p: Parameters, lengths: ScaledLengths, rng: np.random.Generator) -> Triple:
     """Draw how far before the grid the first tile begins: whole cells of the coarsest scale.
 
-    Not below it where patches keep their height, which is that in the grid.
+    Along z it begins with the grid where patches are to come from their own height.
     """
     if p.draws_as_published or not p.random_path:
         return 0, 0, 0

@@ -258,7 +258,7 @@ def advise_location_weight() -> Advice:
     >>> advise_location_weight().value
     (0.5, 0.0, 0.0)
     """
-    reason = "The upper layers differ from the lower ones: patches keep about to their height."
+    reason = "The upper layers differ from the lower ones: patches come from about their height."
     return Advice("location_weight", (TREND_WEIGHT, 0.0, 0.0), reason)
 
 

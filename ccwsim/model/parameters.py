@@ -160,7 +160,7 @@ class Parameters:
         """Whether patches are drawn as published: where it is asked for, or a location weight.
 
         Patches near their own place have no others to be drawn from, and must begin with the grid.
-        With a weight along z alone they have those of their height.
+        With a weight along z alone they have all others at their height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 

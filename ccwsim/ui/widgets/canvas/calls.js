@@ -1,19 +1,19 @@
-// In which order a part of a page is drawn. Streamlit calls it for all that is to be drawn, and ends no
-// call but the last, where the part goes; but those that come before its module is loaded it calls in
-// any order, as browsers resolve imports so, and ends all but the newest at once. An older one may
-// then have drawn last: its end draws the newest again. Goes before all modules.
+// Streamlit calls a part of a page each time it is to be drawn, and ends the last call when the part is
+// removed. Calls from before the module of the part is loaded are made in any order, as browsers resolve
+// imports of one module in any order; all but the newest are then ended at once. So an older call may
+// draw last: when it is ended, the newest is drawn again. This goes before all other modules.
 const LATE = 8; // calls that may come before a module is loaded
 const parts = new WeakMap();
 const drawers = new WeakMap();
 
-// What draws in an element: made at the first call, and the same at those after it.
+// Return what draws in an element; it is made at the first call.
 function drawerOf(root, Drawer) {
   if (!drawers.has(root)) drawers.set(root, new Drawer(root));
   return drawers.get(root);
 }
 
-// Of a function that draws what it is called with, and returns how to stop it: where what it drew
-// before goes on with the new content, the same function again.
+// Return the entry of a part. `draw` draws the content of a call and returns a function that stops it:
+// the same one again where what was drawn before takes the new content over.
 function inOrder(draw) {
   return (call) => {
     const parent = call.parentElement;
