@@ -1,13 +1,26 @@
-// On a narrow screen the menu is one line that scrolls sideways: bring the page's own name into view.
+// On a narrow screen the menu is one line that scrolls sideways: bring the page's own name into view, and
+// again where its width changes, as by a style or a font that comes late, or by another screen.
 (() => {
-  let tries = 40;
+  document.leavesMenu?.(); // of the page before
+  let timer = 0, watched = null;
   const look = () => {
     const menu = document.querySelector('.st-key-menu');
     const own = menu && menu.querySelectorAll('a')[PLACE];
-    if (!own) return tries-- && setTimeout(look, 100);
+    clearTimeout(timer);
+    if (!own) {
+      timer = setTimeout(look, 100);
+      return;
+    }
+    if (own !== watched) { // drawn anew
+      sizes.disconnect();
+      for (const element of [menu, own]) sizes.observe(element);
+      watched = own;
+    }
     const [row, name] = [menu, own].map((element) => element.getBoundingClientRect());
     menu.scrollLeft += name.x + name.width / 2 - row.x - row.width / 2;
   };
+  const sizes = new ResizeObserver(look);
+  document.leavesMenu = () => { clearTimeout(timer); sizes.disconnect(); };
   look();
 })();
 

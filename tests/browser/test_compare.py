@@ -177,6 +177,14 @@ def saved(page, label: str) -> list[dict[str, str]]:
     return list(csv.DictReader(StringIO(Path(waiting.value.path()).read_text("utf-8"))))
 
 
+def test_the_menu_brings_this_page_into_view_where_the_screen_becomes_narrow(tab, address):
+    tab.goto(f"{address}/compare?grid=60x60")
+    see(tab.locator(".st-key-setting_A"))
+    assert not tab.evaluate(OWN_NAME)  # a wide row has nothing to scroll
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.wait_for_function(OWN_NAME, timeout=SLOW)
+
+
 def test_on_a_phone_the_menu_is_one_line_with_this_page_in_view(phone, address):
     page = phone
     page.goto(f"{address}/compare?grid=1500x1500")  # long enough to be stopped
