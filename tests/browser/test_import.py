@@ -120,7 +120,7 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
     text = "\n".join(["Well;Easting [m];Northing [m];Lithology", *rows])
     file = {"name": "log.csv", "mimeType": "text/csv", "buffer": text.encode()}
     tab.goto(f"{address}/import?{STUDY}")
-    kind = tab.get_by_text("Hard data", exact=True).last
+    kind = tab.locator(".st-key-import_subject").get_by_text("Hard data", exact=True)
     given = tab.locator(".st-key-wells_file input[type=file]")
     kind.wait_for(timeout=SLOW)
     until(
