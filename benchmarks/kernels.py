@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ccwsim import Grid, Parameters, datasets, simulate
+from ccwsim.engine.corrections.refinement import refine_place
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
@@ -27,7 +28,6 @@ from ccwsim.engine.stages.candidates import best_places, n_segments
 from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
 from ccwsim.engine.stages.path import overlap_cells
-from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
     make_terms,
     overlap_energies,

@@ -13,12 +13,12 @@ from benchmarks.cases import CASES, Case, Row, measure
 from benchmarks.quality import distance_of_all_phases
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
+from ccwsim.engine.corrections.refinement import refine_place
 from ccwsim.engine.stages.bits import make_strips, to_square_bits
 from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut
 from ccwsim.engine.stages.pyramid import build_pyramid
-from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
     make_terms,
     overlap_energies,

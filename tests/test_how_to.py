@@ -78,7 +78,7 @@ def texts_of(start: Path, folder: str) -> frozenset[str]:
     for path in modules_of(start):
         if path == start or path.is_relative_to(ROOT / folder):
             texts += literals(path)
-    for path in (ROOT / "ccwsim/ui/widgets/canvas").glob("*.html"):
+    for path in (ROOT / "ccwsim/ui/frontend").glob("*/*.html"):
         texts += re.findall(r">([^<>]+)<", path.read_text("utf-8"))
     cleaned = (re.sub(r"<[^>]*>", " ", unescape(text)) for text in texts)
     return frozenset(" ".join(text.split()) for text in cleaned)

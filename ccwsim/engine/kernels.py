@@ -35,7 +35,7 @@ def _digest_of_sources() -> str:
     for source in sorted(_PACKAGE.rglob("*.py")):
         text = source.read_bytes()
         has_kernel = b"kernel\n" in text
-        sums.update(text if has_kernel or source.parent.name == "stages" else b"")
+        sums.update(text if has_kernel or source.parent.name in ("stages", "corrections") else b"")
     return sums.hexdigest()
 
 

@@ -12,17 +12,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.proportions import (
+    DataProportions,
+    margin_weights,
+    proportions_of_data,
+)
+from ccwsim.engine.corrections.resimulation import isolated_datum_thresholds
+from ccwsim.engine.corrections.seam_repair import Repair, prepare_repair
 from ccwsim.engine.lengths import ScaledLengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import Triple, in_layers, in_three, to_path
-from ccwsim.engine.stages.proportions import DataProportions, margin_weights, proportions_of_data
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
-from ccwsim.engine.stages.resimulation import isolated_datum_thresholds
-from ccwsim.engine.stages.seam_repair import Repair, prepare_repair
 from ccwsim.engine.stages.similarity import running_squares, running_sums, score_type
+from ccwsim.jobs.workers import check_stop
 from ccwsim.model.study import Study
-from ccwsim.system.workers import check_stop
 
 KEPT_BYTES = 500_000_000
 """What the parts of a training image may take that are kept for other realizations."""

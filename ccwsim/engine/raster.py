@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, steers
 from ccwsim.engine.stages.bits import make_strips
@@ -35,7 +36,6 @@ from ccwsim.engine.stages.path import (
     overlap_cells,
     to_path,
 )
-from ccwsim.engine.stages.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.tiles import (
     Search,
@@ -48,9 +48,9 @@ from ccwsim.engine.tiles import (
     refine_patches,
     simulate_patches,
 )
+from ccwsim.jobs.workers import Watch
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.system.workers import Watch
 
 TERMS_PER_CALL = 500_000_000
 """Terms of scores summed between two looks at progress and cancel: some hundredths of a second."""

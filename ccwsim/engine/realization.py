@@ -10,6 +10,9 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.cell_repair import repair_cells
+from ccwsim.engine.corrections.resimulation import Target, resimulate
+from ccwsim.engine.corrections.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
 from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
@@ -19,16 +22,13 @@ from ccwsim.engine.raster import (
     simulate_raster,
     totals_of,
 )
-from ccwsim.engine.stages.cell_repair import repair_cells
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import Triple, in_layers, in_three
-from ccwsim.engine.stages.resimulation import Target, resimulate
-from ccwsim.engine.stages.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
+from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
-from ccwsim.system.workers import Watch
 
 
 @dataclass(frozen=True, eq=False)

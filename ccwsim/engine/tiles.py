@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.proportions import closest_to_target, draw_towards
+from ccwsim.engine.corrections.refinement import refine_place
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.lengths import ScaledLengths
 from ccwsim.engine.prepared_image import OrientedImage
@@ -34,8 +36,6 @@ from ccwsim.engine.stages.conditioning import (
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import RasterPath, Triple, in_order
-from ccwsim.engine.stages.proportions import closest_to_target, draw_towards
-from ccwsim.engine.stages.refinement import refine_place
 from ccwsim.engine.stages.similarity import (
     Terms,
     make_terms,

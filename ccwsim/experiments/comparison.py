@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
@@ -22,7 +23,6 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.system.workers import Progress
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import prod
 
+from ccwsim.engine.corrections.resimulation import MAX_COMPARED
 from ccwsim.engine.stages.conditioning import MAX_DATA
-from ccwsim.engine.stages.resimulation import MAX_COMPARED
 from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 

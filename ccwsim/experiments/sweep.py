@@ -14,6 +14,7 @@ from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.settings import Settings as Settings
 from ccwsim.experiments.settings import label, varied
 from ccwsim.experiments.settings import settings as settings
+from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
 from ccwsim.model.arrays import Shape, check_int
@@ -25,7 +26,6 @@ from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.system.workers import Progress
 
 ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,

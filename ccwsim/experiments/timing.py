@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.cost import typical_seconds
+from ccwsim.jobs.workers import Progress
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -18,7 +19,6 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.system.workers import Progress
 
 CELLS_AT_ONCE = 32_000_000
 """Cells of realizations that are kept at a time, one byte each."""

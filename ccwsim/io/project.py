@@ -19,6 +19,7 @@ from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.numpy_files import read_npy
 from ccwsim.io.opening import PathOrFile, read_bytes
+from ccwsim.jobs.workers import Progress
 from ccwsim.model.arrays import check_int
 from ccwsim.model.choices import Shown
 from ccwsim.model.codec import settings_of
@@ -30,7 +31,6 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.system.workers import Progress
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
+from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import (
     N_AXES,
     Codes,
@@ -23,7 +24,6 @@ from ccwsim.metrics.stack import (
 )
 from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.system.workers import check_stop
 
 CELLS_OF_ENTROPY = 1_000_000
 """Cells whose entropy is computed at a time."""

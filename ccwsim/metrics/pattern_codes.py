@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
-from ccwsim.system.workers import check_stop
+from ccwsim.jobs.workers import check_stop
 
 CELLS_OF_STRIP = 4_000_000
 """Cells whose patterns are counted at a time."""

@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.copying import copying
 from ccwsim.metrics.etype import facies_counts, proportions
@@ -17,7 +18,6 @@ from ccwsim.metrics.lags import VERTICAL, Direction, axes_of, max_lag
 from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.system.workers import check_stop
 
 CELLS_COMPARED = 1_000_000
 """Cells in which realizations are compared at a time."""

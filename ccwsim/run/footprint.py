@@ -6,14 +6,14 @@ from math import prod
 
 import numpy as np
 
+from ccwsim.engine.corrections.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import KEPT_BYTES
 from ccwsim.engine.realization import repairs
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type, sum_type
-from ccwsim.engine.stages.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
+from ccwsim.jobs.workers import n_cores
 from ccwsim.model.study import Study
-from ccwsim.system.workers import n_cores
 
 GRIDS_AT_WORK = 2
 """Grids of one byte a cell that a thread needs: in path coordinates and in grid coordinates."""

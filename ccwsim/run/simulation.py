@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ccwsim.engine.realization import Realization
+from ccwsim.jobs.workers import Progress
 from ccwsim.model.arrays import check_callable, check_int, readonly
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
@@ -24,7 +25,6 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.executors import Work, runner_of
 from ccwsim.run.output import store_of
-from ccwsim.system.workers import Progress
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -9,8 +9,8 @@ from pathlib import Path
 import numba
 import numpy as np
 
+from ccwsim.jobs.workers import n_cores
 from ccwsim.system.memory import free_memory
-from ccwsim.system.workers import n_cores
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,17 @@ from pathlib import Path
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.ui.jobs.queue import settle_server
-from ccwsim.ui.jobs.uploads import bound_uploads
+from ccwsim.jobs.queue import settle_server
+from ccwsim.ui.frontend.component import canvas_component
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import COOKIE, browser
 from ccwsim.ui.session.state import KEY, State, session_state
+from ccwsim.ui.session.uploads import bound_uploads
 from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.how_to import how_tos
-from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 

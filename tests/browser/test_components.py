@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid
-from ccwsim.ui.widgets.maps import CellMap, component_parts, map_content
+from ccwsim.ui.frontend.cell_map import CellMap
+from ccwsim.ui.frontend.component import component_parts
+from ccwsim.ui.frontend.map import map_content
 from tests.browser.hands import SOON, soon
 from tests.browser.served import CHROMIUM
 

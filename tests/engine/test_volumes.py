@@ -18,9 +18,9 @@ from ccwsim.engine.raster import make_plan
 from ccwsim.engine.realization import Realization, random_numbers, simulate_realization
 from ccwsim.engine.stages.path import FROM_ABOVE
 from ccwsim.engine.trace import Trace, fates
+from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED
 from ccwsim.model.study import Study
-from ccwsim.system.workers import Watch
 from tests.small_images import blobs, noise
 
 Shape = tuple[int, int, int]

@@ -8,14 +8,14 @@ import pytest
 from ccwsim import Cancelled, Grid, HardData, Parameters, TrainingImage, datasets
 from ccwsim.engine import raster as raster_of_tiles
 from ccwsim.engine import realization
+from ccwsim.engine.corrections import resimulation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
-from ccwsim.engine.stages import resimulation
+from ccwsim.jobs.job import Job
+from ccwsim.jobs.workers import Watch, check_stop, run_all, stoppable
 from ccwsim.metrics import RunningStatistics, connectivity, pattern_codes, stack, variogram
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
-from ccwsim.system.workers import Watch, check_stop, run_all, stoppable
-from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 
 CHANNELS = datasets.load("channels")

@@ -112,7 +112,7 @@ def test_a_run_without_memory_for_parts_is_simulated_in_one(monkeypatch):
         if len(demands) == 1:
             raise study_run.CCWSIMError("too little memory")
 
-    monkeypatch.setattr("ccwsim.ui.jobs.job.admit", check)
+    monkeypatch.setattr("ccwsim.jobs.job.admit", check)
     state = State(choices=SIX)
     start_run(state)
     assert not state.message

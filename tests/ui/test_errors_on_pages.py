@@ -13,12 +13,12 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, Parameters
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.ui.frontend.component import reported
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.fragments import LAST_DRAWN
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.errors import catch_callback_errors
-from ccwsim.ui.widgets.maps import reported
 from tests.ui.widgets import named
 
 ROOT = Path(__file__).parents[2]

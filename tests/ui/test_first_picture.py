@@ -8,7 +8,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim.engine import kernels
-from ccwsim.ui.jobs import job as jobs
+from ccwsim.jobs import job as jobs
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study import run
 from tests.ui.test_pages import ROOT, SMALL, html

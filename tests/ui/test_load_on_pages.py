@@ -10,14 +10,14 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import CCWSIMError, Grid, datasets
 from ccwsim.experiments.timing import TimingCase
+from ccwsim.jobs import limits
+from ccwsim.jobs.job import Job
+from ccwsim.jobs.limits import RESERVE
+from ccwsim.jobs.queue import Queue, QueueEntry, server_queue
+from ccwsim.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.model.choices import DataChoice
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import Comparing
-from ccwsim.ui.jobs import limits
-from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.jobs.limits import RESERVE
-from ccwsim.ui.jobs.queue import Queue, QueueEntry, server_queue
-from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker, Task
 from ccwsim.ui.paper.page import PaperState
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
@@ -43,7 +43,7 @@ class StillClock:
 def busy(monkeypatch):
     """A server with one place, which somebody else has."""
     queue = Queue(1, StillClock())
-    monkeypatch.setattr("ccwsim.ui.jobs.job.server_queue", lambda: queue)
+    monkeypatch.setattr("ccwsim.jobs.job.server_queue", lambda: queue)
     other = QueueEntry("somebody else", lambda: None)
     queue.enter(other)
     return queue, other
@@ -200,7 +200,7 @@ def test_data_are_not_sampled_from_a_grid_beyond_the_limit(monkeypatch):
 
 
 def test_a_large_truth_takes_its_turn(monkeypatch):
-    monkeypatch.setattr("ccwsim.ui.jobs.job.MAX_CELLS_AT_ONCE", 1)
+    monkeypatch.setattr("ccwsim.jobs.job.MAX_CELLS_AT_ONCE", 1)
     choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=988))
     assert data_of(choices).n == choices.data.n_sampled
     assert server_queue().n_waiting == 0

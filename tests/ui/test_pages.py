@@ -23,10 +23,10 @@ from ccwsim import (
     simulate,
 )
 from ccwsim.io import can_write, read_realizations, training_image_as_bytes
+from ccwsim.jobs.job import Job
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.parameters import parameter_table
-from ccwsim.ui.jobs.job import Job
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part

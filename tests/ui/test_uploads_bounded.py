@@ -14,9 +14,9 @@ from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRe
 from ccwsim import datasets, simulate
 from ccwsim.model.choices import Choices, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.ui.jobs import uploads
-from ccwsim.ui.jobs.uploads import NO_ROOM, BoundedUploads, max_of_session, upload_of
+from ccwsim.ui.session import uploads
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
+from ccwsim.ui.session.uploads import NO_ROOM, BoundedUploads, max_of_session, upload_of
 from tests.browser.served import started
 from tests.ui.sessions import Session, resident
 from tests.ui.test_pages import SMALL, a_file

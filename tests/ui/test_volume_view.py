@@ -10,8 +10,8 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.ui.widgets.maps import N_STEPS, facies_map, points_of, share_map
-from ccwsim.ui.widgets.volumes import volume_content
+from ccwsim.ui.frontend.cell_map import N_STEPS, facies_map, points_of, share_map
+from ccwsim.ui.frontend.volume import volume_content
 
 COLOURS = ["#112233", "#445566", "#778899"]
 IMAGE = TrainingImage(
@@ -85,7 +85,7 @@ def test_coordinates_are_those_of_the_grid():
 
 
 def _page() -> None:
-    from ccwsim.ui.widgets.volumes import draw_volume
+    from ccwsim.ui.frontend.volume import draw_volume
     from tests.ui.test_volume_view import COLOURS, IMAGE, facies_map
 
     shown = facies_map(IMAGE.indices, IMAGE, COLOURS, "An image")

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.minimum_cut import FlowWorkspace, make_flow, minimum_cut
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_bits
 from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP
 from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
-from ccwsim.engine.stages.minimum_cut import FlowWorkspace, make_flow, minimum_cut
 from ccwsim.engine.stages.path import Triple
 
 BROKEN = 1 << 16

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.resimulation import first_cell, resimulate
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
     Plan,
@@ -21,7 +22,6 @@ from ccwsim.engine.stages.box import Box, inside_overlap
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
 from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple, in_three
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
-from ccwsim.engine.stages.resimulation import first_cell, resimulate
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data

@@ -11,12 +11,12 @@ import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from typing import Any
 
+from ccwsim.jobs.workers import n_cores
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.run.executors.batches import BatchBackend, BatchRunner
 from ccwsim.run.executors.cluster import ClusterBackend, connect
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
-from ccwsim.system.workers import n_cores
 
 __all__ = ["Take", "Work", "connect", "runner_of"]
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from typing import Any
 
+from ccwsim.jobs.workers import POLL_SECONDS, Progress
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.executors.threads import Cancel, Take, Work
 from ccwsim.run.executors.worker import (
@@ -17,7 +18,6 @@ from ccwsim.run.executors.worker import (
     simulate_batch,
     study_key,
 )
-from ccwsim.system.workers import POLL_SECONDS, Progress
 
 BATCH_SECONDS = 0.25
 """What a batch should take: long beside its way there and back, short beside a second."""

@@ -13,8 +13,8 @@ from ccwsim.engine.realization import (
     is_compiled,
     simulate_realization,
 )
+from ccwsim.jobs.workers import Progress, Watch, run_all
 from ccwsim.model.study import Study
-from ccwsim.system.workers import Progress, Watch, run_all
 
 Take = Callable[[int, Realization], None]
 """Called as take(k, realization), in any order; k counts from 0 within the run."""

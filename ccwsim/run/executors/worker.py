@@ -19,12 +19,12 @@ from typing import Protocol
 from ccwsim.engine.kernels import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, compile_kernels, simulate_realization
+from ccwsim.jobs.workers import Watch
 from ccwsim.model.arrays import digest
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.system.workers import Watch
 
 FLAG_SECONDS = 0.2
 """Seconds between two polls of a flag by a worker, and between two reports of progress."""

@@ -11,13 +11,13 @@ import numpy as np
 
 from ccwsim.engine.stages.path import in_layers
 from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case, level_of
+from ccwsim.jobs.job import compilation_to_come
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
-from ccwsim.ui.jobs.job import compilation_to_come
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.results.tables import as_csv
 from ccwsim.ui.study.run import failed

@@ -25,6 +25,8 @@ from ccwsim.figures import (
     mds_title,
     setting_colours,
 )
+from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.limits import Demand, check_limits
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
@@ -58,8 +60,9 @@ from ccwsim.ui.compare.settings import (
     use_setting,
     want_curves,
 )
-from ccwsim.ui.jobs.job import PATIENCE
-from ccwsim.ui.jobs.limits import Demand, check_limits
+from ccwsim.ui.frontend.cell_map import facies_map, points_of
+from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.curves import draw_curve_key
 from ccwsim.ui.results.maps import (
@@ -80,10 +83,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, volume_fields
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
-from ccwsim.ui.widgets.maps import draw_map, facies_map, points_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
-from ccwsim.ui.widgets.volumes import draw_volume
 
 STYLE = Path(__file__).with_name("compare.css")
 SHOWN_AT_ONCE = {

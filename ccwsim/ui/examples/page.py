@@ -15,6 +15,8 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, share_png, sparkline
+from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
 from ccwsim.metrics import variogram
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
@@ -34,8 +36,6 @@ from ccwsim.ui.examples.opened import (
     open_example,
 )
 from ccwsim.ui.examples.quiz import draw_quiz
-from ccwsim.ui.jobs.job import PATIENCE
-from ccwsim.ui.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks

@@ -21,20 +21,22 @@ from numpy.typing import NDArray
 
 from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
+from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.model.choices import ImageChoice
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.job import PATIENCE, Job
+from ccwsim.ui.frontend.cell_map import CellMap
+from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.map import draw_map
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.maps import CellMap, canvas_component, draw_map, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 

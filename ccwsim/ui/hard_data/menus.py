@@ -17,10 +17,10 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
-from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
+from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.data_step import (
     data_uploader,
     draw_table_uploaders,

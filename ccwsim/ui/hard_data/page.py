@@ -14,6 +14,9 @@ from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
+from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.map import map_content
 from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits
 from ccwsim.ui.hard_data.menus import draw_export, draw_import, draw_problem, draw_sampling
 from ccwsim.ui.hard_data.table import draw_table
@@ -33,14 +36,6 @@ from ccwsim.ui.study.news import draw_news
 from ccwsim.ui.study.run import keep_up
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.maps import (
-    CellMap,
-    canvas_component,
-    facies_map,
-    map_content,
-    points_of,
-    reported,
-)
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 

@@ -16,6 +16,8 @@ from ccwsim.model.choices import CellsOfWells, DataChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.hard_data.edits import (
     AS_SHOWN,
     ERASE,
@@ -44,10 +46,8 @@ from ccwsim.ui.study.news import draw_news
 from ccwsim.ui.study.run import keep_up
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.maps import CellMap, facies_map, points_of
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
-from ccwsim.ui.widgets.volumes import draw_volume
 
 STYLE = Path(__file__).with_name("editor.css")
 REST = 0.6

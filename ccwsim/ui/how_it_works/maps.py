@@ -14,7 +14,7 @@ from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
 from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import CIVIDIS, Theme, ramp
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.widgets.maps import N_STEPS, CellMap
+from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
 
 DIM = 0.55
 """How much of the paper is mixed into what is not lit."""

@@ -19,6 +19,9 @@ from ccwsim.figures import Theme, difference_colours
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.frontend.cell_map import facies_map
+from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.map import draw_map
 from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import PatchView, Scale
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
@@ -36,7 +39,6 @@ from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import volume_fields
 from ccwsim.ui.widgets.fields import button, field, help_of
-from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, reported
 from ccwsim.ui.widgets.text import pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 

@@ -15,12 +15,13 @@ from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
+from ccwsim.ui.frontend.map import draw_map
 from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import box_mark, data_in, patch_map
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
-from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000

@@ -15,6 +15,8 @@ from ccwsim.engine.stages.path import FROM_ABOVE, ORDERS, cells_from_path, from_
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch, fates
 from ccwsim.figures import CIVIDIS, Theme
 from ccwsim.model.arrays import describe_shape, listing
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.how_it_works import words
 from ccwsim.ui.how_it_works.maps import (
     CANDIDATE,
@@ -45,9 +47,7 @@ from ccwsim.ui.how_it_works.words import (
     is_rejected,
     say,
 )
-from ccwsim.ui.widgets.maps import CellMap, facies_map, points_of
 from ccwsim.ui.widgets.text import panel_title
-from ccwsim.ui.widgets.volumes import draw_volume
 
 SLICES: dict[str, Any] = {"body": False, "max_height": 300}
 PATCH: dict[str, Any] = {"link": "how_patch", **SLICES}

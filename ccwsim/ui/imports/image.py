@@ -18,10 +18,13 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.uploads import file_uploader
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
+from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.results.maps import middle_layer, pretty
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.image_questions import (
     ask_about_image,
@@ -40,9 +43,7 @@ from ccwsim.ui.study.image_step import (
 )
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, share_map
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
-from ccwsim.ui.widgets.volumes import draw_volume
 
 MAX_FACIES = 12
 """Facies that can be named and coloured one by one."""

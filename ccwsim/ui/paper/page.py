@@ -12,6 +12,8 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim.jobs.job import Job, compilation_to_come
+from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import (
@@ -28,8 +30,6 @@ from ccwsim.paper import (
     verdict_of,
 )
 from ccwsim.report import report_html
-from ccwsim.ui.jobs.job import Job, compilation_to_come
-from ccwsim.ui.jobs.limits import Demand
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import reason

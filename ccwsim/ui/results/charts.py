@@ -7,8 +7,8 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim.ui.frontend.component import canvas_component
 from ccwsim.ui.widgets.errors import catch_callback_errors
-from ccwsim.ui.widgets.maps import canvas_component
 from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}

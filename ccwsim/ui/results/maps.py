@@ -16,21 +16,15 @@ from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
+from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, options_of
-from ccwsim.ui.widgets.maps import (
-    CellMap,
-    canvas_component,
-    draw_map,
-    facies_map,
-    points_of,
-    reported,
-    share_map,
-)
 from ccwsim.ui.widgets.text import panel_title, step_note
-from ccwsim.ui.widgets.volumes import draw_volume
 
 MAP_WIDTHS = (1.08, 1.0)
 """Of a realization, which has coordinates beside it, and of the E-type."""

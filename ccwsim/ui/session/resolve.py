@@ -30,6 +30,8 @@ from ccwsim.io import (
 )
 from ccwsim.io.hard_data.wells import WELL_COLUMNS
 from ccwsim.io.limits import limited, upload_limits
+from ccwsim.jobs.job import result_in_turn
+from ccwsim.jobs.limits import demand_of
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import (
@@ -48,8 +50,6 @@ from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.job import result_in_turn
-from ccwsim.ui.jobs.limits import demand_of
 
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""

@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 
 import streamlit as st
 
+from ccwsim.jobs.job import Job
+from ccwsim.jobs.limits import limits_of_environment
 from ccwsim.model.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.job import Job
-from ccwsim.ui.jobs.limits import limits_of_environment
-from ccwsim.ui.jobs.uploads import size_of_all
+from ccwsim.ui.session.uploads import size_of_all
 
 KEY = "ccwsim"
 MAX_RUNS = 12

@@ -26,12 +26,12 @@ from ccwsim.sharing import (
     study_report,
 )
 from ccwsim.ui.hard_data.edits import Editor, History
-from ccwsim.ui.jobs.uploads import upload_of
 from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.file_names import image_part, study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, opened
 from ccwsim.ui.session.state import State, start_afresh
+from ccwsim.ui.session.uploads import upload_of
 from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button

@@ -10,11 +10,11 @@ import streamlit as st
 from ccwsim.figures import contact_sheet, facies_colours, tile_size
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
+from ccwsim.ui.frontend.component import canvas_component, reported
 from ccwsim.ui.results.maps import middle_layers
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import stop_run
-from ccwsim.ui.widgets.maps import canvas_component, reported
 from ccwsim.ui.widgets.text import panel_title
 
 KEY = "history_strip"

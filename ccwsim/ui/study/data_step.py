@@ -17,10 +17,10 @@ from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_step import THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of

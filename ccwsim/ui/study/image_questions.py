@@ -18,6 +18,7 @@ from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import Part, thinning
 from ccwsim.model.choices import Answers, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.ui.frontend.component import canvas_component, reported
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     MAX_LISTED,
@@ -28,7 +29,6 @@ from ccwsim.ui.study.questions import (
     summary_of,
 )
 from ccwsim.ui.widgets.fields import field, options_of
-from ccwsim.ui.widgets.maps import canvas_component, reported
 from ccwsim.ui.widgets.text import step_note
 
 BINS = 96

@@ -13,10 +13,10 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.jobs.uploads import file_uploader
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
+from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title

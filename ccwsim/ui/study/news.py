@@ -10,7 +10,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.ui.jobs.job import PATIENCE
+from ccwsim.jobs.job import PATIENCE
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import changes_between

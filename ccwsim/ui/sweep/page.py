@@ -32,6 +32,10 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.frontend.cell_map import facies_map, points_of
+from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
@@ -57,10 +61,8 @@ from ccwsim.ui.sweep.plan import (
     values_on_offer,
 )
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
-from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of, reported
 from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
-from ccwsim.ui.widgets.volumes import draw_volume
 
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392

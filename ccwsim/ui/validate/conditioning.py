@@ -18,16 +18,17 @@ from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
+from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of
 from ccwsim.ui.validate.statistics import panel
-from ccwsim.ui.widgets.maps import CellMap, draw_map, facies_map, points_of, share_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
-from ccwsim.ui.widgets.volumes import draw_volume
 
 CERTAIN = 0.05
 """Entropy below which a cell counts as certain."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
+from ccwsim.jobs.statistics import Failure, Task
 from ccwsim.metrics import Anodi, Fit
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
@@ -27,7 +28,6 @@ from ccwsim.report.verdicts import (
     size_text,
     way_name,
 )
-from ccwsim.ui.jobs.statistics import Failure, Task
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.reproduction import axis_curves, describe_unseen_of
 from ccwsim.ui.validate.statistics import (

@@ -11,6 +11,9 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
+from ccwsim.jobs.job import Cancel, Job
+from ccwsim.jobs.limits import demand_of
+from ccwsim.jobs.workers import n_cores
 from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of, max_lag
@@ -21,9 +24,6 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import curve_title
 from ccwsim.run.simulation import simulate
-from ccwsim.system.workers import n_cores
-from ccwsim.ui.jobs.job import Cancel, Job
-from ccwsim.ui.jobs.limits import demand_of
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State

@@ -14,6 +14,9 @@ from ccwsim.figures import Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.frontend.cell_map import facies_map, points_of
+from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.map import draw_map
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.maps import (
     choose,
@@ -51,7 +54,6 @@ from ccwsim.ui.validate.statistics import (
     patterns,
 )
 from ccwsim.ui.widgets.fields import button, field
-from ccwsim.ui.widgets.maps import canvas_component, draw_map, facies_map, points_of, reported
 from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 

@@ -45,6 +45,8 @@ from ccwsim.report.verdicts import (
     size_text,
     way_name,
 )
+from ccwsim.ui.frontend.cell_map import CellMap
+from ccwsim.ui.frontend.map import draw_map
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers
 from ccwsim.ui.results.tables import numbers_table
@@ -64,7 +66,6 @@ from ccwsim.ui.validate.statistics import (
     panel,
 )
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.maps import CellMap, draw_map
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 

@@ -12,6 +12,8 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle
+from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
 from ccwsim.metrics import (
     Anodi,
     Calibration,
@@ -49,8 +51,6 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
-from ccwsim.ui.jobs.job import PATIENCE
-from ccwsim.ui.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State

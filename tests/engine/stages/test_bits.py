@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.stages.bits import (
     make_strips,
     n_bits,
@@ -15,7 +16,6 @@ from ccwsim.engine.stages.bits import (
 )
 from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
-from ccwsim.engine.stages.refinement import data_at_stake, refine_place
 
 SEEDS = st.integers(0, 2**32)
 FACIES = st.sampled_from([1, 2, 3, 5, 200])

@@ -18,6 +18,7 @@ from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import training_image_as_bytes
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.ui.frontend.component import ENTRY, component_parts
 from ccwsim.ui.hard_data import edits as editor_edits
 from ccwsim.ui.hard_data.edits import (
     Editor,
@@ -38,7 +39,6 @@ from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, painted, rows_o
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import is_current
-from ccwsim.ui.widgets.maps import ENTRY, component_parts
 
 ROOT = Path(__file__).parents[3]
 GRID = Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0))

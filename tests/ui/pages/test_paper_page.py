@@ -11,9 +11,9 @@ from streamlit.testing.v1 import AppTest
 import ccwsim.paper.reproduction as reproduction
 import ccwsim.ui.paper.page as paper_page
 from ccwsim import CCWSIMError
+from ccwsim.jobs.job import Job, progress_text
 from ccwsim.paper import Experiment, Finished, Inputs, Outcome
 from ccwsim.report import Judgement, Text
-from ccwsim.ui.jobs.job import Job, progress_text
 from ccwsim.ui.paper.page import (
     PaperRun,
     PaperState,

@@ -11,6 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
+from ccwsim.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.metrics import (
     Fit,
     RunningStatistics,
@@ -24,7 +25,6 @@ from ccwsim.metrics.lags import distinct_lags, lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import describe_curve
-from ccwsim.ui.jobs.statistics import LruCache, StatisticsWorker
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
     data_status_shares,

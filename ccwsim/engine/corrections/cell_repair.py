@@ -1,0 +1,443 @@
+"""Seam repair, cell by cell: a cell takes another facies that leaves fewer patterns unseen.
+
+Not in the paper. Where two patches do not quite meet, much of what the training image never has is
+the work of single cells: a step in a boundary, a notch, a cell alone. Of the cells of an unseen
+pattern the one is changed that leaves the fewest unseen around it. Where none helps, a walk goes on
+from there for a few cells, also where that leaves more unseen at first, and is kept up to where the
+fewest were: tabu search (Glover 1989). Cells with data stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.corrections.resimulation import Target
+from ccwsim.engine.corrections.seam_repair import has_data
+from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, number_run
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.stages.box import Box
+from ccwsim.engine.stages.candidates import draw_index, place_of
+from ccwsim.engine.stages.demand import UNKNOWN
+from ccwsim.engine.stages.path import Triple
+
+PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
+"""Layers, rows and columns of the grid that are looked at together, from the cache."""
+PARTS_PER_CALL = 64
+FURTHER, FURTHER_VOLUME = 3, 14
+"""A walk ends where so many more patterns are unseen than there were at its best. In maps, where
+few are left, windows take most of the time."""
+PATIENCE, PATIENCE_VOLUME = 20, 40
+"""A walk ends after so many changes since it was at its best."""
+FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
+"""The same of walks in volumes from a pattern with a datum, where at most such a share of the cells
+has one: it takes long to find what both the image and the data allow, but these patterns are few.
+The more data there are the sooner these walks end, down to the usual ones."""
+STAYS = 4
+"""A cell stays for so many changes after its own, unless a walk gets better than ever by it."""
+LONGEST = 4000
+"""Changes of the longest walk, and unseen patterns that it chooses from."""
+
+
+class Part(NamedTuple):
+    """A part of a grid, raveled, with what patterns reach before and behind it along each axis.
+
+    A pattern has the number of its first cell.
+    """
+
+    shape: Triple  # with that margin
+    facies: NDArray[np.uint8]  # UNKNOWN beyond the grid
+    is_free: NDArray[np.bool_]  # whether a cell may be changed: not in the margin, nor with a datum
+    is_inside: NDArray[np.uint8]  # 1 where a pattern begins whose cells are all in the grid
+    rows: NDArray[np.uint32]  # the numbers of rows of patterns
+    line: NDArray[np.uint32]
+    numbers: NDArray[np.uint32]  # of patterns
+    is_unseen: NDArray[np.uint8]  # 1 where an unseen pattern begins
+    unseen: NDArray[np.uint32]  # where these begin
+    n_unseen: NDArray[np.uint8]  # of the patterns that a cell is in
+    was_tried: NDArray[np.bool_]  # where no other facies of a cell leaves fewer unseen
+    stays: NDArray[np.uint16]  # the change of a walk up to which a cell stays
+    near: NDArray[np.uint64]  # shape (LONGEST,): patterns that a walk chooses from
+    changed: NDArray[np.uint64]  # shape (LONGEST,): the cells that it changed, one after another,
+    before: NDArray[np.uint8]  # and what they were
+    aside: NDArray[np.uint64]  # how far the neighbours are; those before a cell go round
+    # of the cells of a pattern: how far they are from the first, and how much they count in its
+    # number
+    steps: NDArray[np.uint64]
+    weights: NDArray[np.uint32]
+
+
+def repair_cells(
+    target: Target,
+    patterns: Patterns,
+    rng: np.random.Generator,
+    walks: bool,
+    report: Callable[[float], None] = lambda share: None,
+) -> int:
+    """Change single cells of a realization; return how many times one was.
+
+    In place. With `walks` they go on where no single cell helps; `rng` is used for these alone.
+    `patterns` are of cells side by side. The source of a changed cell is where the training image
+    goes on from that of a neighbour, if it has the facies there, and −1 elsewhere. `report` is
+    called now and then with the share that is done, and may raise to stop.
+    """
+    shape = target.grid.shape
+    if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
+        return 0
+    volume = patterns.cells[0] > 1
+    most = PART_VOLUME if volume else PART
+    share = float(np.mean(target.data != UNKNOWN)) if volume and walks else 0.0
+    ends, ends_at_data = ends_of_walks(volume, 0.0), ends_of_walks(volume, share)
+    lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
+    firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
+    part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
+    for k in range(0, len(firsts), PARTS_PER_CALL):
+        report(k / len(firsts))
+        some = np.array(firsts[k : k + PARTS_PER_CALL])
+        n_changed += change_cells(
+            target, patterns, some, lengths, part, rng, walks, ends, ends_at_data
+        )
+    return n_changed
+
+
+def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
+    """Return by how many more unseen patterns, and after how many changes, a walk ends.
+
+    `share` is that of the cells with data, for walks that begin at one; 0 for all others.
+
+    Examples
+    --------
+    >>> [ends_of_walks(True, share) for share in (0, 0.001, 0.002, 0.1)]
+    [(14, 40), (200, 2000), (100, 1000), (14, 40)]
+    """
+    if not volume:
+        return FURTHER, PATIENCE
+    part = min(SHARE_OF_DATA / share, 1) if share > 0 else 0
+    further, patience = round(part * FURTHER_DATA), round(part * PATIENCE_DATA)
+    return max(further, FURTHER_VOLUME), max(patience, PATIENCE_VOLUME)
+
+
+def make_part(patterns: Patterns, lengths: Triple) -> Part:
+    """Return the arrays for parts of a grid."""
+    nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
+    n = nz * ny * nx
+    facies, is_inside, is_unseen, n_unseen = (np.zeros(n, np.uint8) for _ in range(4))
+    rows, line, numbers, unseen = (np.zeros(n, np.uint32) for _ in range(4))
+    is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    near, changed = np.zeros(LONGEST, np.uint64), np.zeros(LONGEST, np.uint64)
+    walked = np.zeros(n, np.uint16), near, changed, np.zeros(LONGEST, np.uint8)
+    found = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
+    steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
+    of_cells = np.array(steps, np.uint64), cell_weights(patterns)
+    ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
+    aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
+    return Part((nz, ny, nx), facies, is_free, is_inside, *found, *walked, aside, *of_cells)
+
+
+def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
+    """Return how much the label of each cell of a pattern counts in its number, raveled."""
+    (nz, ny, nx), size = patterns.cells, 2**32
+    of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
+    in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]
+    return np.array([a * b % size for a in of_rows for b in in_row], np.uint32)
+
+
+@kernel
+def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
+    """Change cells of parts of the grid, each from its first cell on; return how many.
+
+    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends. `ends`
+    says where walks end, by `FURTHER` and `PATIENCE`, `ends_at_data` where those do that begin at
+    data.
+    """
+    n_changed = 0
+    for i in range(len(firsts)):
+        reach = patterns.reach
+        origin = firsts[i, 0] - reach[0], firsts[i, 1] - reach[1], firsts[i, 2] - reach[2]
+        copy_part(target.grid, target.data, origin, lengths, patterns, part)
+        n_found = find_unseen_patterns(patterns, part)
+        for k in range(n_found):
+            first = np.uint64(part.unseen[k])
+            while part.is_unseen[first]:
+                cell, facies = best_change(first, patterns, part)
+                if facies == UNKNOWN:
+                    break
+                change_cell(cell, facies, 0, patterns, part)
+                forget(cell, patterns, part)
+                part.changed[0] = cell
+                n_changed += write_back(1, target, origin, part)
+        for k in range(n_found if walks else 0):
+            first = np.uint64(part.unseen[k])
+            if part.is_unseen[first]:
+                with_datum = has_data(target.data, box_of(first, origin, patterns, part))
+                own = ends_at_data if with_datum else ends
+                n = walk(first, own, patterns, part, rng)
+                n_changed += write_back(n, target, origin, part)
+    return n_changed
+
+
+@part_of_kernel
+def box_of(first, origin, patterns, part):
+    """Return where a pattern of a part is in the grid."""
+    z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
+    nz, ny, nx = patterns.cells
+    return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
+
+
+@part_of_kernel
+def write_back(n, target, origin, part):
+    """Give cells of the grid what the first `n` changed ones of a part are; return how many differ.
+
+    A walk may have changed a cell twice, and back.
+    """
+    _, ny, nx = part.shape
+    n_different = 0
+    for i in range(n):
+        z, y, x = place_of(np.int64(part.changed[i]), (ny, nx), (1, 1, 1))
+        place = origin[0] + z, origin[1] + y, origin[2] + x
+        if target.grid[place] == part.facies[part.changed[i]]:
+            continue
+        target.grid[place] = part.facies[part.changed[i]]
+        n_different += 1
+        if target.sources.size > 0:
+            target.sources[place] = source_beside(target, place)
+    return n_different
+
+
+@part_of_kernel
+def copy_part(grid, data, origin, lengths, patterns, part):
+    """Copy a part of the grid, from a first cell that is a reach before it."""
+    nz, ny, nx = part.shape
+    (reach_z, reach_y, reach_x), (z0, y0, x0) = patterns.reach, origin
+    facies, is_free, is_inside = part.facies, part.is_free, part.is_inside
+    cells, known, size = grid.reshape(-1), data.reshape(-1), np.uint64(len(part.facies))
+    for u in range(size):
+        facies[u] = UNKNOWN
+    for u in range(size):
+        is_free[u] = False
+    for u in range(size):
+        is_inside[u] = 0
+    low, high = np.uint64(max(-x0, 0)), np.uint64(min(nx, grid.shape[2] - x0))
+    wide = np.uint64(reach_x)
+    for z in range(max(-z0, 0), min(nz, grid.shape[0] - z0)):
+        for y in range(max(-y0, 0), min(ny, grid.shape[1] - y0)):
+            to = np.uint64((z * ny + y) * nx)
+            first = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
+            for x in range(low, high):
+                facies[to + x] = cells[first + x]
+            if reach_z <= z < reach_z + lengths[0] and reach_y <= y < reach_y + lengths[1]:
+                for x in range(wide, min(wide + np.uint64(lengths[2]), high)):
+                    is_free[to + x] = known[first + x] == UNKNOWN
+            ends = z0 + z + reach_z < grid.shape[0] and y0 + y + reach_y < grid.shape[1]
+            if ends and z < nz - reach_z and y < ny - reach_y:
+                for x in range(low, high - wide):
+                    is_inside[to + x] = 1
+
+
+@part_of_kernel
+def find_unseen_patterns(patterns, part):
+    """Number all patterns of a part, and find those that are unseen; return how many."""
+    numbers, rows, steps = part.numbers, part.rows, part.steps
+    is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
+    size, base = np.uint64(len(numbers)), patterns.row_base
+    n, n_in_row, n_cells = size - steps[-1], np.uint64(patterns.cells[2]), np.uint64(len(steps))
+    number_run(part.facies, 0, rows, 0, len(rows) - patterns.reach[2], patterns, part.line)
+    for u in range(n):
+        numbers[u] = rows[u]
+    for k in range(n_in_row, n_cells, n_in_row):
+        step = steps[k]
+        for u in range(n):
+            numbers[u] = numbers[u] * base + rows[u + step]
+    for u in range(size):
+        is_unseen[u] = 0
+    found = np.int64(0)
+    for u in range(n):
+        is_unseen[u] = part.is_inside[u] & (1 - is_known(patterns, numbers[u]))
+        part.unseen[found] = u
+        found += is_unseen[u]
+    if found == 0:
+        return found
+    for u in range(size):
+        was_tried[u] = False
+    for u in range(size):
+        n_unseen[u] = 0
+    for i in range(found):
+        first = np.uint64(part.unseen[i])
+        for k in range(n_cells):
+            n_unseen[first + steps[k]] += np.uint8(1)
+    return found
+
+
+@part_of_kernel
+def best_change(first, patterns, part):
+    """Return the cell of a pattern and its new facies that leave the fewest patterns unseen.
+
+    A cell becomes what one of its neighbours is. The facies is UNKNOWN where no change leaves fewer
+    than there are.
+    """
+    cells, aside = part.facies, part.aside
+    n_aside = np.uint64(len(aside))
+    gain, best, best_facies = np.int64(0), first, np.uint8(UNKNOWN)
+    for step in part.steps:
+        cell = first + step
+        n = np.int64(part.n_unseen[cell])
+        if n <= gain or part.was_tried[cell] or not part.is_free[cell]:
+            continue
+        own = latest = cells[cell]
+        for a in range(n_aside):
+            facies = cells[cell + aside[a]]
+            is_new = facies != own and facies != latest
+            if is_new and facies != UNKNOWN:
+                latest = facies
+                left = n_unseen_after(cell, facies, n - gain, patterns, part)
+                if n - left > gain:
+                    gain, best, best_facies = n - left, cell, facies
+        if gain == 0:
+            part.was_tried[cell] = True
+    return best, best_facies
+
+
+@part_of_kernel
+def walk(first, ends, patterns, part, rng):
+    """Change cells one after another, from an unseen pattern on; return how many are kept.
+
+    These leave fewer patterns unseen than there were, and are the first in `part.changed`.
+    """
+    further, patience = ends
+    near, changed, before = part.near, part.changed, part.before
+    near[0], n_near = first, np.int64(1)
+    more = least = n_changed = n_kept = np.int64(0)
+    while n_near > 0 and n_changed < min(n_kept + patience, LONGEST):
+        k = draw_index(rng, n_near)
+        if not part.is_unseen[near[k]]:
+            n_near -= 1
+            near[k] = near[n_near]
+            continue
+        cell, facies, own = next_change(near[k], n_changed, least - more, patterns, part, rng)
+        if facies == UNKNOWN or more + own > least + further:
+            break
+        changed[n_changed], before[n_changed] = cell, part.facies[cell]
+        n_near = change_cell(cell, facies, n_near, patterns, part)
+        n_changed += 1
+        part.stays[cell] = n_changed + STAYS
+        more += own
+        if more < least:
+            least, n_kept = more, n_changed
+    for i in range(n_changed):
+        part.stays[changed[i]] = 0
+    for i in range(n_changed - 1, n_kept - 1, -1):
+        change_cell(changed[i], before[i], LONGEST, patterns, part)
+    return n_kept
+
+
+@part_of_kernel
+def next_change(first, n_changed, better, patterns, part, rng):
+    """Return a cell of a pattern, its new facies and how many more patterns it leaves unseen.
+
+    The fewest, also where these are more than there are; one of those that leave as few is drawn. A
+    cell that stays changes only if that leaves fewer than `better` more, which is none or less. The
+    facies is UNKNOWN where no cell can change.
+    """
+    cells, aside = part.facies, part.aside
+    n_aside, n_equal = np.uint64(len(aside)), 0
+    least, best, best_facies = np.int64(1 << 20), first, np.uint8(UNKNOWN)
+    for step in part.steps:
+        cell = first + step
+        if not part.is_free[cell]:
+            continue
+        n, own = np.int64(part.n_unseen[cell]), cells[cell]
+        latest = own
+        limit = n + better if part.stays[cell] > n_changed else np.int64(1 << 20)
+        for a in range(n_aside):
+            facies = cells[cell + aside[a]]
+            is_new = facies != own and facies != latest
+            if not is_new or facies == UNKNOWN:
+                continue
+            latest = facies
+            most = min(n + least + 1, limit)
+            left = n_unseen_after(cell, facies, most, patterns, part)
+            if left >= most:
+                continue
+            n_equal = n_equal + 1 if left - n == least else 1
+            if n_equal == 1 or draw_index(rng, n_equal) == 0:
+                least, best, best_facies = left - n, cell, facies
+    return best, best_facies, least
+
+
+@part_of_kernel
+def n_unseen_after(cell, facies, limit, patterns, part):
+    """Count the unseen patterns around a cell after a change; no further than to `limit`."""
+    change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
+    numbers, is_inside, steps, weights = part.numbers, part.is_inside, part.steps, part.weights
+    n = np.int64(0)
+    for k in range(np.uint64(len(steps))):
+        first = cell - steps[k]
+        number = np.uint32(numbers[first] + change * weights[k])
+        n += is_inside[first] & (1 - is_known(patterns, number))
+        if n >= limit:
+            break
+    return n
+
+
+@part_of_kernel
+def change_cell(cell, facies, n_near, patterns, part):
+    """Give a cell of a part another facies, and note which patterns are unseen then.
+
+    Those that were not before are put after the `n_near` ones in `part.near`; return how many are
+    there then.
+    """
+    numbers, is_unseen, n_unseen, steps = part.numbers, part.is_unseen, part.n_unseen, part.steps
+    change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
+    part.facies[cell] = facies
+    n_steps = np.uint64(len(steps))
+    for k in range(n_steps):
+        first = cell - steps[k]
+        number = np.uint32(numbers[first] + change * part.weights[k])
+        numbers[first] = number
+        now = np.uint8(part.is_inside[first] & (1 - is_known(patterns, number)))
+        if now == is_unseen[first]:
+            continue
+        more = np.uint8(now - is_unseen[first])  # goes round where they become fewer
+        is_unseen[first] = now
+        for i in range(n_steps):
+            n_unseen[first + steps[i]] += more
+        if now and n_near < LONGEST:
+            part.near[n_near] = first
+            n_near += 1
+    return n_near
+
+
+@part_of_kernel
+def forget(cell, patterns, part):
+    """Let cells be tried again that share a pattern with a cell, or are beside one that does."""
+    (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
+    z, y, x = place_of(np.int64(cell), (ny, nx), (1, 1, 1))
+    for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
+        for near_y in range(max(y - reach_y - 1, 0), min(y + reach_y + 2, ny)):
+            first = (near_z * ny + near_y) * nx
+            for near_x in range(max(x - reach_x - 1, 0), min(x + reach_x + 2, nx)):
+                part.was_tried[first + near_x] = False
+
+
+@part_of_kernel
+def source_beside(target, place):
+    """Return where the training image goes on from a neighbour's source as a cell is, or −1."""
+    image, sources, (z, y, x) = target.image, target.sources, place
+    (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
+    for a in range(6):
+        step = 2 * (a % 2) - 1
+        dz, dy, dx = step * (a // 2 == 2), step * (a // 2 == 1), step * (a // 2 == 0)
+        if not (0 <= z + dz < nz and 0 <= y + dy < ny and 0 <= x + dx < nx):
+            continue
+        source = np.int64(sources[z + dz, y + dy, x + dx])
+        if source < 0:
+            continue
+        tz, ty, tx = source // (my * mx) - dz, source // mx % my - dy, source % mx - dx
+        inside = 0 <= tz < mz and 0 <= ty < my and 0 <= tx < mx
+        if inside and image[tz, ty, tx] == target.grid[z, y, x]:
+            return np.int32((tz * my + ty) * mx + tx)
+    return np.int32(-1)

@@ -1,0 +1,180 @@
+"""What the environment of a server sets: the limits of a run, and the cluster that simulates it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any
+
+from ccwsim.jobs.workers import n_cores
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.study import Study
+from ccwsim.run.executors import connect
+from ccwsim.run.footprint import footprint
+from ccwsim.system.memory import format_bytes, free_memory, used_memory
+
+MAX_CELLS = "CCWSIM_MAX_CELLS"
+MAX_DATA = "CCWSIM_MAX_DATA"
+JOBS = "CCWSIM_JOBS"
+MEMORY = "CCWSIM_MEMORY_MB"
+HISTORY = "CCWSIM_HISTORY_MB"
+UPLOADS = "CCWSIM_UPLOADS_MB"
+SCHEDULER = "CCWSIM_SCHEDULER"
+"""Environment variables; the last holds the address of a Dask scheduler: tcp://host:8786."""
+DEFAULT_HISTORY = 256
+DEFAULT_UPLOADS = 1024
+RESERVE = 128 * 10**6
+"""Bytes that are left for the pages themselves."""
+MAPS_BYTES = 16
+"""Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
+FACIES_BYTES = 12
+
+_clients: dict[str, Any] = {}
+_lock = Lock()
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The limits of a server; a laptop has none but its memory."""
+
+    cells: int | None  # maximum of cells × realizations of one run, None for any number
+    data: int | None  # maximum of hard data of one run, None for any number
+    n_slots: int  # how many short jobs of all sessions are active at once
+    memory: int | None  # bytes for the program, None for what the machine or its container has
+    history: int  # bytes of earlier runs that each session keeps
+    uploads: int  # bytes of files of all browsers, those that outlive a reload included
+
+    def check(self, n_cells: int, n_data: int = 0) -> None:
+        """Refuse a run that is larger than this server allows, and say what to do."""
+        if self.cells is not None and n_cells > self.cells:
+            raise CCWSIMError(
+                f"{format_number(n_cells)} cells × realizations are more than the "
+                f"{format_number(self.cells)} that this server allows for one run: "
+                "ask for fewer realizations or a smaller grid"
+            )
+        if self.data is not None and n_data > self.data:
+            raise CCWSIMError(
+                f"{n_data:,} hard data are more than the {self.data:,} that this server allows "
+                "for one run: use fewer"
+            )
+
+    def __str__(self) -> str:
+        """Say what a session may ask for; empty where it is anything."""
+        parts = []
+        if self.cells is not None:
+            parts.append(f"{format_number(self.cells)} cells × realizations")
+        if self.data is not None:
+            parts.append(f"{self.data:,} hard data")
+        return f"This server takes up to {' and '.join(parts)} a run." if parts else ""
+
+
+def limits_of_environment() -> Limits:
+    """Return the limits that the environment variables of the server set."""
+    memory, history, uploads = _number(MEMORY), _number(HISTORY), _number(UPLOADS)
+    return Limits(
+        _number(MAX_CELLS),
+        _number(MAX_DATA),
+        _number(JOBS) or 2 * n_cores(),
+        None if memory is None else memory * 10**6,
+        (DEFAULT_HISTORY if history is None else history) * 10**6,
+        (DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
+    )
+
+
+def _number(name: str) -> int | None:
+    """Return the whole number of a variable, such as 200000000, 200_000_000 or 2e8."""
+    text = os.environ.get(name, "").strip()
+    if not text:
+        return None
+    try:
+        value = float(text)
+        if value >= 0 and value == int(value):
+            return int(value)
+    except (ValueError, OverflowError):
+        pass
+    raise CCWSIMError(f"{name} = {text!r} of the server must be a whole number, or left out")
+
+
+def format_number(number: int) -> str:
+    """Say a number, in millions where it is that large.
+
+    Examples
+    --------
+    >>> format_number(786_432), format_number(1_200_000_000), format_number(2_500_000)
+    ('786,432', '1,200 million', '2.5 million')
+    """
+    if number < 10**6:
+        return f"{number:,}"
+    millions = number / 1e6
+    return f"{millions:,.1f}".removesuffix(".0") + " million"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a run asks of the server: cells of all its realizations, hard data, and memory."""
+
+    n_cells: int
+    n_data: int = 0
+    n_bytes: int = 0
+
+
+def demand_of(
+    study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
+) -> Demand:
+    """Return what a run of `n` realizations asks for.
+
+    At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment there
+    are so many `copies` of them.
+    """
+    cells, image = study.grid.n_cells, study.training_image
+    kept = n if n_kept is None else min(n, n_kept)
+    in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
+    run = footprint(study, kept, n_workers) + cells * kept * (copies - 1 + in_codes)
+    page = cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies)
+    return Demand(cells * n, study.hard_data.n, run + page)
+
+
+def check_limits(demand: Demand) -> None:
+    """Refuse what is larger than the server allows."""
+    limits_of_environment().check(demand.n_cells, demand.n_data)
+
+
+def admit(demand: Demand, promised: float = 0.0) -> None:
+    """Refuse a run larger than the limits, or than the memory less what is `promised` to others."""
+    limits = limits_of_environment()
+    limits.check(demand.n_cells, demand.n_data)
+    free = free_bytes(limits)
+    if free is None or demand.n_bytes <= free - promised:
+        return
+    others = "" if demand.n_bytes > free else " now, beside other runs; wait for them or"
+    raise CCWSIMError(
+        f"this run needs about {format_bytes(demand.n_bytes)} of memory, and "
+        f"{format_bytes(max(free - promised, 0))} are free{others or ':'} ask for fewer "
+        "realizations or a smaller grid, or use the command line with --output FILE.npy, which "
+        "keeps realizations on disk"
+    )
+
+
+def free_bytes(limits: Limits) -> int | None:
+    """Return the memory that runs may still take, None where the system does not tell."""
+    free = free_memory()
+    if limits.memory is not None:
+        own = limits.memory - (used_memory() or 0)
+        free = own if free is None else min(own, free)
+    return None if free is None else max(free - RESERVE, 0)
+
+
+def executor_of_environment() -> Any:
+    """Return the client of the scheduler that the environment names, None where it names none.
+
+    All sessions share it; call it on the thread of a job, as connecting may take seconds.
+    """
+    address = os.environ.get(SCHEDULER, "").strip()
+    if not address:
+        return None
+    with _lock:
+        client = _clients.get(address)
+        if client is None or client.status != "running":
+            _clients[address] = client = connect(address)
+        return client

@@ -1,0 +1,94 @@
+"""What a map or a volume shows: cells, their colours and labels, data and marks on top."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.figures import CIVIDIS, ramp
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
+
+N_STEPS = 200
+"""Steps of a probability map; ensembles of up to so many realizations show exact shares."""
+
+
+@dataclass(frozen=True)
+class CellMap:
+    """A map or volume as the canvas takes it: indices, what each looks like and is called."""
+
+    indices: NDArray[np.uint8]  # (ny, nx) or (nz, ny, nx)
+    colours: Sequence[str]  # "#rrggbb" of each value of `indices`
+    labels: Sequence[str]  # what the hover says of each
+    alt: str
+    keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
+    strip: dict[str, Any] | None = None  # a colour strip instead: colours, low, high
+    # (layer,) row, column, index of colour, wrong
+    points: list[list[int]] = field(default_factory=list)
+    point_colours: Sequence[str] = ()
+    points_are: tuple[str, str] = ("datum", "data")  # what one of the points and several are called
+    # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
+    # colour, label
+    marks: list[dict[str, Any]] = field(default_factory=list)
+    trail: list[list[float]] = field(default_factory=list)  # a line through cells, with an arrow
+
+
+def facies_map(
+    indices: NDArray[np.uint8], training_image: TrainingImage, colours: Sequence[str], alt: str
+) -> CellMap:
+    """Return the map or volume of facies indices in the colours of the facies."""
+    names = training_image.facies_names
+    keys = list(zip(names, colours, strict=True))[:8]
+    return CellMap(indices, colours, names, alt, keys=keys, point_colours=colours)
+
+
+def share_map(
+    shares: NDArray[np.float64],
+    what: str,
+    alt: str,
+    *,
+    colours: Sequence[str] = CIVIDIS,
+    point_colours: Sequence[str] = (),
+) -> CellMap:
+    """Return the map or volume of numbers from 0 to 1, such as probabilities."""
+    steps = ramp(colours, N_STEPS + 1)
+    labels = [f"{what} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
+    indices = np.rint(shares * N_STEPS).astype(np.uint8)
+    strip = {"colours": list(colours), "low": "0", "high": "1"}
+    return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
+
+
+def points_of(
+    data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
+) -> list[list[int]]:
+    """Return hard data as [row, column, facies index, wrong], in volumes after the layer.
+
+    A datum is wrong where a `realization`, in facies codes, says another facies.
+    """
+    if not data.n:
+        return []
+    places = np.searchsorted(training_image.codes, data.facies)
+    wrong = np.zeros(data.n, bool)
+    if realization is not None:
+        wrong = realization[tuple(data.cells.T)] != data.facies
+    return np.column_stack([data.cells, places, wrong]).astype(int).tolist()
+
+
+def shared_content(cell_map: CellMap) -> dict[str, Any]:
+    """Return what the canvas needs to draw a map as well as a volume."""
+    n_wrong = sum(point[cell_map.indices.ndim + 1] for point in cell_map.points)
+    return {
+        "lut": list(cell_map.colours),
+        "labels": list(cell_map.labels),
+        "keys": [list(pair) for pair in cell_map.keys],
+        "strip": cell_map.strip,
+        "points": cell_map.points,
+        "point_lut": list(cell_map.point_colours) or None,
+        "points_are": list(cell_map.points_are),
+        "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
+        "alt": cell_map.alt,
+    }
