@@ -9,8 +9,9 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
-from ccwsim.engine.kernels import compile_apart, is_ready
+from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
+from ccwsim.experiments.warm_up import compile_in_background
 from ccwsim.jobs.job import Cancel, Job, Progress, format_duration
 from ccwsim.jobs.limits import (
     Demand,
@@ -177,6 +178,8 @@ def _begun(state: State, some: Some, after: float) -> Job[Ensemble]:
     """Return the job of the study, in the queue; in one part where memory is short for several."""
     choices, n = state.choices, state.choices.n_realizations
     state.wanted = state.shown
+    if not is_ready() and st.runtime.exists():
+        _compile_in_background()
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
@@ -195,6 +198,12 @@ def _begun(state: State, some: Some, after: float) -> Job[Ensemble]:
         if n_first == n:
             raise
         return begun(n, 1)
+
+
+@st.cache_resource
+def _compile_in_background() -> None:
+    """Begin once for the server."""
+    compile_in_background()
 
 
 def in_parts(job: Job[Ensemble], some: Some, n_first: int) -> Ensemble:
@@ -270,9 +279,6 @@ def part_of(choices: Choices) -> Some:
     image, data = image_of(choices.image), data_of(choices)
 
     def some(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
-        executor = executor_of_environment()
-        if executor is None and not is_ready():  # the workers of a cluster compile for themselves
-            compile_apart(cancel)
         return simulate(
             image,
             grid_shape=choices.grid,
@@ -283,7 +289,7 @@ def part_of(choices: Choices) -> Some:
             progress=progress,
             cancel=cancel,
             first_realization=first,
-            executor=executor,
+            executor=executor_of_environment(),
         )
 
     return some
