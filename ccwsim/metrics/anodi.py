@@ -16,7 +16,7 @@ from ccwsim.metrics.patterns import (
     size_of,
 )
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
-from ccwsim.model.arrays import as_floats, check_int
+from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
@@ -124,12 +124,7 @@ class Anodi:
     @property
     def ratio(self) -> NDArray[np.float64]:
         """Between / within, shape (n_ensembles, n_factors): more is better."""
-        return np.divide(
-            self.between,
-            self.within,
-            out=np.full(self.within.shape, np.nan),
-            where=self.within > 0,
-        )
+        return ratio(self.between, self.within)
 
     @property
     def mean_ratio(self) -> NDArray[np.float64]:
@@ -231,18 +226,10 @@ def anodi(
     ----------
     ensembles : Ensemble or array_like, or a mapping of names to such
         An array has facies codes, shape (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes; those of the training image where left out.
-    size : int, optional
-        Side of the patterns in cells; 4 in maps and 3 in volumes where left out.
-    factors : sequence of int
-        Resolutions, 1 for the full one.
+    training_image, codes, size, factors, progress
+        As in `pattern_distance`.
     weights : sequence of float, optional
-        Of the resolutions; 2^−g for the g-th where left out. They are made to sum to 1.
-    progress : callable, optional
-        Called with the share that is done.
+        Weights of the resolutions, scaled to sum to 1; 2^−g for the g-th by default.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.lags import Direction, Lags
 from ccwsim.metrics.stack import Fraction, Images
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import as_floats
+from ccwsim.model.arrays import as_floats, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 
 Statistic = Literal["variogram", "connectivity"]
@@ -39,7 +39,7 @@ class Band:
     Attributes
     ----------
     mean, low, median, high, smallest, largest : ndarray
-        NaN where no realization has a value.
+        NaN if no realization has a value.
     """
 
     mean: NDArray[np.float64]
@@ -160,7 +160,7 @@ class RunningCurves:
         self._largest[points] = np.maximum(self._largest[points], present)
 
     def band(self, low: float = 0.1, high: float = 0.9) -> Band:
-        """Return the band of the curves added so far; NaN where there were none.
+        """Return the band of the curves added so far; NaN if there were none.
 
         Raises
         ------
@@ -171,7 +171,7 @@ class RunningCurves:
             raise CCWSIMError(f"quantiles {low} and {high} must be probabilities in order")
         n = self._counts.sum(axis=1)
         known = n > 0
-        mean = np.divide(self._sums, n, out=np.full(len(n), np.nan), where=known)
+        mean = ratio(self._sums, n)
         smallest, largest = (
             np.where(known, extreme, np.nan) for extreme in (self._smallest, self._largest)
         )

@@ -33,7 +33,7 @@ def coarsened(
     factor : int, or three of them for a volume
         1 returns a copy. Three are those along layers, rows and columns.
     codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+        The facies codes, where an array may lack some; those that occur by default.
 
     Returns
     -------

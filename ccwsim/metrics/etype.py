@@ -37,7 +37,7 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
     images : Ensemble, TrainingImage or array_like
         An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+        The facies codes, where an array may lack some; those that occur by default.
 
     Returns
     -------
@@ -60,10 +60,8 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (nz, ny, nx) or (n, nz, ny, nx)
-        Volumes; an array has facies codes.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    images, codes
+        As in `proportions`; an array of volumes may be (nz, ny, nx) or (n, nz, ny, nx).
 
     Returns
     -------
@@ -190,10 +188,8 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    images, codes
+        As in `proportions`.
 
     Returns
     -------
@@ -214,10 +210,8 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    images, codes
+        As in `proportions`.
 
     Returns
     -------
@@ -244,7 +238,7 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
     counts : ndarray of int, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
         Realizations by facies and cell, as `facies_counts` gives them.
     codes : array_like of int, shape (n_facies,), optional
-        The facies codes, 0 … n_facies − 1 where left out.
+        The facies codes, 0 … n_facies − 1 by default.
 
     Returns
     -------

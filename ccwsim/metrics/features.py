@@ -29,10 +29,10 @@ class Spacing:
     correlation : ndarray, shape (n_lags,)
         1 − Σ γ / Σ sill, pooled over facies.
     range : int or None
-        The first lag where γ reaches 95 % of the sill; None where it does not.
+        The first lag where γ reaches 95 % of the sill; None if it does not.
     spacing : int or None
         The first lag where the correlation rises to a peak again: the distance from feature to
-        feature; None where there is no such peak.
+        feature; None if there is no such peak.
     strength : float
         How far that peak stands out, from 0 (no repetition) to about 2 (strict period).
     """
@@ -53,10 +53,8 @@ def feature_spacing(
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    image, codes
+        As in `pattern_histogram`.
     direction : str, float or pair of int
         As in `variogram`.
 

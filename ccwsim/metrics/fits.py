@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,10 @@ from ccwsim.metrics.reference_band import (
     CURVE_ERRORS,
     MIN_GAP,
     Fit,
-    ReferenceBand,
     band_of_crops,
     crop_shape,
+    fit_shares,
     fit_values,
-    kept_band,
 )
 from ccwsim.metrics.stack import N_AXES, Stack
 from ccwsim.model.arrays import check_int
@@ -42,7 +40,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     -------
     Fit, or None
         Jensen–Shannon divergences in bits at full resolution, `at` the sizes; what crops have is
-        due to their size alone. None where the training image or the grid is too small for crops.
+        due to their size alone. None if the training image or the grid is too small for crops.
 
     Raises
     ------
@@ -107,13 +105,8 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     def values(images: Stack) -> NDArray[np.float64]:
         return vertical_proportions(images)[:, index]
 
-    def make() -> ReferenceBand:
-        p = float(image.proportions[index])
-        least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
-        layers = np.arange(float(grid[0]))
-        return band_of_crops(image, shape, layers, values, CURVE_ERRORS, least)
-
-    found = vertical_proportions(ensemble)[:, index].mean(axis=0)
-    n_pieces = ensemble.n * prod(grid) / prod(shape)
-    fit = kept_band(image, ("layers", index, shape), make).compare(found, n_pieces)
-    return Fit(fit.at, found, vertical_proportions(image)[0, index], fit.tolerance, shape)
+    p, layers = float(image.proportions[index]), np.arange(float(grid[0]))
+    least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
+    crops = band_of_crops(image, ("layers", index), shape, layers, values, CURVE_ERRORS, least)
+    own = vertical_proportions(ensemble)[:, index], vertical_proportions(image)[0, index]
+    return fit_shares(ensemble, crops, *own)

@@ -17,6 +17,7 @@ from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack
 from ccwsim.metrics.unseen import unseen_patterns
+from ccwsim.model.arrays import ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 
@@ -73,7 +74,7 @@ class Measure:
     definition : str
         One sentence.
     values : callable
-        Takes an `OfFacies`, returns one value an image, shape (n,); NaN where there is none.
+        Takes an `OfFacies`, returns one value an image, shape (n,); NaN if there is none.
     least : float
         A smaller difference is never called one, in units of the value.
     words : pair of str
@@ -130,7 +131,7 @@ def _chord(axis: int) -> Callable[[OfFacies], Values]:
         begins = lines[..., 0].sum(axis=(1, 2))
         begins = begins + (lines[..., 1:] & ~lines[..., :-1]).sum(axis=(1, 2, 3))
         cells = of.inside.sum(axis=(1, 2, 3))
-        return np.divide(cells, begins, out=np.full(len(lines), np.nan), where=begins > 0)
+        return ratio(cells, begins)
 
     return values
 

@@ -69,9 +69,9 @@ def pattern_histogram(
     image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+        The facies codes, where an array may lack some; those that occur by default.
     size : int, optional
-        Side of the patterns; 4 in maps and 3 in volumes where left out.
+        Side of the patterns; 4 in maps and 3 in volumes by default.
 
     Returns
     -------
@@ -139,14 +139,12 @@ def pyramid_histograms(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    codes, size
+    images, codes, progress
+        As in `transiograms`.
+    size
         As in `pattern_histogram`.
     factors : sequence of int
-        See `coarsened`.
-    progress : callable, optional
-        Called with the share that is done.
+        Resolutions are 1 / factor; see `coarsened`.
     layers : int, optional
         Layers of the thinnest volume to compare these with, where they have more.
 
@@ -233,14 +231,11 @@ def pattern_distance(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes; those of the training image where left out.
-    size, factors, progress
+    images, size, factors, progress
         As in `pyramid_histograms`.
+    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
+    codes : array_like of int, optional
+        The facies codes; those of the training image by default.
 
     Returns
     -------
@@ -275,9 +270,9 @@ def divergences(
     Parameters
     ----------
     histograms : list of list of PatternHistogram
-        By image, then factor, as `pyramid_histograms` gives them.
-    progress : callable, optional
-        Called with the share that is done.
+        By image, then factor, as `pyramid_histograms` returns them.
+    progress
+        As in `variogram`.
 
     Returns
     -------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from math import nan
 from typing import cast
@@ -38,7 +37,7 @@ class Quality:
         Standard deviation between realizations of their mean over the three; NaN for one.
     tau_errors : tuple of float
         |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
-        both are known, E–W, N–S and, in volumes, vertically; NaN where there is no such lag.
+        both are known, E–W, N–S and, in volumes, vertically; NaN if there is no such lag.
     facies : int
         Code of the facies that τ is of.
     differing : float
@@ -60,7 +59,7 @@ class Quality:
         NaN for one.
     largest_copied : float
         Cells of the largest piece copied verbatim from the training image, mean over
-        realizations; NaN where the ensemble does not keep its sources.
+        realizations; NaN if the ensemble does not keep its sources.
     copied_spread : float
         Standard deviation of it between realizations.
     """
@@ -81,12 +80,6 @@ class Quality:
     tau_spreads: tuple[float, ...] = (nan, nan)
     largest_copied: float = nan
     copied_spread: float = nan
-
-    @property
-    def n_mended(self) -> float:
-        """The old name of `n_resimulated`."""
-        warnings.warn("Quality.n_mended is now n_resimulated", DeprecationWarning, stacklevel=2)
-        return self.n_resimulated
 
     @property
     def pattern_distance(self) -> float:
@@ -116,7 +109,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     ensemble : Ensemble
         With `keep_sources` for what was copied.
     facies : int, optional
-        Code of the facies whose connectivity counts; that of the last where not given.
+        Code of the facies whose connectivity counts; the last one by default.
 
     Returns
     -------
@@ -186,10 +179,8 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
 
     Parameters
     ----------
-    images : Ensemble or array_like, shape (n, ny, nx) or (n, nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    images, codes
+        As in `proportions`.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics.etype import EType
 from ccwsim.metrics.stack import Codes, as_image, codes_or_places, index_of
-from ccwsim.model.arrays import as_floats, check_int
+from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 
@@ -85,7 +85,7 @@ def score_reference(
     scored : ndarray of bool, shape of `truth`, optional
         Which cells count; exclude those with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
-        The facies codes of an array of probabilities, 0 … n_facies − 1 where left out.
+        The facies codes of an array of probabilities, 0 … n_facies − 1 by default.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def calibration(
     probability, truth, scored, codes
         As in `score_reference`.
     facies : int, optional
-        The code of one; all facies pooled where left out.
+        The code of one; all facies pooled by default.
     n_bins : int
 
     Returns
@@ -164,11 +164,7 @@ def calibration(
         np.bincount(bins, weights=w, minlength=n_bins)
         for w in (np.ones_like(chances), chances, came)
     )
-    there = count > 0
-    mean, share = (
-        np.divide(sums, count, out=np.full(n_bins, np.nan), where=there)
-        for sums in (forecasts, observed)
-    )
+    mean, share = ratio(forecasts, count), ratio(observed, count)
     error = float(np.abs(forecasts - observed).sum() / count.sum())
     return Calibration(edges, mean, share, count.astype(np.int64), error)
 

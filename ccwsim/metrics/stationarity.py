@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import Codes, Images, Stack, as_image
 from ccwsim.metrics.variograms import variogram
+from ccwsim.model.arrays import ratio
 from ccwsim.model.errors import CCWSIMError
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
@@ -121,10 +122,8 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    image, codes
+        As in `pattern_histogram`.
 
     Returns
     -------
@@ -160,17 +159,16 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     lags = np.arange(min(ny, nx) // 4 + 1)
     own = np.array([_curves(quarter, lags) for quarter in quarters])
     distance = np.sqrt(np.mean((own - _curves(stack, lags)) ** 2, axis=3))
-    shift = _in_units(np.abs(shares - whole), deviation)
-    variogram_shift = _in_units(distance, (deviation**2)[:, None])
+    shift = ratio(np.abs(shares - whole), deviation, 0.0)  # 0 for a facies everywhere or nowhere
+    variogram_shift = ratio(distance, (deviation**2)[:, None], 0.0)
     facies = [stack.volume(0) == k for k in range(n_facies)]
     compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
     scores = np.zeros((len(PARTS), n_facies, 2))
     for k, axis in product(range(n_facies), (0, 1)):
         layers = [_half_squares(layer, 1 - axis) for layer in facies[k]]
         difference, error = _compare_parts(np.mean(layers, axis=0))
-        scores[:, k, axis] = np.divide(
-            np.abs(difference), error, out=np.where(difference, np.inf, 0.0), where=error > 0
-        )
+        without_error = np.where(difference, np.inf, 0.0)
+        scores[:, k, axis] = ratio(np.abs(difference), error, without_error)
     differences, errors = (np.column_stack(each) for each in zip(*compared, strict=True))
     own_shift = shares, shift, lags, own, variogram_shift
     vertical = _compare_halves(facies) if stack.is_volumes else (None, None)
@@ -240,7 +238,7 @@ def _mean_variance(field: NDArray) -> float:
     sums = np.fft.fftshift(_lag_sums(residuals).mean(axis=0))
     rows, columns = np.abs(np.arange(2 * ny) - ny), np.abs(np.arange(2 * nx) - nx)
     pairs = np.outer(ny - rows, nx - columns)
-    covariance = np.divide(sums, pairs, out=np.zeros(sums.shape), where=pairs > 0)
+    covariance = ratio(sums, pairs, 0.0)
     if covariance[ny, nx] <= 1e-12:
         return 0.0
     within = (rows <= ny // 2)[:, None] & (columns <= nx // 2)
@@ -286,9 +284,3 @@ def _curves(stack: Stack, lags: NDArray) -> NDArray[np.float64]:
             for code in stack.codes
         ]
     )
-
-
-def _in_units(values: NDArray, unit: NDArray) -> NDArray[np.float64]:
-    """Return values / unit, and 0 for a facies that fills the image or none of it."""
-    units = np.broadcast_to(unit, values.shape)
-    return np.divide(values, units, out=np.zeros(values.shape), where=units > 0)

@@ -58,9 +58,9 @@ class RunningStatistics:
         The codes of all facies.
     facies : sequence of int, optional
         Codes of the facies whose curves are followed; all of them, or the second one of two,
-        where left out.
+        by default.
     directions : sequence of str, optional
-        Of the curves; "E-W" and "N-S", in volumes also "vertical", where left out.
+        Of the curves; "E-W" and "N-S", in volumes also "vertical", by default.
     max_lag : int
         Of the curves; made to fit the rows and columns. A curve ends where its lags leave the
         volume.

@@ -28,18 +28,12 @@ def unseen_patterns(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
+    images, training_image, codes, progress
+        As in `pattern_distance`.
     size : int
         Side of the patterns in cells.
     mask : ndarray of bool, shape of one image, optional
         Only patterns that contain one of these cells count, such as those with hard data.
-    codes : array_like of int, optional
-        The facies codes; those of the training image where left out.
-    progress : callable, optional
-        Called with the share that is done.
 
     Returns
     -------
