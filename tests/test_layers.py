@@ -69,7 +69,7 @@ def imported(path: Path) -> set[str]:
 
 
 def folder(parts: tuple[str, ...]) -> str:
-    """Return the layer's name of a module of the package: ("ui", "study", "run") is in "ui/study"."""
+    """Return the layer of a module of the package: ("ui", "study", "run") is in "ui/study"."""
     return "/".join(parts[:2]) if parts[0] == "ui" else parts[0]
 
 

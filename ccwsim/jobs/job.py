@@ -65,9 +65,9 @@ class Job(Generic[Result]):
         self._first_report: tuple[float, float] | None = None
         self._cancelled, self._finished, self._first = Event(), Event(), Event()
         self._work: Callable[[Job[Result]], Result] | None = work
-        self._n_bytes, self._dropped = demand.n_bytes, False
+        self._n_bytes, self._abandoned = demand.n_bytes, False
         session, self._queue = current_session(), server_queue()
-        self._entry = QueueEntry(session, self._begin, self.drop, self._still_to_take)
+        self._entry = QueueEntry(session, self._begin, self.abandon, self._still_to_take)
         with _admission:
             if demand is not NOTHING:
                 admit(demand, self._queue.still_to_take)
@@ -99,7 +99,7 @@ class Job(Generic[Result]):
             # a session keeps its last error: the frames' arrays would stay in memory with it
             traceback.clear_frames(error.__traceback__)
             error = error.__context__ if isinstance(error.__context__, Exception) else None
-        if self._dropped:
+        if self._abandoned:
             self.result = self.partial = None
             self.error = Cancelled("stopped, as the page was closed")
         self._finished.set()
@@ -117,12 +117,12 @@ class Job(Generic[Result]):
             self._first_report = time.monotonic(), fraction
         self.fraction, self.n_done = fraction, n_done
 
-    def give(self, partial: Result) -> None:
+    def publish_partial(self, partial: Result) -> None:
         """Show what is ready before the rest; the work calls this."""
         self.partial = partial
         self._first.set()
 
-    def rest(self, seconds: float) -> None:
+    def sleep(self, seconds: float) -> None:
         """Wait, unless it is asked to stop meanwhile; the work calls this.
 
         Raises
@@ -138,9 +138,9 @@ class Job(Generic[Result]):
         if self._queue.withdraw(self._entry):
             self._end(Cancelled("stopped before it began"))
 
-    def drop(self) -> None:
+    def abandon(self) -> None:
         """Stop the work and keep nothing of it: there is nobody to look at it."""
-        self._dropped = True
+        self._abandoned = True
         self.cancel()
 
     def is_cancelled(self) -> bool:

@@ -39,11 +39,11 @@ class QueueEntry:
         self,
         session: str,
         begin: Callable[[], None],
-        drop: Callable[[], None] = lambda: None,
+        abandon: Callable[[], None] = lambda: None,
         still_to_take: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.session = session
-        self.begin, self.drop, self.still_to_take = begin, drop, still_to_take
+        self.begin, self.abandon, self.still_to_take = begin, abandon, still_to_take
         self.since = 0.0
 
 
@@ -273,7 +273,7 @@ class SessionMonitor:
             away = now - self._left.setdefault(session, now)
             if away >= min(GRACE, kept):
                 for entry in self._queue.entries_of(session):
-                    entry.drop()
+                    entry.abandon()
             if away >= kept:
                 self._forget(session)
                 self._freed = True

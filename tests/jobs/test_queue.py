@@ -187,10 +187,10 @@ class Room:
             self.attendance.note(session)
 
     def enter(self, name: str) -> None:
-        def drop() -> None:
+        def abandon() -> None:
             self.dropped.append(name)
 
-        self.queue.enter(QueueEntry(name[0], lambda: None, drop))
+        self.queue.enter(QueueEntry(name[0], lambda: None, abandon))
 
     def look(self, now: float) -> None:
         self.clock.now = now
@@ -246,13 +246,13 @@ def test_giving_memory_back_harms_nothing():
     give_back_memory()
 
 
-def test_a_dropped_job_keeps_nothing():
+def test_a_abandoned_job_keeps_nothing():
     begun, held = Event(), []
 
     def work(job):
         big = Big()
         held.append(weakref.ref(big))
-        job.give(big)
+        job.publish_partial(big)
         begun.set()
         while not job.is_cancelled():
             Event().wait(0.001)
@@ -261,7 +261,7 @@ def test_a_dropped_job_keeps_nothing():
     job: Job = Job(work)
     assert begun.wait(SLOW)
     assert job.partial is not None
-    job.drop()
+    job.abandon()
     assert job.wait(SLOW)
     gc.collect()
     assert job.result is None

@@ -149,7 +149,7 @@ def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_
     statistic = Task(("seven",), lambda progress: 7)
     bench.ask(statistic)
     (place,) = (p for p in queue.entries_of("") if p is not other)
-    place.drop()
+    place.abandon()
     queue.leave(other)
     bench.ask(Task(("eight",), lambda progress: 8))
     assert bench.wait_for(statistic, SLOW) == 7
