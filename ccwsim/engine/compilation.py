@@ -37,7 +37,7 @@ from ccwsim.engine.kernel_cache import (
     remove_unused,
 )
 from ccwsim.engine.kernels import Kernel, walk
-from ccwsim.jobs.workers import n_cores
+from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
 """More would finish no earlier: the largest kernel takes a third of the time by itself."""

@@ -39,7 +39,7 @@ def slices_of(
     indices : ndarray of uint8, shape (nz, ny, nx)
         Layer 0 at the bottom, row 0 at the south.
     at : triple of int, optional
-        Layer, row and column; the middle where left out.
+        Layer, row and column; the middle by default.
     dots : Dots, optional
         Hard data, their cells as layer, row and column; a slice has those that lie in it.
 

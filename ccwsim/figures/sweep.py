@@ -150,7 +150,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return on which side of its point each label goes, None where there is no room for it.
+    """Return on which side of its point each label goes, None if there is no room for it.
 
     Examples
     --------

@@ -34,9 +34,9 @@ class Strip:
     title : str
         What it is, with the unit.
     each : ndarray, shape (n,)
-        NaN where a realization has none.
+        NaN if a realization has none.
     reference : float
-        The training image's, NaN where it has none.
+        The training image's, NaN if it has none.
     """
 
     title: str
@@ -175,7 +175,7 @@ def divergence_chart(
     factors : sequence of int
         Resolution is 1 / factor.
     between, within : ndarray, shape (n_factors,)
-        Mean Jensen–Shannon divergence in bits; NaN where there is none.
+        Mean Jensen–Shannon divergence in bits; NaN if there is none.
     theme : Theme
     height : int
         Pixels.

@@ -63,7 +63,6 @@ from ccwsim.metrics.variograms import (
     variogram,
     variogram_map,
 )
-from ccwsim.model.deprecation import renamed
 
 __all__ = [
     "MEASURES",
@@ -143,16 +142,3 @@ __all__ = [
     "vertical_proportions",
     "warn_of_level",
 ]
-
-__getattr__ = renamed(
-    __name__,
-    {
-        "Bodies": "ccwsim.metrics.Geobodies",
-        "Reuse": "ccwsim.metrics.Copying",
-        "TruthScores": "ccwsim.metrics.ReferenceScores",
-        "body_statistics": "ccwsim.metrics.geobody_statistics",
-        "connected_bodies": "ccwsim.metrics.connected_geobodies",
-        "reuse": "ccwsim.metrics.copying",
-        "score_truth": "ccwsim.metrics.score_reference",
-    },
-)

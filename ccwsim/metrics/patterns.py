@@ -37,17 +37,17 @@ class PatternHistogram:
     Attributes
     ----------
     codes : ndarray of uint64, shape (n_different,)
-        The patterns that occur, sorted. A code is the pattern's cells as digits in base n_facies
-        where they fit 64 bits, else a 64-bit hash of them.
+        The patterns that occur, sorted. A code has the pattern's cells as digits in base n_facies
+        if these fit 64 bits; otherwise it is a 64-bit hash.
     frequencies : ndarray, shape (n_different,)
-        Their shares; they sum to 1.
+        Their shares, with sum 1.
     size : int
         Side of the patterns in cells.
     facies : tuple of int
-        Facies codes that the digits stand for, sorted.
+        Facies codes of the digits, sorted.
     layers : int
-        Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers of a thinner
-        one.
+        Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers if there are
+        fewer.
     """
 
     codes: NDArray[np.uint64]
@@ -62,16 +62,16 @@ def pattern_histogram(
 ) -> PatternHistogram:
     """Count the patterns of size × size (× size) cells at every location of an image, exactly.
 
-    In a volume of fewer layers patterns are as high as the volume.
+    In a volume with fewer layers, patterns are as high as the volume.
 
     Parameters
     ----------
     image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+        The facies codes, where an array may lack some; those that occur by default.
     size : int, optional
-        Side of the patterns; 4 in maps and 3 in volumes where left out.
+        Side of the patterns in cells; 4 in maps and 3 in volumes by default.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def pattern_histogram(
     Raises
     ------
     CCWSIMError
-        Where the pattern does not fit the image.
+        If the pattern does not fit the image.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def layers_of(stack: Stack, *others: Stack) -> int:
     Raises
     ------
     CCWSIMError
-        Where some are maps and others volumes.
+        If some are maps and others volumes.
     """
     for other in others:
         if other.is_volumes != stack.is_volumes:
@@ -139,16 +139,14 @@ def pyramid_histograms(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    codes, size
+    images, codes, progress
+        As in `transiograms`.
+    size
         As in `pattern_histogram`.
     factors : sequence of int
-        See `coarsened`.
-    progress : callable, optional
-        Called with the share that is done.
+        Resolutions are 1 / factor; see `coarsened`.
     layers : int, optional
-        Layers of the thinnest volume to compare these with, where they have more.
+        Layers of the thinnest volume with which these are compared.
 
     Returns
     -------
@@ -186,12 +184,12 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     Parameters
     ----------
     a, b : PatternHistogram
-        Of patterns of the same size.
+        With the same size of patterns.
 
     Returns
     -------
     float
-        In bits; 0 for equal histograms, 1 for those without a common pattern.
+        In bits; 0 for equal histograms, 1 without a common pattern.
 
     Raises
     ------
@@ -233,14 +231,11 @@ def pattern_distance(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes; those of the training image where left out.
-    size, factors, progress
+    images, size, factors, progress
         As in `pyramid_histograms`.
+    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
+    codes : array_like of int, optional
+        The facies codes; those of the training image by default.
 
     Returns
     -------
@@ -249,7 +244,7 @@ def pattern_distance(
     Raises
     ------
     CCWSIMError
-        For a cell with another code, and where patterns do not fit.
+        For an unknown code, or patterns that do not fit.
 
     Examples
     --------
@@ -275,9 +270,9 @@ def divergences(
     Parameters
     ----------
     histograms : list of list of PatternHistogram
-        By image, then factor, as `pyramid_histograms` gives them.
-    progress : callable, optional
-        Called with the share that is done.
+        By image, then factor, as `pyramid_histograms` returns them.
+    progress
+        As in `variogram`.
 
     Returns
     -------
@@ -320,7 +315,7 @@ def _fill_row(codes, shares, starts, row, result):
 
 @kernel
 def js_of_frequencies(codes_a, shares_a, codes_b, shares_b):
-    """Merge two sorted histograms; a pattern that only one has adds half its share."""
+    """Merge two sorted histograms; a pattern in only one of them adds half its share."""
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):
         if codes_a[i] == codes_b[j]:

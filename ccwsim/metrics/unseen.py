@@ -1,4 +1,4 @@
-"""Patterns of realizations that the training image never has."""
+"""Patterns of realizations that do not occur in the training image."""
 
 from __future__ import annotations
 
@@ -21,25 +21,19 @@ def unseen_patterns(
     codes: Codes | None = None,
     progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
-    """Return the share of the patterns of each image that the training image never has.
+    """Return the share of the patterns of each image that do not occur in the training image.
 
-    Patterns have size × size cells, in volumes size × size × size; where an image or the training
-    image has fewer layers, they are as high as the thinner one.
+    Patterns have size × size cells, in volumes size × size × size, or as many layers as the thinner
+    image.
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
+    images, training_image, codes, progress
+        As in `pattern_distance`.
     size : int
         Side of the patterns in cells.
     mask : ndarray of bool, shape of one image, optional
-        Only patterns that contain one of these cells count, such as those with hard data.
-    codes : array_like of int, optional
-        The facies codes; those of the training image where left out.
-    progress : callable, optional
-        Called with the share that is done.
+        Only patterns with one of these cells count, for example cells with hard data.
 
     Returns
     -------
@@ -49,8 +43,8 @@ def unseen_patterns(
     Raises
     ------
     CCWSIMError
-        For a cell with another code, patterns that do not fit, maps with a volume or the reverse,
-        and a mask of another shape.
+        For unknown codes, patterns that do not fit, maps with a volume or the reverse, and a mask
+        of another shape.
 
     Examples
     --------
@@ -79,15 +73,15 @@ def unseen_patterns(
 def _containing(
     mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
 ) -> NDArray[np.bool_]:
-    """Return at which locations the pattern has a cell of the mask, flat as the codes are."""
+    """Return, flat like the codes, which patterns have a cell of the mask."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
         raise CCWSIMError(
             f"mask must be of type bool and shape {shape}, not of type {mask.dtype} and shape "
             f"{mask.shape}"
         )
-    found = mask.reshape(-1, *shape[-2:])
+    chosen = mask.reshape(-1, *shape[-2:])
     for axis, side in enumerate((height, size, size)):
-        windows = np.lib.stride_tricks.sliding_window_view(found, side, axis)
-        found = windows.any(axis=-1)
-    return found.ravel()
+        windows = np.lib.stride_tricks.sliding_window_view(chosen, side, axis)
+        chosen = windows.any(axis=-1)
+    return chosen.ravel()

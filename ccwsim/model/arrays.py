@@ -148,6 +148,21 @@ def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.flatnonzero(np.bincount((integers - low).ravel())) + low
 
 
+def ratio(
+    numerators: NDArray, denominators: NDArray, otherwise: ArrayLike = np.nan
+) -> NDArray[np.float64]:
+    """Return numerators / denominators, and `otherwise` where a denominator is not positive.
+
+    Examples
+    --------
+    >>> ratio(np.array([1, 2]), np.array([2, 0]))
+    array([0.5, nan])
+    """
+    shape = np.broadcast_shapes(numerators.shape, denominators.shape)
+    quotients = np.full(shape, otherwise, dtype=float)
+    return np.divide(numerators, denominators, out=quotients, where=denominators > 0)
+
+
 def frozen(array: NDArray) -> NDArray:
     """Return a contiguous, read-only array that nobody else can write to."""
     own = np.array(array, order="C", copy=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -135,18 +134,6 @@ class Ensemble:
     def is_stored(self) -> bool:
         """Whether it was stored with the program: its CPU times are unknown (NaN)."""
         return bool(np.isnan(self.cpu_seconds).any())
-
-    @property
-    def met_by(self) -> NDArray[np.int16]:
-        """The old name of `data_status`."""
-        warnings.warn("Ensemble.met_by is now data_status", DeprecationWarning, stacklevel=2)
-        return self.data_status
-
-    @property
-    def n_mended(self) -> NDArray[np.int64]:
-        """The old name of `n_resimulated`."""
-        warnings.warn("Ensemble.n_mended is now n_resimulated", DeprecationWarning, stacklevel=2)
-        return self.n_resimulated
 
     @cached_property
     def proportions(self) -> NDArray[np.float64]:

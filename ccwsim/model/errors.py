@@ -16,7 +16,7 @@ class Cancelled(CCWSIMError):
     Attributes
     ----------
     ensemble : Ensemble or None
-        The realizations that were finished before, None where there was none.
+        The realizations that were finished before, None if there was none.
     """
 
     def __init__(self, message: str, ensemble: Any = None) -> None:

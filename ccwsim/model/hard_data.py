@@ -111,7 +111,7 @@ class HardData:
             world = "x, y" if grid.nz is None else "x, y, z"
             raise CCWSIMError(
                 f"hard data: an array of shape {values.shape} is not one of the grid's "
-                f"{grid.shape} with NaN where nothing is known; give that, (cells, facies) or a "
+                f"{grid.shape} with NaN if nothing is known; give that, (cells, facies) or a "
                 f"table with {world} and facies"
             )
         cells = np.argwhere(~np.isnan(values))

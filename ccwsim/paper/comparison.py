@@ -102,7 +102,7 @@ class Sampled(NamedTuple):
         return [case for case in self.cases if case.whose == whose]
 
     def pair(self, *wanted: tuple[str, int, str]) -> list[Case] | None:
-        """Return two cases by method, level and origin, None where one of them is missing."""
+        """Return two cases by method, level and origin, None if one of them is missing."""
         found = [case for key in wanted for case in self.cases if case[:3] == key]
         return found if len(found) == len(wanted) else None
 

@@ -96,7 +96,7 @@ class Inputs:
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
     def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
-        """Return realizations of a published code as facies indices, None where there are none.
+        """Return realizations of a published code as facies indices, None if there are none.
 
         Raises
         ------

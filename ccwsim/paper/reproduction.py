@@ -187,7 +187,7 @@ def reproduce(
     Parameters
     ----------
     inputs : Inputs, optional
-        The bundled images where left out.
+        The bundled images by default.
     extent : Extent
     seed : int
     progress : callable, optional

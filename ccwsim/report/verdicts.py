@@ -14,6 +14,7 @@ from ccwsim.metrics.measures import Measured
 from ccwsim.metrics.reference_band import Fit
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import plural
 
 SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
 VERDICTS: dict[Statistic, tuple[str, str]] = {
@@ -74,7 +75,8 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
     if fit is None or not fit.judged:
         return NOT_JUDGED
     if fit.fits:
-        return f"inside the band of TI crops ({size_text(fit)}) up to {_cells(int(fit.at[-1]))}"
+        reach = plural(int(fit.at[-1]), "cell")
+        return f"inside the band of TI crops ({size_text(fit)}) up to {reach}"
     k = fit.worst
     low, high = VERDICTS[statistic]
     verdict = high if fit.found[k] > fit.reference[k] else low
@@ -124,12 +126,8 @@ def _lags_text(fit: Fit) -> str:
     first, last = _around_worst(fit)
     start, end = int(fit.at[first]), int(fit.at[last])
     if last == len(fit.at) - 1:
-        return f"beyond {_cells(int(fit.at[first - 1]))}" if first else "at all lags"
-    return f"at {_cells(start)}" if start == end else f"at {start} to {end} cells"
-
-
-def _cells(n: int) -> str:
-    return f"{n} {'cell' if n == 1 else 'cells'}"
+        return f"beyond {plural(int(fit.at[first - 1]), 'cell')}" if first else "at all lags"
+    return f"at {plural(start, 'cell')}" if start == end else f"at {start} to {end} cells"
 
 
 def describe_proportion(ensemble: Ensemble, facies: int) -> str:
