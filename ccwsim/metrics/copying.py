@@ -76,10 +76,6 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     ti_shape : tuple of int
         Rows and columns of the training image; of a volume layers, rows and columns.
 
-    Returns
-    -------
-    Copying
-
     Raises
     ------
     CCWSIMError

@@ -66,10 +66,6 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
     template_size : int, or tuple of three for a volume
         Side of the template in cells, or its layers, rows and columns.
 
-    Returns
-    -------
-    int
-
     Examples
     --------
     >>> templates_that_fit((256, 256), 32)
@@ -313,10 +309,6 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     ----------
     training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
-
-    Returns
-    -------
-    Diagnosis
 
     Raises
     ------

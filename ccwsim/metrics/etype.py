@@ -191,10 +191,6 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
     images, codes
         As in `proportions`.
 
-    Returns
-    -------
-    EType
-
     Examples
     --------
     >>> e_type = etype([[[0, 1]], [[1, 1]]])
@@ -239,10 +235,6 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
         Realizations by facies and cell, as `facies_counts` returns them.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes, 0 … n_facies − 1 by default.
-
-    Returns
-    -------
-    EType
 
     Raises
     ------

@@ -84,11 +84,7 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
     """Return images as a stack, with `codes` or their own.
 
     An array of two axes is a map, one of three a stack of maps, one of four a stack of volumes.
-
-    Raises
-    ------
-    CCWSIMError
-        For another shape or type, and for a cell with none of the given codes.
+    Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
 
     Examples
     --------
