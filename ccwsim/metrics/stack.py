@@ -9,12 +9,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.jobs.workers import Watch, check_stop, n_cores, run_all
+from ccwsim.jobs.workers import Watch, check_stop, run_all
 from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.system.machine import n_cores
 
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""

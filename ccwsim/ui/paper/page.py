@@ -12,7 +12,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.jobs.job import Job, compilation_to_come
+from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
@@ -30,9 +30,10 @@ from ccwsim.paper import (
     verdict_of,
 )
 from ccwsim.report import report_html
+from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import plain, step_note
 

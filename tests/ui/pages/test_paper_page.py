@@ -11,7 +11,7 @@ from streamlit.testing.v1 import AppTest
 import ccwsim.paper.reproduction as reproduction
 import ccwsim.ui.paper.page as paper_page
 from ccwsim import CCWSIMError
-from ccwsim.jobs.job import Job, progress_text
+from ccwsim.jobs.job import Job
 from ccwsim.paper import Experiment, Finished, Outcome, PaperInputs
 from ccwsim.report import Judgement, Text
 from ccwsim.ui.paper.page import (
@@ -23,6 +23,7 @@ from ccwsim.ui.paper.page import (
     server_inputs,
     verdict_list,
 )
+from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 
