@@ -55,10 +55,6 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
         Symmetric, 0 on the diagonal.
     n_dimensions : int
 
-    Returns
-    -------
-    Scaling
-
     Raises
     ------
     CCWSIMError
@@ -135,12 +131,7 @@ class Anodi:
         """Return Σ w between / between, Σ w within / within, and their ratio, `name` to `other`.
 
         The ratio is above 1 if `name` is the better one: more varied for its distance to the
-        training image (Tan et al. 2014).
-
-        Raises
-        ------
-        CCWSIMError
-            For an unknown name.
+        training image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
@@ -149,12 +140,7 @@ class Anodi:
         """Return the standard errors of the logarithms of the results of `relative`, by jackknife.
 
         Each realization of both ensembles is left out in turn. NaN if an ensemble has fewer than
-        three.
-
-        Raises
-        ------
-        CCWSIMError
-            For an unknown name.
+        three. Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         if a == b:
@@ -230,10 +216,6 @@ def anodi(
         As in `pattern_distance`.
     weights : sequence of float, optional
         Weights of the resolutions, scaled to sum to 1; 2^−g for the g-th by default.
-
-    Returns
-    -------
-    Anodi
 
     Raises
     ------

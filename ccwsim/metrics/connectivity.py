@@ -99,10 +99,6 @@ def connectivity(
         In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
         corners); 8 or 26 by default.
 
-    Returns
-    -------
-    Connectivity
-
     Raises
     ------
     CCWSIMError
@@ -224,10 +220,6 @@ def geobody_statistics(
     ----------
     images, facies, neighbours, progress
         As in `connectivity`.
-
-    Returns
-    -------
-    Geobodies
 
     Raises
     ------
