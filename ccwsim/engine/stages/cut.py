@@ -36,7 +36,7 @@ class CutWorkspace(NamedTuple):
     # at a cost of k − 2
     reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
-    flow: FlowWorkspace  # of the cut of a volume; empty for maps
+    flow: FlowWorkspace | None  # of the cut of a volume; without it maps compile nothing of it
 
 
 def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
@@ -49,7 +49,7 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
         np.zeros((size, width + 1), np.int64),
         np.zeros((MAX_BIT_COST + 2, size + 1), np.uint64),
         np.zeros(size, np.int64),
-        make_flow(template if template[0] > 1 else (0, 0, 0)),
+        make_flow(template) if template[0] > 1 else None,
     )
 
 
@@ -152,9 +152,15 @@ def keep_old(grid, data, image, place, box, cut):
 
     `grid` and `data`, from `data_grid`, have the shape (nz, ny, nx), `image` (mz, my, mx).
     """
+    _keep_old(grid, data, image, place, box, cut, cut.flow)
+
+
+@part_of_kernel
+def _keep_old(grid, data, image, place, box, cut, flow):
+    """Do as `keep_old`; Numba leaves out a branch only if the argument itself is None."""
     keep_mask = cut.keep_mask
-    if len(cut.flow.cells):
-        minimum_cut(grid, data, image, place, box, cut.flow, keep_mask)
+    if flow is not None:
+        minimum_cut(grid, data, image, place, box, flow, keep_mask)
     else:
         for y in range(box.ny):
             for x in range(box.nx):
