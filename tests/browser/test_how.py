@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from ccwsim.engine.stages.box import L_SHAPE, LEFT, TOP
+from ccwsim.engine.stages.path import L_SHAPE, LEFT, TOP
 from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import Parameters

@@ -1,4 +1,4 @@
-"""From path coordinates, where every path begins in the same corner, to grid coordinates."""
+"""From path coordinates, in which every path begins in one corner, to grid coordinates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ccwsim.engine.stages.path import cells_to_path, from_path
 CORNERS = {(0, 0): "south-west", (0, 1): "south-east", (1, 0): "north-west", (1, 1): "north-east"}
 
 
-class Box(NamedTuple):
+class Rectangle(NamedTuple):
     """A rectangle of cells: its south-west cell, height and width."""
 
     row: int
@@ -31,7 +31,7 @@ class Frame(NamedTuple):
     shape : pair of int
         Rows and columns in path coordinates.
     offset : pair of int
-        How many rows and columns the path begins before the first ones.
+        Rows and columns by which the path begins before the first ones.
     """
 
     orientation: int
@@ -61,20 +61,21 @@ class Frame(NamedTuple):
         """Return a part of a map, in the orientation of the grid."""
         return np.ascontiguousarray(from_path(patch, self.orientation))
 
-    def box_to_grid(self, y0: int, x0: int, height: int, width: int) -> Box:
-        """Return a box in grid coordinates; what is outside the image is cut off.
+    def box_to_grid(self, y0: int, x0: int, height: int, width: int) -> Rectangle:
+        """Return a box in grid coordinates, cut to the image.
 
         Examples
         --------
         >>> Frame(4, (10, 20)).box_to_grid(0, 5, 2, 3)
-        Box(row=5, column=0, height=3, width=2)
+        Rectangle(row=5, column=0, height=3, width=2)
         """
         (rows, columns), (y, x) = self.shape, self.offset
         last_y, last_x = min(y0 - y + height, rows), min(x0 - x + width, columns)
         y0, x0 = max(y0 - y, 0), max(x0 - x, 0)
         y0, height = (rows - last_y if self.orientation & 1 else y0), last_y - y0
         x0, width = (columns - last_x if self.orientation & 2 else x0), last_x - x0
-        return Box(x0, y0, width, height) if self.orientation & 4 else Box(y0, x0, height, width)
+        sides = (x0, y0, width, height) if self.orientation & 4 else (y0, x0, height, width)
+        return Rectangle(*sides)
 
     def cell_to_path(self, row: int, column: int) -> tuple[int, int]:
         """Return the path coordinates of a cell of the grid."""
@@ -83,13 +84,13 @@ class Frame(NamedTuple):
 
     @property
     def origin(self) -> str:
-        """The corner where the path begins."""
+        """The corner in which the path begins."""
         far_y, far_x = self.orientation & 1, self.orientation >> 1 & 1
         return CORNERS[(far_x, far_y) if self.orientation & 4 else (far_y, far_x)]
 
     @property
     def direction(self) -> str:
-        """Where the path goes along its rows.
+        """The direction of the path along its rows.
 
         Examples
         --------

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
-from ccwsim.engine.trace.frames import Box
+from ccwsim.engine.trace.frames import Rectangle
 from ccwsim.figures import CIVIDIS, Theme, ramp
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
@@ -77,12 +77,12 @@ def mixed(colour: str, ground: str, share: float) -> str:
     return ramp([colour, ground], 101)[round(100 * share)]
 
 
-def box_mark(box: Box, colour: str, label: str, kind: str = "box") -> dict:
+def box_mark(box: Rectangle, colour: str, label: str, kind: str = "box") -> dict:
     """Return what is drawn on a map around a box."""
     return {"kind": kind, **box._asdict(), "colour": colour, "label": label}
 
 
-def data_in(trace: Trace, box: Box) -> list[list[int]]:
+def data_in(trace: Trace, box: Rectangle) -> list[list[int]]:
     """Return row, column and facies of the data in a box; rows and columns are the box's own."""
     cells = (trace.study.hard_data.cells - [box.row, box.column]).tolist()
     return [
@@ -235,7 +235,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
     """
     step, drawn = view.step, view.theme.reference
 
-    def box_of(location: PlaceFate) -> Box:
+    def box_of(location: PlaceFate) -> Rectangle:
         return frame.box_to_grid(location.row * scale, location.column * scale, scale, scale)
 
     marks = []

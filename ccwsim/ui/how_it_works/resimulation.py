@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ccwsim.engine.trace import ResimulatedWindow, Trace
-from ccwsim.engine.trace.frames import Box
+from ccwsim.engine.trace.frames import Rectangle
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
@@ -83,12 +83,12 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
             draw_map(own, key, max_height=360, link="how_repair", name=f"{name}_seam_repair")
 
 
-def _boxes_of(changed: NDArray[np.bool_]) -> list[Box]:
+def _boxes_of(changed: NDArray[np.bool_]) -> list[Rectangle]:
     """Return boxes around the largest changes, neighbours together."""
     wide = ndimage.binary_dilation(changed, iterations=2)
     labels, _ = cast(tuple[Any, int], ndimage.label(wide))
     found = ndimage.find_objects(labels)
-    boxes = [Box(y.start, x.start, y.stop - y.start, x.stop - x.start) for y, x in found]
+    boxes = [Rectangle(y.start, x.start, y.stop - y.start, x.stop - x.start) for y, x in found]
     return sorted(boxes, key=lambda box: -box.height * box.width)[:N_MARKED]
 
 
@@ -170,8 +170,8 @@ def _name(trace: Trace, datum: int) -> str:
     return f"{name} at ({at})"
 
 
-def _box_of(window: ResimulatedWindow) -> Box:
-    return Box(window.row, window.column, window.size, window.size)
+def _box_of(window: ResimulatedWindow) -> Rectangle:
+    return Rectangle(window.row, window.column, window.size, window.size)
 
 
 def _draw_realization(

@@ -9,9 +9,16 @@ import numpy as np
 import streamlit as st
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.stages.box import BELOW, LEFT, TOP
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import FROM_ABOVE, ORDERS, cells_from_path, from_path
+from ccwsim.engine.stages.path import (
+    BELOW,
+    FROM_ABOVE,
+    LEFT,
+    ORDERS,
+    TOP,
+    cells_from_path,
+    from_path,
+)
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch, fates
 from ccwsim.figures import CIVIDIS, Theme
 from ccwsim.model.arrays import describe_shape, listing

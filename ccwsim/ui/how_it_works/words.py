@@ -6,7 +6,7 @@ from html import escape
 
 import streamlit as st
 
-from ccwsim.engine.stages.box import LEFT, TOP
+from ccwsim.engine.stages.path import LEFT, TOP
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
 from ccwsim.model.arrays import describe_shape as cells_along
 from ccwsim.ui.how_it_works.maps import PatchView

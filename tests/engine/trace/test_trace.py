@@ -8,7 +8,7 @@ import pytest
 from benchmarks.reference import refined
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine import raster
-from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.model.study import Study

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.engine.stages.box import BELOW, LEFT, TOP
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import from_path
+from ccwsim.engine.stages.path import BELOW, LEFT, TOP, from_path
 from ccwsim.engine.trace import fates
 from ccwsim.figures import LIGHT
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
