@@ -224,8 +224,8 @@ def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
 def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
     kept = kept_share(own, each)
     found = (
-        f"Image “{name}”: realizations keep {percent(kept)} of what sets the variograms of its "
-        "quarters apart."
+        f"Image “{name}”: realizations keep {percent(kept)} of the differences between the "
+        "variograms of its quarters."
     )
     claim = "Section 5.9: nonstationary training images are a limit of the method."
     return of_claim(claim, found, kept < KEPT)
