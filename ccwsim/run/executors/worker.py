@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from ccwsim.engine.kernels import SOURCE
+from ccwsim.engine.kernel_cache import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, compile_kernels, simulate_realization
 from ccwsim.jobs.workers import Watch

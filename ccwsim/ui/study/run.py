@@ -9,7 +9,7 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
-from ccwsim.engine.kernels import compile_apart, is_ready
+from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
 from ccwsim.jobs.job import Cancel, Job, Progress
 from ccwsim.jobs.limits import Demand, check_limits, limits_of_environment
@@ -270,9 +270,6 @@ def part_of(choices: Choices) -> SimulateRange:
     image, data = image_of(choices.image), data_of(choices)
 
     def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
-        executor = executor_of_environment()
-        if executor is None and not is_ready():  # the workers of a cluster compile for themselves
-            compile_apart(cancel)
         return simulate(
             image,
             grid_shape=choices.grid,
@@ -283,7 +280,7 @@ def part_of(choices: Choices) -> SimulateRange:
             progress=progress,
             cancel=cancel,
             first_realization=first,
-            executor=executor,
+            executor=executor_of_environment(),
         )
 
     return simulate_range
