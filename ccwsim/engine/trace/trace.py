@@ -20,7 +20,7 @@ from ccwsim.engine.raster import (
 from ccwsim.engine.realization import Realization, random_numbers, repair, repairs, target_of
 from ccwsim.engine.stages.box import Box, inside_overlap
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
-from ccwsim.engine.stages.path import N_ORIENTATIONS, Triple, in_three
+from ccwsim.engine.stages.path import Triple, in_three
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
@@ -215,11 +215,9 @@ class Trace:
         self.data = plan.data[0]
         self._stepper = PatchStepper(study, plan, rng)
         self.patches = self._stepper.patches
-        _, ny, nx = self.path.shape
-        offset = self.path.offset[1:]
-        self.grid_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx), offset)
-        _, ny, nx = self.oriented.pyramid.image.shape
-        self.image_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx))
+        n, way = study.grid.n_dimensions, self.path.orientation
+        self.grid_frame = Frame(way, self.path.shape[-n:], self.path.offset[-n:])
+        self.image_frame = Frame(way, self.oriented.pyramid.image.shape[-n:])
         self._coefficients: dict[int, list[Any]] = {}
 
     @property
