@@ -139,7 +139,7 @@ def size_fields(
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
-    along = dict(zip(PER_AXIS, lengths, strict=True))
+    along: dict[str, tuple[int, int, int]] = dict(zip(PER_AXIS, lengths, strict=True))
     sides = [(name, along_z) for name in PER_AXIS for along_z in (False, True)[: 1 + volume]]
     places = [place for _ in sides[::2] for place in pair()]
     for place, (name, along_z) in zip(places, sides, strict=False):
