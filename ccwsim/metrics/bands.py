@@ -136,10 +136,7 @@ class RunningCurves:
     def add(self, curve: ArrayLike) -> None:
         """Add one curve, shape (n_points,); NaN counts as missing.
 
-        Raises
-        ------
-        CCWSIMError
-            For another number of points, or a value outside low … high.
+        Raises `CCWSIMError` for another number of points, or a value outside low … high.
         """
         values = np.asarray(curve, dtype=float)
         if values.shape != self._sums.shape:

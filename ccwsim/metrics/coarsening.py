@@ -74,10 +74,7 @@ def coarsened_volume(
 ) -> NDArray[np.uint8]:
     """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns.
 
-    Raises
-    ------
-    CCWSIMError
-        For a factor below 1 or larger than the rows or columns.
+    Raises `CCWSIMError` for a factor below 1 or larger than the rows or columns.
 
     Examples
     --------

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel
-from ccwsim.metrics.stack import N_AXES, as_shape, as_volume
+from ccwsim.metrics.stack import N_AXES, as_volume
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +77,6 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     ti_shape : tuple of int
         Rows and columns of the training image; of a volume layers, rows and columns.
 
-    Returns
-    -------
-    Copying
-
     Raises
     ------
     CCWSIMError
@@ -91,7 +88,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     >>> copies.largest_square, copies.largest_block, round(copies.copied, 3)
     (2, 4, 0.714)
     """
-    source, ti_shape = as_array(positions, "positions"), as_shape(ti_shape)
+    source, ti_shape = as_array(positions, "positions"), Grid.of(ti_shape).shape
     if source.ndim != len(ti_shape) or source.dtype.kind not in "ui" or not source.size:
         shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
         raise CCWSIMError(

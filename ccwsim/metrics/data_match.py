@@ -44,10 +44,6 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
         one volume if data have layers.
     hard_data : HardData
 
-    Returns
-    -------
-    DataMatch
-
     Raises
     ------
     CCWSIMError

@@ -13,10 +13,11 @@ from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import VERTICAL
-from ccwsim.metrics.stack import Stack, as_image, as_shape
+from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
@@ -66,16 +67,12 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
     template_size : int, or tuple of three for a volume
         Side of the template in cells, or its layers, rows and columns.
 
-    Returns
-    -------
-    int
-
     Examples
     --------
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    own = as_shape(shape)
+    own = Grid.of(shape).shape
     alike = not isinstance(template_size, tuple) or len(template_size) != len(own)
     sides = (template_size,) * len(own) if alike else template_size
     each = [check_int("template_size", side, 1, 2**31) for side in cast(tuple[int, ...], sides)]
@@ -116,13 +113,7 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
 
 
 def largest_template(side: int) -> int:
-    """Return the largest template to advise for an image by its smaller side.
-
-    Examples
-    --------
-    >>> largest_template(256)
-    42
-    """
+    """Return the largest template to advise for an image by its smaller side."""
     return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
@@ -252,13 +243,7 @@ def advise_along_z(
 
 
 def advise_location_weight() -> Advice:
-    """Advise a location weight along z, for volumes with a vertical trend.
-
-    Examples
-    --------
-    >>> advise_location_weight().value
-    (0.5, 0.0, 0.0)
-    """
+    """Advise a location weight along z, for volumes with a vertical trend."""
     reason = "The upper layers differ from the lower ones: patches come from about their height."
     return Advice("location_weight", (TREND_WEIGHT, 0.0, 0.0), reason)
 
@@ -313,10 +298,6 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     ----------
     training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
-
-    Returns
-    -------
-    Diagnosis
 
     Raises
     ------

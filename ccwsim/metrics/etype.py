@@ -191,10 +191,6 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
     images, codes
         As in `proportions`.
 
-    Returns
-    -------
-    EType
-
     Examples
     --------
     >>> e_type = etype([[[0, 1]], [[1, 1]]])
@@ -239,10 +235,6 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
         Realizations by facies and cell, as `facies_counts` returns them.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes, 0 … n_facies − 1 by default.
-
-    Returns
-    -------
-    EType
 
     Raises
     ------
@@ -304,15 +296,7 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
 
 
 def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
-    """Add one realization to counts, shape (n_facies, *image.shape), in place.
-
-    Examples
-    --------
-    >>> counts = np.zeros((2, 1, 3), np.int32)
-    >>> add_counts(np.array([[0, 1, 1]], np.uint8), counts)
-    >>> counts.tolist()
-    [[[1, 0, 0]], [[0, 1, 1]]]
-    """
+    """Add one realization to counts, shape (n_facies, *image.shape), in place."""
     _add_counts(np.ascontiguousarray(image).reshape(-1), counts.reshape(len(counts), -1))
 
 

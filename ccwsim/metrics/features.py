@@ -58,10 +58,6 @@ def feature_spacing(
     direction : str, float or pair of int
         As in `variogram`.
 
-    Returns
-    -------
-    Spacing
-
     Examples
     --------
     >>> stripes = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)))
@@ -133,10 +129,6 @@ def granulometry(
         Repeat the cells at the edge beyond it.
     vertical : bool
         Open a volume with columns of 1, 2, … layers.
-
-    Returns
-    -------
-    Granulometry
 
     Raises
     ------

@@ -178,24 +178,12 @@ def lags_that_fit(
 
 
 def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of pairs x, x + h in an image for each offset of `lags_within`.
-
-    Examples
-    --------
-    >>> count_pairs((3, 4), np.array([[0, 0, 1], [0, 2, 2]]))
-    array([9, 2])
-    """
+    """Return the number of pairs x, x + h in an image for each offset of `lags_within`."""
     return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image.
-
-    Examples
-    --------
-    >>> lags_of_map(1, (5, 5))
-    array([-1,  0,  1])
-    """
+    """Return −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image."""
     if len(shape) == N_AXES:
         raise CCWSIMError(
             f"lags of a map need a map, not a volume of {shape[0]} layers; give some of its layers "

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
+from ccwsim.metrics.patterns import unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack
-from ccwsim.metrics.unseen import unseen_patterns
 from ccwsim.model.arrays import ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
@@ -252,10 +252,6 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
         At most 200 realizations are measured.
     facies, progress
         As in `variogram`.
-
-    Returns
-    -------
-    Measured
 
     Raises
     ------

@@ -48,13 +48,7 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, some layers and rows at a time to save memory.
-
-    Examples
-    --------
-    >>> [codes.shape for codes in codes_in(np.zeros((4, 5, 6), np.uint8), 2, 2, 3)]
-    [(3, 3, 4)]
-    """
+    """Yield the codes of all patterns, some layers and rows at a time to save memory."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)

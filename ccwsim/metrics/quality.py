@@ -111,10 +111,6 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     facies : int, optional
         Code of the facies whose connectivity counts; the last one by default.
 
-    Returns
-    -------
-    Quality
-
     Raises
     ------
     CCWSIMError

@@ -87,10 +87,6 @@ def score_reference(
     codes : array_like of int, shape (n_facies,), optional
         The facies codes of an array of probabilities, 0 … n_facies − 1 by default.
 
-    Returns
-    -------
-    ReferenceScores
-
     Raises
     ------
     CCWSIMError
@@ -137,10 +133,6 @@ def calibration(
     facies : int, optional
         Its code; all facies are pooled by default.
     n_bins : int
-
-    Returns
-    -------
-    Calibration
 
     Raises
     ------

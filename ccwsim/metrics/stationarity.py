@@ -125,10 +125,6 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     image, codes
         As in `pattern_histogram`.
 
-    Returns
-    -------
-    Stationarity
-
     Raises
     ------
     CCWSIMError

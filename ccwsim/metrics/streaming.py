@@ -111,10 +111,7 @@ class RunningStatistics:
     def add(self, realization: Images) -> None:
         """Add one realization of facies codes.
 
-        Raises
-        ------
-        CCWSIMError
-            For another shape or an unknown facies.
+        Raises `CCWSIMError` for another shape or an unknown facies.
         """
         image = as_image(realization, self.codes, len(self.shape))
         if image.shape != self.shape:
@@ -137,10 +134,7 @@ class RunningStatistics:
     def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:
         """Return the statistics so far, with bands from the `low` to the `high` quantile.
 
-        Raises
-        ------
-        CCWSIMError
-            If no realization was added yet.
+        Raises `CCWSIMError` if no realization was added yet.
         """
         return RunningSummary(
             n=self.n,

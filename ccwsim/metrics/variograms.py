@@ -80,10 +80,6 @@ def variogram(
     progress : callable, optional
         Called with the share that is done.
 
-    Returns
-    -------
-    Variogram
-
     Raises
     ------
     CCWSIMError
@@ -122,10 +118,6 @@ def variogram_map(
     images, facies, progress
         As in `variogram`; maps only.
     max_lag : int
-
-    Returns
-    -------
-    VariogramMap
 
     Raises
     ------
@@ -203,10 +195,6 @@ def transiograms(
         As in `proportions`.
     direction, lags, progress
         As in `variogram`.
-
-    Returns
-    -------
-    Transiograms
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Numbers that the paper and the published codes report, each with its source.
+"""Numbers of the paper and the published codes, each with its source.
 
-Seconds of another machine and another language cannot be compared with seconds measured here; the
-ratios within one source can: of two levels, two methods, two numbers of data.
+Seconds on another machine and in another language cannot be compared with seconds measured here,
+but ratios within one source can: of two levels, methods or numbers of data.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 @dataclass(frozen=True)
 class Source:
-    """Where times come from."""
+    """Source of times."""
 
     name: str  # short, for a legend or the head of a table
-    reference: str  # where they can be looked up, or how they were measured
+    reference: str  # publication or measurement
     machine: str  # language and machine, as far as they are known
 
 
@@ -48,20 +48,17 @@ class PublishedTime:
     source: Source
     where: str  # the table or figure
     image: str  # training image: "channel", "stone wall", "three facies", …
-    n_cells: int | None  # cells of the grid; None if the source at hand does not say
-    n_data: int | None  # hard data, 0 for an unconditional run; None if the source does not say
-    # "ccwsim" or "ms-ccsim", as `Parameters.method` has it, or the name of another engine
-    method: str
-    # wavelet level, or scale of MS-CCSIM; None if the source does not say or has none
-    level: int | None
-    cpu_seconds: float | None  # None if no run came to an end
-    # share of the hard data not honoured at full resolution, 0 … 1; None where not reported
-    wrong_share: float | None = None
+    n_cells: int | None  # cells of the grid; None if unknown
+    n_data: int | None  # hard data, 0 for an unconditional run; None if unknown
+    method: str  # "ccwsim", "ms-ccsim" or the name of another engine
+    level: int | None  # wavelet level, or scale of MS-CCSIM; None if unknown
+    cpu_seconds: float | None  # None if no run was completed
+    wrong_share: float | None = None  # hard data not honoured at full resolution; None if unknown
     note: str = ""
 
 
 SOURCES = {"paper": PAPER, "octave": OCTAVE, "engines": OTHER_ENGINES}
-"""By their names in the table of times."""
+"""Sources by their names in the table of times."""
 
 
 def _read_times() -> tuple[PublishedTime, ...]:
@@ -115,7 +112,7 @@ TABLE_1 = {
 def published_time(
     source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
 ) -> PublishedTime | None:
-    """Return what a source reports for one case, None if it reports nothing."""
+    """Return the time that a source reports for one case, None if there is none."""
     wanted = source, method, level, n_cells, n_data, image
     for t in ALL_TIMES:
         if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:
@@ -124,7 +121,7 @@ def published_time(
 
 
 def stated_seconds(where: str) -> float:
-    """Return a time that the paper states for one figure.
+    """Return the time that the paper states for a figure.
 
     Examples
     --------

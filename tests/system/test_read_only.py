@@ -19,8 +19,8 @@ MORTAL = ["setpriv", "--bounding-set=-all"] if IS_ROOT and shutil.which("setpriv
 WORK = """
 from numba.core import event
 with event.install_recorder("numba:compile") as compiled:
-    from ccwsim.engine.stages.cut import wanted
-    assert wanted(0, 1, 1) == wanted(old=0, new=1, datum=1)
+    from ccwsim.engine.stages.conditioning import forced_side
+    assert forced_side(0, 1, 1) == forced_side(old=0, new=1, datum=1)
 from ccwsim.engine.kernel_cache import FOLDER
 print(len(compiled.buffer), FOLDER)
 """
