@@ -84,7 +84,7 @@ from numba.core import event
 from ccwsim import simulate
 from ccwsim.datasets import load, load_hard_data
 from ccwsim.engine import kernels
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 assert not kernels.kernels_on_disk()
 kernels.compile_apart(lambda: False)
 c = Choices()

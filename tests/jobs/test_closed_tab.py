@@ -21,7 +21,7 @@ import streamlit as st
 
 from ccwsim import Grid
 from ccwsim.jobs import queue
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.queue import server_queue
 from ccwsim.ui.study.run import start_run

@@ -15,7 +15,7 @@ from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import RESERVE
 from ccwsim.jobs.queue import Queue, QueueEntry, server_queue
 from ccwsim.jobs.statistics import LruCache, StatisticsWorker, Task
-from ccwsim.model.choices import DataChoice
+from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.paper.page import PaperState

@@ -12,10 +12,10 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.model.arrays import digest
-from ccwsim.model.choices import CellsOfWells, DataChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.sharing.choices import CellsOfWells, DataChoice
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
 from ccwsim.ui.frontend.volume import draw_volume
 from ccwsim.ui.hard_data.edits import (

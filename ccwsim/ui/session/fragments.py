@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim.jobs.job import POLL_SECONDS, Job, progress_text
 from ccwsim.jobs.statistics import StatisticsWorker, Task
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 from ccwsim.ui.session.address import follow_study
 from ccwsim.ui.session.state import KEY, session_state, start_afresh
 from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, logged, user_message

@@ -36,7 +36,14 @@ from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import demand_of
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.choices import (
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
+from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
+from ccwsim.sharing.choices import (
     Answers,
     CellsOfWells,
     Choices,
@@ -45,13 +52,6 @@ from ccwsim.model.choices import (
     Upload,
     WellTables,
 )
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
-from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""

@@ -21,11 +21,11 @@ from ccwsim.jobs.limits import (
 )
 from ccwsim.jobs.workers import n_cores
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.simulation import simulate
+from ccwsim.sharing.choices import Choices
 from ccwsim.ui.session.resolve import data_of, image_of, same_realizations
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import reason

@@ -15,7 +15,6 @@ from ccwsim.jobs.job import Job, compilation_to_come
 from ccwsim.jobs.limits import Demand, check_limits, demand_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -24,6 +23,7 @@ from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Choices
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels

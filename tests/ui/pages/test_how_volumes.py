@@ -13,7 +13,7 @@ from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.path import from_path
 from ccwsim.engine.trace import fates
 from ccwsim.figures import LIGHT
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How, trace_of
 from ccwsim.ui.how_it_works.volume import (
