@@ -44,7 +44,7 @@ def finished() -> State:
 def launched(page: str, finished: State) -> AppTest:
     app = AppTest.from_file(str(ROOT / "pages" / f"{page}.py"), default_timeout=120)
     app.session_state[KEY] = State(
-        choices=SMALL, tried=SMALL, ran=SMALL, ensemble=finished.ensemble
+        choices=SMALL, last_attempt=SMALL, ensemble_choices=SMALL, ensemble=finished.ensemble
     )
     return app
 

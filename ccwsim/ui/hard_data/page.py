@@ -33,7 +33,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.news import draw_news
-from ccwsim.ui.study.run import keep_up
+from ccwsim.ui.study.run import start_run_if_needed
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
@@ -57,7 +57,7 @@ def draw_editor(state: State) -> None:
         st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
         problem = problem_of_data(state.choices)
         local = None if problem else answer(state)
-        keep_up(state, live=True, after=REST if local else 0.0)
+        start_run_if_needed(state, live=True, after=REST if local else 0.0)
         draw_news(state, wait=local is None)
         with st.container(key="editing"):
             if problem:

@@ -96,7 +96,7 @@ def colours_of_ran(state: State) -> list[str]:
     """Return the facies colours for the results, which may be of another image than the study."""
     assert state.ensemble is not None
     image = state.ensemble.training_image
-    chosen = dict(state.choices.image.colours) if state.ran else {}
+    chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}
     return facies_colours(image, chosen)
 
 

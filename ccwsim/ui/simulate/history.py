@@ -48,7 +48,7 @@ def go_back(state: State, key: str) -> None:
         return
     stop_run(state)
     state.message = ""
-    state.choices = state.ran = state.tried = run.choices
+    state.choices = state.ensemble_choices = state.last_attempt = run.choices
     state.image_draft = state.data_draft = None
     state.ensemble, state.reference = run.ensemble, run.reference
     state.shown = min(state.shown, run.ensemble.n - 1)

@@ -52,11 +52,10 @@ def draw_out_of_date(text: str) -> None:
 
 def out_of_date(state: State) -> str:
     """Say how the study differs from the one of the results; empty where it does not."""
-    if state.ensemble is None or state.ran is None or is_current(state):
+    if state.ensemble is None or state.ensemble_choices is None or is_current(state):
         return ""
-    return (
-        f"simulated before these changes: {', '.join(changes_between(state.ran, state.choices))}."
-    )
+    changes = changes_between(state.ensemble_choices, state.choices)
+    return f"simulated before these changes: {', '.join(changes)}."
 
 
 @contextmanager

@@ -30,7 +30,7 @@ from ccwsim.ui.results.maps import (
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_news
-from ccwsim.ui.study.run import keep_up, problem_of, start_run
+from ccwsim.ui.study.run import problem_of, start_run, start_run_if_needed
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.findings import draw_summary
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
@@ -68,7 +68,7 @@ STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 def draw_page(state: State) -> None:
     """Draw the validation of the latest realizations; simulate some where there are none."""
     draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
-    keep_up(state, live=False)
+    start_run_if_needed(state, live=False)
     draw_news(state, parts=False)
     with st.container(key="results"):
         if state.ensemble is not None:
