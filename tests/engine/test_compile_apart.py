@@ -194,7 +194,7 @@ FIRST_RUN = """
 from numba.core import event
 from ccwsim import simulate
 from ccwsim.datasets import load, load_hard_data
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 c = Choices()
 with event.install_recorder("numba:compile") as compiled:
     data = load_hard_data(c.data.bundled)

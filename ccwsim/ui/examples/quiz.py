@@ -23,11 +23,11 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
-from ccwsim.model.choices import ImageChoice
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
+from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component

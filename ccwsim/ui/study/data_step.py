@@ -14,9 +14,9 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import datasets
 from ccwsim.figures import data_png
 from ccwsim.model.bounds import MAX_SAMPLED
-from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State

@@ -16,8 +16,8 @@ from ccwsim.io.formats.pictures import MAX_COLOURS, Picture, few_colours
 from ccwsim.io.guesses import QUESTIONS
 from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import Part, thinning
-from ccwsim.model.choices import Answers, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (

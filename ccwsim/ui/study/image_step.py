@@ -10,9 +10,9 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import datasets
 from ccwsim.figures import map_png
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
