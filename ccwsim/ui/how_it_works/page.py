@@ -347,9 +347,9 @@ def _draw_pasting(view: PatchView) -> None:
     say(words.describe_draw(view), words.PAPER["draw" if step.patch.shape else "first patch"])
     if shift := words.describe_shift(step):
         say(shift, words.OURS)
-    own = view.is_volume and step.patch.shape
+    not_in_paper = view.is_volume and step.patch.shape
     source = words.PAPER["cut" if step.patch.shape else "paste"]
-    say(words.describe_cut(view), words.OURS if own else source)
+    say(words.describe_cut(view), words.OURS if not_in_paper else source)
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
@@ -409,5 +409,5 @@ def _largest_difference(how: How, view: PatchView) -> float:
     """Return how far the inverse transform is from the slice of the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
-    own = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
-    return float(abs(patch - own).max(initial=0.0))
+    sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
+    return float(abs(patch - sliced).max(initial=0.0))
