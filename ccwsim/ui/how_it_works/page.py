@@ -261,18 +261,14 @@ def _small(view: PatchView) -> dict[str, Any]:
 
 def _draw_overlap(how: How, view: PatchView) -> None:
     step = view.step
-    panel_title("2 Overlap" if not _has_plane(view) else f"2 Overlap → cA{SUBSCRIPTS[view.level]}")
+    approximated = view.level and not view.is_volume
+    panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if approximated else "2 Overlap")
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
     draw_cells(view.patch_map(old, "The overlap"), "how_overlap", **_small(view))
-    if _has_plane(view):
+    if approximated:
         _draw_approximation(how, view)
     source = "overlap" if view.level else "single cells"
     say(words.describe_overlap(view), words.PAPER[source if step.patch.shape else "first patch"])
-
-
-def _has_plane(view: PatchView) -> bool:
-    """Whether the approximation of the overlap is drawn."""
-    return bool(view.level) and not view.is_volume
 
 
 def _draw_approximation(how: How, view: PatchView) -> None:
