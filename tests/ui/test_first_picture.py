@@ -8,7 +8,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim.engine import kernels
-from ccwsim.jobs import job as jobs
+from ccwsim.ui.session import progress
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study import run
 from tests.ui.test_pages import ROOT, SMALL, html
@@ -59,17 +59,17 @@ def test_no_other_study_is_shown_from_the_store(held):
 
 
 def test_compiling_says_how_many_kernels_are_done(monkeypatch):
-    assert "of" not in jobs.compilation_text().split(":")[0].replace("of this", "")
-    monkeypatch.setattr(jobs, "compilation", lambda: (7, 24, "search"))
-    assert "7 of 24 done" in jobs.compilation_text()
-    assert kernels.COMPILE_TIME in jobs.compilation_text()
+    assert "of" not in progress.compilation_text().split(":")[0].replace("of this", "")
+    monkeypatch.setattr(progress, "compilation", lambda: (7, 24, "search"))
+    assert "7 of 24 done" in progress.compilation_text()
+    assert kernels.COMPILE_TIME in progress.compilation_text()
 
 
 @pytest.mark.parametrize("page", ["sweep", "benchmark", "paper"])
 def test_an_estimate_of_time_says_that_kernels_compile_before(page, monkeypatch):
     said = "Before that the kernels compile, once"
     for must in (True, False):
-        monkeypatch.setattr(jobs, "must_compile", lambda must=must: must)
+        monkeypatch.setattr(progress, "must_compile", lambda must=must: must)
         app = opened(page, State(choices=SMALL)).run()
         assert not app.exception
         assert (said in html(app)) == must
