@@ -10,7 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ccwsim.model.deprecation import MovedModules
+from ccwsim.model import drawing
 
 if TYPE_CHECKING:
     from ccwsim import datasets as datasets
@@ -20,12 +20,9 @@ if TYPE_CHECKING:
     from ccwsim import metrics as metrics
     from ccwsim.engine.revision import revise
     from ccwsim.io import (
-        Project,
         read_hard_data,
-        read_project,
         read_realizations,
         read_training_image,
-        save_project,
         write_realizations,
     )
     from ccwsim.model.ensemble import Ensemble
@@ -35,6 +32,7 @@ if TYPE_CHECKING:
     from ccwsim.model.parameters import Parameters
     from ccwsim.model.training_image import TrainingImage
     from ccwsim.run.simulation import simulate
+    from ccwsim.sharing.project import Project, read_project, save_project
 
 __version__ = "0.1.0"
 
@@ -64,33 +62,29 @@ _HOMES = {
     "Grid": "model.grid",
     "HardData": "model.hard_data",
     "Parameters": "model.parameters",
-    "Project": "io",
+    "Project": "sharing.project",
     "TrainingImage": "model.training_image",
     "read_hard_data": "io",
-    "read_project": "io",
+    "read_project": "sharing.project",
     "read_realizations": "io",
     "read_training_image": "io",
     "revise": "engine.revision",
-    "save_project": "io",
+    "save_project": "sharing.project",
     "simulate": "run.simulation",
     "write_realizations": "io",
 }
 """The module of each public name."""
-_MOVED = {
-    "comparison": "experiments.comparison",
-    "sweep": "experiments.sweep",
-    "timing": "experiments.timing",
-    "trace": "engine.trace",
-}
-"""Public modules by their old names, found for one more release."""
 _FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
 """Modules that `import ccwsim` alone makes available."""
+
+
+drawing.backend = "ccwsim.figures.notebook"
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         value = getattr(import_module(f"ccwsim.{_HOMES[name]}"), name)
-    elif name in _FOLDERS or name in _MOVED:
+    elif name in _FOLDERS:
         value = import_module(f"ccwsim.{name}")
     else:
         raise AttributeError(f"module 'ccwsim' has no attribute {name!r}")
@@ -100,6 +94,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*__all__, *_FOLDERS, "__all__", "__doc__", "__version__"])
-
-
-MovedModules.install({f"ccwsim.{old}": f"ccwsim.{new}" for old, new in _MOVED.items()})

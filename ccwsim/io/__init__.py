@@ -4,6 +4,7 @@ from ccwsim.io.formats.classes import class_edges, classify
 from ccwsim.io.formats.map_files import can_write
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
 from ccwsim.io.guesses import guess_answers
+from ccwsim.io.hard_data.columns import PointColumns, WellColumns
 from ccwsim.io.hard_data.files import (
     hard_data_as_bytes,
     import_hard_data,
@@ -11,13 +12,15 @@ from ccwsim.io.hard_data.files import (
     write_hard_data,
 )
 from ccwsim.io.hard_data.placing import (
+    Conversion,
     HardDataImport,
     PlacedPoints,
     fit_grid,
     place_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.points import ImportedPoints, PointsPreview, preview_points, read_points
+from ccwsim.io.hard_data.points import ImportedPoints
+from ccwsim.io.hard_data.reading import PointsPreview, preview_points, read_points
 from ccwsim.io.hard_data.wells import (
     import_wells,
     preview_wells,
@@ -27,14 +30,7 @@ from ccwsim.io.hard_data.wells import (
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
-from ccwsim.io.project import (
-    Project,
-    parameters_from_json,
-    parameters_to_json,
-    project_as_bytes,
-    read_project,
-    save_project,
-)
+from ccwsim.io.parameters import parameters_from_json, parameters_to_json
 from ccwsim.io.realizations import (
     FORMATS,
     read_realizations,
@@ -53,13 +49,15 @@ __all__ = [
     "DEFAULT_COLOURS",
     "FORMATS",
     "MAP_FORMATS",
+    "Conversion",
     "FileSummary",
     "HardDataImport",
     "ImportedPoints",
     "PlacedPoints",
+    "PointColumns",
     "PointsPreview",
-    "Project",
     "VariableSummary",
+    "WellColumns",
     "can_write",
     "class_edges",
     "classify",
@@ -76,19 +74,16 @@ __all__ = [
     "place_points",
     "preview_points",
     "preview_wells",
-    "project_as_bytes",
     "read_colours",
     "read_grid",
     "read_hard_data",
     "read_points",
-    "read_project",
     "read_realizations",
     "read_training_image",
     "read_well_points",
     "read_wells",
     "realizations_as_bytes",
     "resolve_points",
-    "save_project",
     "training_image_as_bytes",
     "upload_limits",
     "write_hard_data",

@@ -15,7 +15,6 @@ from ccwsim.experiments.comparison import (
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, describe_shape
-from ccwsim.model.choices import DataChoice, ImageChoice
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -23,6 +22,7 @@ from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters, describe_weig
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
+from ccwsim.sharing.choices import DataChoice, ImageChoice
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels

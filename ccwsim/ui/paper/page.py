@@ -21,7 +21,7 @@ from ccwsim.paper import (
     FULL,
     QUICK,
     Finished,
-    Inputs,
+    PaperInputs,
     Reproduction,
     document_of,
     inputs_in,
@@ -60,7 +60,7 @@ class PaperRun(PageRun[Reproduction]):
     experiment was finished.
     """
 
-    inputs: Inputs
+    inputs: PaperInputs
     quick: bool
     seed: int
     finished: list[Finished] = dataclasses.field(default_factory=list)
@@ -98,13 +98,13 @@ class PaperState:
     message: str = ""  # why a run was not started
 
 
-def server_inputs() -> tuple[Inputs, str]:
+def server_inputs() -> tuple[PaperInputs, str]:
     """Return the inputs of the server, and what is wrong with its folder, if anything is."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""
     except CCWSIMError as error:
-        return Inputs(), f"{VARIABLE} of the server: {error}. The bundled images are used."
+        return PaperInputs(), f"{VARIABLE} of the server: {error}. The bundled images are used."
 
 
 def draw_paper(state: State) -> None:
@@ -191,12 +191,12 @@ def _draw_download(report: bytes) -> None:
     )
 
 
-def describe_inputs(inputs: Inputs) -> str:
+def describe_inputs(inputs: PaperInputs) -> str:
     """Return what the experiments are run on.
 
     Examples
     --------
-    >>> describe_inputs(Inputs())
+    >>> describe_inputs(PaperInputs())
     'On the bundled training images and data, in place of the authors’.'
     """
     if inputs.folder is None:

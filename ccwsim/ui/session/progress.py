@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ccwsim.engine.kernels import COMPILE_TIME, compilation, must_compile
+from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
 
 SLOW_START = 0.8
@@ -35,15 +35,18 @@ def queue_text(position: int) -> str:
 
 
 def compilation_text() -> str:
-    """Say that kernels compile and how many of them are done, where that is known."""
-    done = compilation()
-    count = f", {done[0]} of {done[1]} done" if done else ""
-    return f"Compiling the kernels for this machine{count}: {COMPILE_TIME}, on the first run only …"
+    """Say that kernels compile, how many of them are done and how long the others may take."""
+    text = "Compiling the kernels for this machine, on the first run only"
+    if progress := compilation():
+        text += f": {progress.n_done} of {progress.n} done"
+        if progress.seconds_left is not None:
+            text += f", about {format_duration(max(progress.seconds_left, 1.0))} left"
+    return text + " …"
 
 
 def compilation_to_come() -> str:
     """Say what an estimate of time leaves out on a machine's first run; else nothing."""
-    return f" Before that the kernels compile, once: {COMPILE_TIME}." if must_compile() else ""
+    return " Before that the kernels compile, once." if must_compile() else ""
 
 
 def format_duration(seconds: float) -> str:

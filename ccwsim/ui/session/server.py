@@ -14,6 +14,7 @@ from streamlit import config
 from streamlit.runtime import Runtime
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
+from ccwsim.experiments.warm_up import compile_in_background
 from ccwsim.jobs.job import Queue, server_queue
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory
@@ -69,7 +70,7 @@ def forget(session: str) -> None:
 
 @cache
 def settle_server() -> None:
-    """Prepare a server for sessions: their jobs, and memory that is easy to give back.
+    """Prepare a server for sessions: kernels, their jobs, and memory that is easy to give back.
 
     What it has imported is left out of later searches for garbage: these are nearly all of its
     objects, and a search stops every session meanwhile. Jobs belong to sessions from now on.
@@ -79,6 +80,7 @@ def settle_server() -> None:
         settle_memory(max(2, n_cores()))
         gc.collect()
         gc.freeze()
+        compile_in_background()
 
 
 class SessionMonitor:
