@@ -10,7 +10,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.experiments.settings import settings
+from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import recommended
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
@@ -312,7 +312,7 @@ def test_progress_says_settings_and_time(done):
 
 
 def test_the_estimate_follows_the_pace_of_the_latest_run(done):
-    plan = settings(SMALL.parameters, FEW)
+    plan = plan_sweep(SMALL.parameters, FEW)
     one = seconds_of(done, plan)
     done.page(SweepState).n_realizations *= 3
     assert seconds_of(done, plan) == pytest.approx(3 * one)
