@@ -14,8 +14,8 @@ $(BIN)/.installed: requirements.txt requirements-dask.txt requirements-docs.txt 
 	$(BIN)/pip install -r requirements-dev.txt
 	@touch $@
 
-run: install ## Start the dashboard
-	$(BIN)/streamlit run app.py --server.showEmailPrompt=false
+run: install ## Start the dashboard; it sees changes of the source
+	$(BIN)/streamlit run app.py --server.showEmailPrompt=false --server.fileWatcherType=auto
 
 test: install ## Run the tests, all but the slow ones
 	$(BIN)/python -m pytest

@@ -10,7 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ccwsim.model.deprecation import MovedModules
+from ccwsim.model import drawing
 
 if TYPE_CHECKING:
     from ccwsim import datasets as datasets
@@ -76,21 +76,17 @@ _HOMES = {
     "write_realizations": "io",
 }
 """The module of each public name."""
-_MOVED = {
-    "comparison": "experiments.comparison",
-    "sweep": "experiments.sweep",
-    "timing": "experiments.timing",
-    "trace": "engine.trace",
-}
-"""Public modules by their old names, found for one more release."""
 _FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
 """Modules that `import ccwsim` alone makes available."""
+
+
+drawing.backend = "ccwsim.figures.notebook"
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         value = getattr(import_module(f"ccwsim.{_HOMES[name]}"), name)
-    elif name in _FOLDERS or name in _MOVED:
+    elif name in _FOLDERS:
         value = import_module(f"ccwsim.{name}")
     else:
         raise AttributeError(f"module 'ccwsim' has no attribute {name!r}")
@@ -100,6 +96,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*__all__, *_FOLDERS, "__all__", "__doc__", "__version__"])
-
-
-MovedModules.install({f"ccwsim.{old}": f"ccwsim.{new}" for old, new in _MOVED.items()})

@@ -10,13 +10,13 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.history import draw_history
 from ccwsim.ui.simulate.results import draw_results
 from ccwsim.ui.study.news import draw_news
-from ccwsim.ui.study.run import keep_up, run_button
+from ccwsim.ui.study.run import run_button, start_run_if_needed
 from ccwsim.ui.study.study_column import study_column
 
 
 def simulate_page(state: State) -> None:
     """Draw the study at the left and the results at the right."""
-    keep_up(state, live=state.live)  # before anything is drawn: it runs meanwhile
+    start_run_if_needed(state, live=state.live)  # before anything is drawn: it runs meanwhile
     if not state.live:
         study_column(state)
     draw_opened(state)
@@ -27,7 +27,7 @@ def simulate_page(state: State) -> None:
         draw_history(state)
     if state.live:  # pictures first
         study_column(state)
-        if keep_up(state, live=True):  # what is drawn may settle the study
+        if start_run_if_needed(state, live=True):  # what is drawn may settle the study
             st.rerun()
     with st.container(key="run_bar"):
         run_button(state, "run_below")

@@ -15,6 +15,7 @@ PACKAGE = ROOT / "ccwsim"
 LAYERS = (
     {"model"},
     {"system"},
+    {"jobs"},
     {"engine"},
     {"run"},
     {"metrics", "io"},
@@ -26,7 +27,6 @@ LAYERS = (
     {"cli"},
     {"ui/widgets"},
     {"ui/frontend"},
-    {"jobs"},
     {"ui/session"},
     {"ui/results"},
     {"ui/study"},
@@ -69,7 +69,7 @@ def imported(path: Path) -> set[str]:
 
 
 def folder(parts: tuple[str, ...]) -> str:
-    """Return the layer's name of a module of the package: ("ui", "study", "run") is in "ui/study"."""
+    """Return the layer of a module of the package: ("ui", "study", "run") is in "ui/study"."""
     return "/".join(parts[:2]) if parts[0] == "ui" else parts[0]
 
 

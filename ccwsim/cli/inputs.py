@@ -25,7 +25,6 @@ from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
 
 DEFAULT_SHAPE = (256, 256)
-NORTH, SOUTH = "north", "south"
 
 PROJECT_HELP = (
     "take training image, grid, hard data, parameters, number of realizations and seed from a "
@@ -43,7 +42,6 @@ IMAGE_HELP = {
     "--every": "of each N x N cells the one in the middle, for images that are too large",
     "--up/--no-up": "whether the first row of the file is the south, or the north (default: as its "
     "format has it: north in pictures and matrices, south in GSLIB and NumPy files)",
-    "--first-row": "the old name: south for --up, north for --no-up",
     "--z-up/--no-z-up": "whether the first layer of a volume is the bottom one, or the top one "
     "(default: as its format has it; of arrays the bottom one)",
     "--transpose": "exchange rows and columns",
@@ -69,10 +67,10 @@ DATA_HELP = {
     "--survey-azimuth": "which column of --surveys is the direction from north, clockwise",
     "--survey-inclination": "which column of --surveys is the tilt from straight down",
     "--survey-dip": "which column of --surveys is the tilt from the horizontal, below it negative",
-    "--hard-facies": "which column holds the facies, as codes, names or values",
+    "--hard-facies": "which column, or which variable of a grid, holds the facies, as codes, names "
+    "or values",
     "--facies-name": "the code of a name in the file, where it is not one of the training image; "
     "once for each name",
-    "--hard-variable": "the old name of --hard-facies, and which of several variables of a grid",
     "--hard-coordinates": "whether two columns of unclear names are x and y, or row and column "
     "(from 0)",
     "--hard-threshold": "for continuous values: facies 1 at or above V, as for the training image",
@@ -92,7 +90,6 @@ VALUES: dict[str, dict[str, Any]] = {
     "--every": {"metavar": "N", "type": int},
     "--up/--no-up": {"default": None},
     "--z-up/--no-z-up": {"default": None},
-    "--first-row": {"type": click.Choice([NORTH, SOUTH]), "hidden": True},
     "--transpose": {"is_flag": True},
     "--hard-data": {"metavar": "F"},
     "--collars": {"metavar": "F"},
@@ -113,7 +110,6 @@ VALUES: dict[str, dict[str, Any]] = {
     "--survey-dip": {"metavar": "NAME"},
     "--hard-facies": {"metavar": "NAME"},
     "--facies-name": {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
-    "--hard-variable": {"metavar": "NAME"},
     "--hard-coordinates": {"type": click.Choice(["world", "cells"])},
     "--hard-threshold": {"metavar": "V", "type": float},
     "--hard-classes": {"metavar": "E1,E2…|codes", "type": edges_or_codes},
@@ -141,7 +137,6 @@ READING_DATA = {
     "survey_dip": "survey_dip",
     "hard_facies": "facies",
     "facies_name": "facies_names",
-    "hard_variable": "variable",
     "hard_coordinates": "coordinates",
     "hard_threshold": "threshold",
     "hard_classes": "classes",
@@ -150,8 +145,6 @@ READING_DATA = {
     "on_unknown": "on_unknown",
 }
 """Options for reading hard data, and what `import_hard_data` calls them."""
-OF_POINTS = ("variable", "coordinates")
-"""What `import_hard_data` is told of a table and `import_wells` is not."""
 OF_COLLARS, OF_SURVEYS = "collar_", "survey_"
 """How arguments begin that name columns of other tables of wells."""
 OF_FILES = (*READING_IMAGE, "hard_data", "collars", "surveys", *READING_DATA)
@@ -226,9 +219,6 @@ def inputs_of(options: Any) -> Inputs:
     """Return what a command line says, by a project file or by its options."""
     options.transpose = options.transpose or None
     options.facies_name = options.facies_name or None
-    if options.first_row is not None:
-        click.echo("ccwsim: --first-row is now --up (south) or --no-up (north)", err=True)
-        options.up = options.first_row == SOUTH
     if options.project is not None:
         return _of_project(options)
     if options.training_image is None:
@@ -346,8 +336,8 @@ def hard_data_of(
             raise CCWSIMError(f"--{said} names a column of a table of {table}; give --{table}")
     if collars is None:
         report = import_hard_data(name, grid, image, **reading)
-    elif found := [own for own in OF_POINTS if own in reading]:
-        raise CCWSIMError(f"--hard-{found[0]} is not for wells with --collars; leave it out")
+    elif "coordinates" in reading:
+        raise CCWSIMError("--hard-coordinates is not for wells with --collars; leave it out")
     else:
         report = import_wells(collars, name, grid, image, surveys=surveys, **reading)
     return report.hard_data, report.notes

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -195,7 +194,6 @@ def compare(
     cancel: Callable[[], bool] | None = None,
     facies: int | None = None,
     on_partial: OnPartial | None = None,
-    so_far: OnPartial | None = None,
 ) -> Comparison:
     """Simulate two to four settings alike and compare them.
 
@@ -242,9 +240,6 @@ def compare(
     >>> compare(stripes, (40, 50), both, n_realizations=2).ratios[0].name
     'cells'
     """
-    if so_far is not None:
-        warnings.warn("so_far is now on_partial", DeprecationWarning, stacklevel=2)
-        on_partial = so_far
     image, grid = TrainingImage.of(training_image), Grid.of(grid_shape)
     data = HardData.of(hard_data, grid, image)
     if facies is not None:

@@ -4,6 +4,7 @@ from ccwsim.io.formats.classes import class_edges, classify
 from ccwsim.io.formats.map_files import can_write
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
 from ccwsim.io.guesses import guess_answers
+from ccwsim.io.hard_data.columns import PointColumns, WellColumns
 from ccwsim.io.hard_data.files import (
     hard_data_as_bytes,
     import_hard_data,
@@ -11,13 +12,15 @@ from ccwsim.io.hard_data.files import (
     write_hard_data,
 )
 from ccwsim.io.hard_data.placing import (
+    Conversion,
     HardDataImport,
     PlacedPoints,
     fit_grid,
     place_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.points import ImportedPoints, PointsPreview, preview_points, read_points
+from ccwsim.io.hard_data.points import ImportedPoints
+from ccwsim.io.hard_data.reading import PointsPreview, preview_points, read_points
 from ccwsim.io.hard_data.wells import (
     import_wells,
     preview_wells,
@@ -53,13 +56,16 @@ __all__ = [
     "DEFAULT_COLOURS",
     "FORMATS",
     "MAP_FORMATS",
+    "Conversion",
     "FileSummary",
     "HardDataImport",
     "ImportedPoints",
     "PlacedPoints",
+    "PointColumns",
     "PointsPreview",
     "Project",
     "VariableSummary",
+    "WellColumns",
     "can_write",
     "class_edges",
     "classify",

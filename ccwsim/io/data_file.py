@@ -45,8 +45,10 @@ class DataFile:
         """The names of all columns or variables, in the order of the file."""
         return self.columns or tuple(self.variables)
 
-    def chosen(self, variable: str | None, preferred: tuple[str, ...] = ()) -> str:
-        """Return the name of the variable to read; the only one where none is asked for."""
+    def chosen(
+        self, variable: str | None, preferred: tuple[str, ...] = (), argument: str = "variable"
+    ) -> str:
+        """Return the name of the variable to read; the only one if none is asked for."""
         names = list(self.variables)
         if variable is not None:
             return self._named(variable, names)
@@ -54,7 +56,9 @@ class DataFile:
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
         listed = _listed(names)
-        raise CCWSIMError(f"{self.name} has {len(names)} variables: {listed}; pick one (variable=)")
+        raise CCWSIMError(
+            f"{self.name} has {len(names)} variables: {listed}; pick one ({argument}=)"
+        )
 
     def column(self, name: str) -> str:
         """Return the name of a column, of numbers or of words."""

@@ -19,7 +19,7 @@ from ccwsim.io.formats.pictures import (
     is_grey,
     main_colours,
 )
-from ccwsim.io.hard_data.columns import is_points
+from ccwsim.io.hard_data.column_names import is_points
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
 from ccwsim.io.part import Part, largest_without_gaps, thinning

@@ -40,6 +40,7 @@ from ccwsim.metrics.patterns import (
     pattern_distance,
     pattern_histogram,
     pyramid_histograms,
+    unseen_patterns,
 )
 from ccwsim.metrics.quality import Quality, differing_share, judge
 from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
@@ -53,7 +54,6 @@ from ccwsim.metrics.reference_band import (
 )
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
-from ccwsim.metrics.unseen import unseen_patterns
 from ccwsim.metrics.variograms import (
     Transiograms,
     Variogram,
@@ -63,7 +63,6 @@ from ccwsim.metrics.variograms import (
     variogram,
     variogram_map,
 )
-from ccwsim.model.deprecation import renamed
 
 __all__ = [
     "MEASURES",
@@ -143,16 +142,3 @@ __all__ = [
     "vertical_proportions",
     "warn_of_level",
 ]
-
-__getattr__ = renamed(
-    __name__,
-    {
-        "Bodies": "ccwsim.metrics.Geobodies",
-        "Reuse": "ccwsim.metrics.Copying",
-        "TruthScores": "ccwsim.metrics.ReferenceScores",
-        "body_statistics": "ccwsim.metrics.geobody_statistics",
-        "connected_bodies": "ccwsim.metrics.connected_geobodies",
-        "reuse": "ccwsim.metrics.copying",
-        "score_truth": "ccwsim.metrics.score_reference",
-    },
-)

@@ -1,4 +1,4 @@
-"""ANODI: how varied realizations are, and how far from the training image (Tan et al. 2014)."""
+"""ANODI: distances between realizations and to the training image (Tan et al. 2014)."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from ccwsim.metrics.patterns import (
     size_of,
 )
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
-from ccwsim.model.arrays import as_floats, check_int
+from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5
-"""What counting takes of the time, for the progress bar; comparing takes the rest."""
+"""Share of the time taken by counting, for the progress bar; comparing takes the rest."""
 MIN_JACKKNIFE = 3
-"""Realizations of an ensemble of which one can be left out and pairs remain."""
+"""Realizations of an ensemble from which one can be left out and pairs remain."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Positions whose distances are close to the given ones.
+    """Positions that approximate given distances.
 
     Attributes
     ----------
     positions : ndarray, shape (n, n_dimensions)
-        Centred on 0; the axis with the largest spread first.
+        Centred on 0; the axis with the largest variance first.
     explained : ndarray, shape (n_dimensions,)
-        Share of the spread along each axis, of the sum of all positive eigenvalues.
+        Share of the variance along each axis, in the sum of all positive eigenvalues.
     """
 
     positions: NDArray[np.float64]
@@ -54,10 +54,6 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     distances : ndarray, shape (n, n)
         Symmetric, 0 on the diagonal.
     n_dimensions : int
-
-    Returns
-    -------
-    Scaling
 
     Raises
     ------
@@ -90,22 +86,22 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
 
 @dataclass(frozen=True, eq=False)
 class Anodi:
-    """Analysis of distances of ensembles that have one training image.
+    """Analysis of distances of ensembles with one training image.
 
     Attributes
     ----------
     names : tuple of str
-        Of the ensembles.
+        Names of the ensembles.
     factors : tuple of int
         Resolution g is 1 / factors[g] of the full one.
     weights : ndarray, shape (n_factors,)
-        Of the resolutions; they sum to 1.
+        Weights of the resolutions, with sum 1.
     pattern_size : int
         Side of the patterns in cells.
     divergence : ndarray, shape (n_factors, 1 + n_all, 1 + n_all)
         Jensen–Shannon divergence (log₂) of the training image (first) and all realizations.
     owner : ndarray of int, shape (1 + n_all,)
-        Which ensemble each row belongs to; −1 for the training image.
+        Index of the ensemble of each row; −1 for the training image.
     between : ndarray, shape (n_ensembles, n_factors)
         Mean divergence of pairs of realizations; NaN for a single one.
     within : ndarray, shape (n_ensembles, n_factors)
@@ -124,12 +120,7 @@ class Anodi:
     @property
     def ratio(self) -> NDArray[np.float64]:
         """Between / within, shape (n_ensembles, n_factors): more is better."""
-        return np.divide(
-            self.between,
-            self.within,
-            out=np.full(self.within.shape, np.nan),
-            where=self.within > 0,
-        )
+        return ratio(self.between, self.within)
 
     @property
     def mean_ratio(self) -> NDArray[np.float64]:
@@ -139,27 +130,17 @@ class Anodi:
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
         """Return Σ w between / between, Σ w within / within, and their ratio, `name` to `other`.
 
-        The ratio is above 1 where `name` is the better one: more varied for its distance to the
-        training image (Tan et al. 2014).
-
-        Raises
-        ------
-        CCWSIMError
-            For a name that is not there.
+        The ratio is above 1 if `name` is the better one: more varied for its distance to the
+        training image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
 
     def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the standard errors of the logarithms of what `relative` returns, by jackknife.
+        """Return the standard errors of the logarithms of the results of `relative`, by jackknife.
 
-        Each realization of both ensembles is left out in turn. NaN where an ensemble has fewer
-        than three.
-
-        Raises
-        ------
-        CCWSIMError
-            For a name that is not there.
+        Each realization of both ensembles is left out in turn. NaN if an ensemble has fewer than
+        three. Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         if a == b:
@@ -201,7 +182,7 @@ class Anodi:
     def scaling(self, n_dimensions: int = 2) -> Scaling:
         """Return positions of the training image (first) and all realizations.
 
-        The distance is √(Σ w · divergence): the root of a Jensen–Shannon divergence is one.
+        The distance is √(Σ w · divergence).
         """
         mixed = np.tensordot(self.weights, self.divergence, axes=1)
         return classical_scaling(np.sqrt(mixed), n_dimensions)
@@ -223,42 +204,30 @@ def anodi(
 ) -> Anodi:
     """Compare ensembles with their training image and among themselves (Tan et al. 2014).
 
-    Histograms of all patterns are exact, for any number of facies, at each resolution of a
-    pyramid (see `coarsened`). Section 5.5 of the paper takes 8 × 8 windows; counting them exactly
-    finds nearly every one once, so 4 × 4 is the default, as in the public code of ANODI.
+    Histograms of all patterns are exact at each resolution of a pyramid (see `coarsened`). Section
+    5.5 of the paper takes 8 × 8 windows, nearly all of which occur once when counted exactly; so
+    4 × 4 is the default, as in the public code of ANODI.
 
     Parameters
     ----------
-    ensembles : Ensemble or array_like, or a mapping of names to such
+    ensembles : Ensemble or array_like, or mapping of str to these
         An array has facies codes, shape (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes; those of the training image where left out.
-    size : int, optional
-        Side of the patterns in cells; 4 in maps and 3 in volumes where left out.
-    factors : sequence of int
-        Resolutions, 1 for the full one.
+    training_image, codes, size, factors, progress
+        As in `pattern_distance`.
     weights : sequence of float, optional
-        Of the resolutions; 2^−g for the g-th where left out. They are made to sum to 1.
-    progress : callable, optional
-        Called with the share that is done.
-
-    Returns
-    -------
-    Anodi
+        Weights of the resolutions, scaled to sum to 1; 2^−g for the g-th by default.
 
     Raises
     ------
     CCWSIMError
-        For weights that do not fit the resolutions, images smaller than the patterns, or a cell
-        with another code.
+        For weights that do not fit the resolutions, images smaller than the patterns, or unknown
+        codes.
 
     Examples
     --------
     >>> rng = np.random.default_rng(0)
-    >>> found = anodi(rng.integers(0, 2, (3, 30, 30)), np.eye(30, dtype=int))
-    >>> found.between.shape, found.scaling().positions.shape
+    >>> analysis = anodi(rng.integers(0, 2, (3, 30, 30)), np.eye(30, dtype=int))
+    >>> analysis.between.shape, analysis.scaling().positions.shape
     ((1, 3), (4, 2))
     """
     named = ensembles if isinstance(ensembles, Mapping) else {"realizations": ensembles}
@@ -269,14 +238,13 @@ def anodi(
         raise CCWSIMError("no ensemble was given; ANODI needs at least one")
     side, layers = size_of(own, size), layers_of(own, *stacks.values())
     rows = pyramid_histograms(own, None, side, factors, layers=layers)
-    total = sum(len(stack) for stack in stacks.values())
+    step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
-        rows += pyramid_histograms(
-            stack, None, side, factors, _part(progress, done, len(stack), total), layers
-        )
+        part = _part(progress, done * step, (done + len(stack)) * step)
+        rows += pyramid_histograms(stack, None, side, factors, part, layers)
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
-    divergence = divergences(rows, _after(progress))
+    divergence = divergences(rows, _part(progress, HISTOGRAM_SHARE, 1.0))
     between, within = _means(divergence, owner, len(stacks))
     return Anodi(tuple(stacks), tuple(factors), weight, side, divergence, owner, between, within)
 
@@ -303,13 +271,8 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     return weights / weights.sum()
 
 
-def _part(progress: Fraction | None, done: int, n: int, total: int) -> Fraction | None:
+def _part(progress: Fraction | None, begin: float, end: float) -> Fraction | None:
+    """Return the progress of a part of the work, from `begin` to `end` of the whole."""
     if progress is None:
         return None
-    return lambda share: progress(HISTOGRAM_SHARE * (done + share * n) / total)
-
-
-def _after(progress: Fraction | None) -> Fraction | None:
-    if progress is None:
-        return None
-    return lambda share: progress(HISTOGRAM_SHARE + (1 - HISTOGRAM_SHARE) * share)
+    return lambda share: progress(begin + (end - begin) * share)

@@ -1,4 +1,4 @@
-"""Curves of an ensemble, and their spread: of all at once or one by one."""
+"""Bands of curves over realizations, from all curves at once or one by one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.lags import Direction, Lags
 from ccwsim.metrics.stack import Fraction, Images
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import as_floats
+from ccwsim.model.arrays import as_floats, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 
 Statistic = Literal["variogram", "connectivity"]
@@ -39,7 +39,7 @@ class Band:
     Attributes
     ----------
     mean, low, median, high, smallest, largest : ndarray
-        NaN where no realization has a value.
+        NaN if no realization has a value.
     """
 
     mean: NDArray[np.float64]
@@ -51,7 +51,7 @@ class Band:
 
 
 def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
-    """Return the band of curves, one a realization, such as `Variogram.gamma`.
+    """Return the band of curves of realizations, such as `Variogram.gamma`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     Returns
     -------
     Band
-        Of the shape of one curve.
+        Arrays of the shape of one curve.
 
     Raises
     ------
@@ -96,13 +96,12 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
 class RunningCurves:
     """Counts the values of each point of a curve in bins, as curves are added.
 
-    Mean, smallest and largest value are exact; a quantile is right to one bin,
-    (high − low) / n_bins.
+    Mean, smallest and largest value are exact; quantiles to one bin, (high − low) / n_bins.
 
     Parameters
     ----------
     n_points : int
-        Of each curve.
+        Points of each curve.
     low, high : float
         Limits of all values.
     n_bins : int
@@ -137,10 +136,7 @@ class RunningCurves:
     def add(self, curve: ArrayLike) -> None:
         """Add one curve, shape (n_points,); NaN counts as missing.
 
-        Raises
-        ------
-        CCWSIMError
-            For another number of points, or a value outside low … high.
+        Raises `CCWSIMError` for another number of points, or a value outside low … high.
         """
         values = np.asarray(curve, dtype=float)
         if values.shape != self._sums.shape:
@@ -160,7 +156,7 @@ class RunningCurves:
         self._largest[points] = np.maximum(self._largest[points], present)
 
     def band(self, low: float = 0.1, high: float = 0.9) -> Band:
-        """Return the band of the curves added so far; NaN where there were none.
+        """Return the band of the curves added so far; NaN if there were none.
 
         Raises
         ------
@@ -171,7 +167,7 @@ class RunningCurves:
             raise CCWSIMError(f"quantiles {low} and {high} must be probabilities in order")
         n = self._counts.sum(axis=1)
         known = n > 0
-        mean = np.divide(self._sums, n, out=np.full(len(n), np.nan), where=known)
+        mean = ratio(self._sums, n)
         smallest, largest = (
             np.where(known, extreme, np.nan) for extreme in (self._smallest, self._largest)
         )
@@ -179,7 +175,7 @@ class RunningCurves:
         return Band(mean, quantiles[0], quantiles[1], quantiles[2], smallest, largest)
 
     def _quantile(self, p: float, n: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the middle of the bin, or of the two bins, that hold the value of rank p."""
+        """Return the middle of the bin, or two bins, of the value of rank p."""
         ranks = p * np.maximum(n - 1, 0)
         below = np.floor(ranks)
         cumulated = self._counts.cumsum(axis=1)

@@ -1,10 +1,8 @@
-"""Connected geobodies of a facies: connectivity function, sizes, percolation, Euler number."""
+"""Geobodies of a facies: connectivity function, sizes, percolation, Euler number."""
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +18,7 @@ from ccwsim.metrics.stack import (
     in_pieces,
     map_parallel,
 )
-from ccwsim.model.arrays import as_floats
+from ccwsim.model.arrays import as_floats, ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +30,11 @@ class Connectivity:
     lags : ndarray of int, shape (n_lags,)
         In steps of the direction.
     tau : ndarray, shape (n, n_lags)
-        P(x and x + h in one geobody | both in the facies); NaN where no such pair exists.
+        P(x and x + h in one geobody | both in the facies); NaN if no such pair exists.
     unconditional : ndarray, shape (n, n_lags)
         P(x and x + h in one geobody), over all pairs of cells.
     neighbours : int
-        Which cells count as touching: 4 or 8, in volumes 6, 18 or 26.
+        Number of neighbours of a cell: 4 or 8, in volumes 6, 18 or 26.
     """
 
     lags: NDArray[np.int64]
@@ -48,28 +46,25 @@ class Connectivity:
 def connected_geobodies(
     image: Images, facies: int, neighbours: int | None = None
 ) -> tuple[NDArray[np.int32], int]:
-    """Number the connected geobodies of a facies.
+    """Number the geobodies of a facies.
 
     Parameters
     ----------
     image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
-    facies : int
-        The code of one.
-    neighbours : int, optional
-        In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
-        corners); 8 or 26 where left out.
+    facies, neighbours
+        As in `connectivity`.
 
     Returns
     -------
     labels : ndarray of int32, shape of the image
-        0 outside the facies, else the number of the geobody from 1 on.
+        0 outside the facies, otherwise the number of the geobody from 1 on.
     n_geobodies : int
 
     Raises
     ------
     CCWSIMError
-        For other neighbours, and for a facies code that the image does not have.
+        For other neighbours, or a facies code that the image does not have.
 
     Examples
     --------
@@ -92,35 +87,21 @@ def connectivity(
 ) -> Connectivity:
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
-    Two cells are connected where a chain of touching cells of the facies joins them anywhere in
-    the image. Pairs are counted exactly; nothing is normalised to another image.
+    Two cells are connected if a chain of touching cells of the facies joins them anywhere in the
+    image. Pairs are counted exactly.
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    facies : int
-        The code of one.
-    direction : str, float or pair of int
-        "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
-        (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
-    lags : int or sequence of int
-        The largest lag, or the lags.
+    images, facies, direction, lags, progress
+        As in `variogram`.
     neighbours : int, optional
         In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
-        corners); 8 or 26 where left out.
-    progress : callable, optional
-        Called with the share that is done.
-
-    Returns
-    -------
-    Connectivity
+        corners); 8 or 26 by default.
 
     Raises
     ------
     CCWSIMError
-        For lags larger than the image, an unknown direction, other neighbours, or a
-        facies code that none of the images has, nor the training image of an ensemble.
+        As in `variogram`, and for other neighbours.
 
     Examples
     --------
@@ -138,9 +119,8 @@ def connectivity(
 
     counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
     both, joined = counts[:, :, 0], counts[:, :, 1]
-    tau = np.divide(joined, both, out=np.full(both.shape, np.nan), where=both > 0)
     unconditional = joined / count_pairs(stack.shape, offsets)
-    return Connectivity(steps, tau, unconditional, touching)
+    return Connectivity(steps, ratio(joined, both), unconditional, touching)
 
 
 @allocating_kernel
@@ -166,7 +146,7 @@ def _count_pairs(labels, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Geobodies:
-    """Connected geobodies of one facies, one value for each image.
+    """Geobodies of one facies, one value for each image.
 
     Attributes
     ----------
@@ -174,14 +154,14 @@ class Geobodies:
     sizes : tuple of ndarray
         Cells of each geobody of each image, largest first.
     gamma : ndarray, shape (n,)
-        Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN
-        where the facies does not occur.
+        Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if
+        the facies does not occur.
     percolates_ew, percolates_ns : ndarray of bool, shape (n,)
         Whether one geobody touches the west and the east edge, or the south and the north edge.
     euler_number : ndarray of int, shape (n,)
         Geobodies minus holes; in volumes geobodies − tunnels + cavities.
     neighbours : int
-        Which cells count as touching: 4 or 8, in volumes 6, 18 or 26.
+        Number of neighbours of a cell: 4 or 8, in volumes 6, 18 or 26.
     percolates_vertical : ndarray of bool, shape (n,), or None
         Whether one geobody touches the lowest and the highest layer; None for maps.
     """
@@ -196,17 +176,17 @@ class Geobodies:
     percolates_vertical: NDArray[np.bool_] | None = None
 
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
-        """Return the share of the facies that is in geobodies of at least so many cells.
+        """Return the share of the facies in geobodies of at least a number of cells.
 
         Parameters
         ----------
         at_least : array_like, shape (m,)
-            Cells.
+            Numbers of cells.
 
         Returns
         -------
         ndarray, shape (n, m)
-            From 1 for one cell down to 0; NaN where the facies does not occur.
+            From 1 for one cell down to 0; NaN if the facies does not occur.
 
         Examples
         --------
@@ -221,93 +201,59 @@ class Geobodies:
                 row[:] = cells[np.searchsorted(-sizes, -smallest, side="right")] / cells[-1]
         return shares
 
-    @property
-    def n_bodies(self) -> NDArray[np.int64]:
-        """The old name of `n_geobodies`."""
-        warnings.warn("Geobodies.n_bodies is now n_geobodies", DeprecationWarning, stacklevel=2)
-        return self.n_geobodies
-
-
-class _ImageGeobodies(NamedTuple):
-    sizes: NDArray[np.int64]
-    ew: bool
-    ns: bool
-    vertical: bool
-    euler: int
-
 
 def geobody_statistics(
     images: Images, facies: int, neighbours: int | None = None, progress: Fraction | None = None
 ) -> Geobodies:
-    """Return the connected geobodies of a facies in each image (Renard & Allard 2013).
+    """Return the geobodies of a facies in each image (Renard & Allard 2013).
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    facies : int
-        The code of one.
-    neighbours : int, optional
-        In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
-        corners); 8 or 26 where left out.
-    progress : callable, optional
-        Called with the share that is done.
-
-    Returns
-    -------
-    Geobodies
+    images, facies, neighbours, progress
+        As in `connectivity`.
 
     Raises
     ------
     CCWSIMError
-        For other neighbours, or a facies code that none of the images has, nor the
-        training image of an ensemble.
+        For other neighbours, or an unknown facies code.
 
     Examples
     --------
-    >>> found = geobody_statistics([[1, 1, 0, 1]], 1)
-    >>> found.n_geobodies, found.sizes[0].tolist(), found.gamma.round(3)
+    >>> geobodies = geobody_statistics([[1, 1, 0, 1]], 1)
+    >>> geobodies.n_geobodies, geobodies.sizes[0].tolist(), geobodies.gamma.round(3)
     (array([2]), [2, 1], array([0.556]))
     """
     stack = as_stack(images)
     index = stack.index_of(facies)
     touching = neighbours_of(stack.shape, neighbours)
-    found = map_parallel(
-        lambda k: _of_one(stack.volume(k) == index, touching), len(stack), progress
-    )
-    totals = np.array([one.sizes.sum() for one in found], dtype=float)
-    squares = np.array([(one.sizes.astype(float) ** 2).sum() for one in found])
-    gamma = np.full(len(found), np.nan)
-    np.divide(squares, totals**2, out=gamma, where=totals > 0)
+
+    def one(k: int) -> tuple[NDArray[np.int64], list[bool], int]:
+        inside = stack.volume(k) == index
+        labels, n = label(inside, touching)
+        sizes = np.sort(np.bincount(labels.ravel(), minlength=n + 1)[1:])[::-1]
+        percolates = [_percolates(labels, n, axis) for axis in (2, 1, 0)]
+        return sizes, percolates, euler_number(inside, touching)
+
+    each = map_parallel(one, len(stack), progress)
+    sizes = tuple(own for own, _, _ in each)
+    ew, ns, vertical = np.array([ways for _, ways, _ in each], bool).reshape(-1, 3).T
+    totals = np.array([own.sum() for own in sizes], dtype=float)
+    squares = np.array([(own.astype(float) ** 2).sum() for own in sizes])
     return Geobodies(
-        n_geobodies=np.array([len(one.sizes) for one in found]),
-        sizes=tuple(one.sizes for one in found),
-        gamma=gamma,
-        percolates_ew=np.array([one.ew for one in found]),
-        percolates_ns=np.array([one.ns for one in found]),
-        euler_number=np.array([one.euler for one in found]),
+        n_geobodies=np.array([len(own) for own in sizes]),
+        sizes=sizes,
+        gamma=ratio(squares, totals**2),
+        percolates_ew=ew,
+        percolates_ns=ns,
+        euler_number=np.array([euler for _, _, euler in each]),
         neighbours=touching,
-        percolates_vertical=np.array([one.vertical for one in found]) if stack.is_volumes else None,
+        percolates_vertical=vertical if stack.is_volumes else None,
     )
 
 
-def _of_one(inside: NDArray[np.bool_], neighbours: int) -> _ImageGeobodies:
-    labels, n_geobodies = label(inside, neighbours)
-    sizes = np.bincount(labels.ravel(), minlength=n_geobodies + 1)[1:]
-    return _ImageGeobodies(
-        sizes=np.sort(sizes)[::-1],
-        ew=_have_common_label(labels[:, :, 0], labels[:, :, -1], n_geobodies),
-        ns=_have_common_label(labels[:, 0], labels[:, -1], n_geobodies),
-        vertical=n_geobodies > 0
-        if len(labels) == 1
-        else _have_common_label(labels[0], labels[-1], n_geobodies),
-        euler=euler_number(labels, neighbours),
-    )
-
-
-def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32], n: int) -> bool:
-    """Return whether two sides of an image have a geobody of the n in common."""
+def _percolates(labels: NDArray[np.int32], n: int, axis: int) -> bool:
+    """Return whether one of n geobodies touches both ends of an axis."""
     touches = np.zeros(n + 1, bool)
-    touches[one] = True
+    touches[labels.take(0, axis)] = True
     touches[0] = False
-    return bool(touches[other].any())
+    return bool(touches[labels.take(-1, axis)].any())

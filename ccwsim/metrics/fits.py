@@ -1,9 +1,8 @@
-"""Patterns, and proportions by layer, of realizations beside those of crops of their image."""
+"""Patterns and proportions by layer of realizations, compared with crops of their image."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,10 @@ from ccwsim.metrics.reference_band import (
     CURVE_ERRORS,
     MIN_GAP,
     Fit,
-    ReferenceBand,
     band_of_crops,
     crop_shape,
+    fit_shares,
     fit_values,
-    kept_band,
 )
 from ccwsim.metrics.stack import N_AXES, Stack
 from ccwsim.model.arrays import check_int
@@ -30,7 +28,7 @@ PATTERN_SIZES = (2, 3)
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
-    """Compare how far the patterns of realizations and of crops are from the training image's.
+    """Compare the pattern distances of realizations and of crops from the training image.
 
     Parameters
     ----------
@@ -41,8 +39,8 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     Returns
     -------
     Fit, or None
-        Jensen–Shannon divergences in bits at full resolution, `at` the sizes; what crops have is
-        due to their size alone. None where the training image or the grid is too small for crops.
+        Jensen–Shannon divergences in bits at full resolution, `at` the sizes; those of crops are
+        due to their size only. None if the training image or the grid is too small for crops.
 
     Raises
     ------
@@ -61,7 +59,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 
     def values(images: Stack) -> NDArray[np.float64]:
         each = (pattern_distance(images, image, None, side, (1,)) for side in sides)
-        return np.column_stack([found[:, 0] for found in each])
+        return np.column_stack([distances[:, 0] for distances in each])
 
     at, least = np.array(sides, float), np.zeros(len(sides))
     return fit_values(ensemble, ("patterns", *sides), at, values, least)
@@ -73,15 +71,15 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     Parameters
     ----------
     ensemble : Ensemble
-        Of volumes.
+        Volumes.
     facies : int
-        The code of one.
+        Its code.
 
     Returns
     -------
     Fit, or None
         `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. None
-        where that has another number of layers, or is too small for crops.
+        if that has another number of layers, or is too small for crops.
 
     Raises
     ------
@@ -107,13 +105,8 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     def values(images: Stack) -> NDArray[np.float64]:
         return vertical_proportions(images)[:, index]
 
-    def make() -> ReferenceBand:
-        p = float(image.proportions[index])
-        least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
-        layers = np.arange(float(grid[0]))
-        return band_of_crops(image, shape, layers, values, CURVE_ERRORS, least)
-
-    found = vertical_proportions(ensemble)[:, index].mean(axis=0)
-    n_pieces = ensemble.n * prod(grid) / prod(shape)
-    fit = kept_band(image, ("layers", index, shape), make).compare(found, n_pieces)
-    return Fit(fit.at, found, vertical_proportions(image)[0, index], fit.tolerance, shape)
+    p, layers = float(image.proportions[index]), np.arange(float(grid[0]))
+    least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
+    crops = band_of_crops(image, ("layers", index), shape, layers, values, CURVE_ERRORS, least)
+    own = vertical_proportions(ensemble)[:, index], vertical_proportions(image)[0, index]
+    return fit_shares(ensemble, crops, *own)

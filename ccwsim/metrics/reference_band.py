@@ -1,15 +1,13 @@
 """Whether realizations have the statistics of crops of their training image.
 
-A training image is one picture: its own crops differ, and statistics depend on the size of the
-window they are taken in (a smaller one cuts geobodies). So crops of the training image are compared
-with pieces of the realizations of the same size, and the spread between the crops alone says how
-much a difference means. The realizations' own spread plays no part: it grows as they get worse.
+Crops of one training image differ, and statistics depend on the size of the window (a smaller one
+cuts geobodies). So pieces of the realizations are compared with crops of the same size, and the
+spread between crops is the measure of a difference; the realizations' own spread is not used, as it
+grows when they get worse. With s the standard deviation between crops, the mean over m pieces may
+differ from the mean over crops, of which k are independent, by c · s · √(1/k + 1/m).
 
-With s the standard deviation between crops, the mean over m pieces of realizations may differ from
-the mean over crops that are worth k independent ones by c · s · √(1/k + 1/m).
-
-Crops as large as the training image are too few for that. There a curve is outside where nearly no
-piece of the realizations has the image's value and their mean is far from it.
+There are too few crops as large as the training image for that. There a curve is outside if nearly
+no piece of the realizations has the image's value and their mean is far from it.
 """
 
 from __future__ import annotations
@@ -28,40 +26,39 @@ from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.arrays import as_floats
+from ccwsim.model.arrays import as_floats, ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 MIN_SIDE, MAX_SIDE = 8, 512
-"""Of rows and columns of a crop in cells: in a smaller one there is no pattern, and larger ones
-take long."""
+"""Rows and columns of a crop: smaller ones hold no pattern, larger ones take long."""
 MAX_CROP_CELLS = 2_000_000
-"""Of a crop of a volume."""
+"""Cells of a crop of a volume."""
 MAX_CROPS_ALONG = 4
 """Crops along an axis; they overlap by about half or less."""
 MAX_CROPS_ABOVE = 2
 """Crops above each other in a volume."""
 MIN_CROPS = 3
-"""Crops in which a value has to be known to be judged."""
+"""A value is judged if it is known in this number of crops."""
 MAX_PIECES = 32
-"""Pieces of realizations; more make the mean hardly surer than the crops are."""
+"""Pieces of realizations; with more the crops limit the precision."""
 CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
-"""Standard errors that may be missed: more at some lag of many than by a single value."""
+"""Allowed differences in standard errors: larger for curves, which have many lags."""
 STATISTICS = ("connectivity", "variogram")
 MIN_GAP = 0.1
-"""A smaller difference of a curve is not called one: of τ, and of γ in sills p (1 − p)."""
+"""Smallest difference of a curve that is reported: of τ, and of γ in sills p (1 − p)."""
 MIN_LARGE_GAP = 0.5
-"""The same in pieces as large as the training image, whose own scatter is not known."""
+"""Smallest difference in pieces as large as the training image, whose scatter is not known."""
 MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
 LARGE_STEP = 3
-"""Only every third lag is looked at there, to save time."""
+"""Step between the lags that are compared in them, to save time."""
 TAIL = 0.05
-"""Share of such pieces that may reach the training image where realizations miss it."""
+"""Share of such pieces that may reach the image's value although their mean misses it."""
 MIN_PROPORTION_GAP = 0.05
-"""The same of a proportion, relative to the training image's."""
+"""Smallest difference of a proportion, relative to the training image's."""
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
-"""The same of Γ and of the share of pieces that percolate."""
+"""Smallest differences of Γ and of the share of pieces that percolate."""
 Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
@@ -74,13 +71,13 @@ class Fit:
     Attributes
     ----------
     at : ndarray, shape (m,)
-        Lags in cells for a curve, facies codes for proportions, else 0, 1, ….
+        Lags in cells for a curve, facies codes for proportions, otherwise 0, 1, ….
     found : ndarray, shape (m,)
-        Mean over pieces of the realizations; NaN where unknown.
+        Mean over pieces of the realizations; NaN if unknown.
     reference : ndarray, shape (m,)
         Mean over crops of the training image.
     tolerance : ndarray, shape (m,)
-        How far `found` may be from `reference`; NaN where that cannot be judged.
+        Allowed difference of `found` from `reference`; NaN if it cannot be judged.
     crop_shape : tuple of int
         Rows and columns of crops and pieces; of volumes layers, rows and columns.
     """
@@ -108,32 +105,32 @@ class Fit:
 
     @property
     def worst(self) -> int:
-        """Which value is farthest from the reference, in tolerances; the first where none is."""
+        """Index of the value farthest from the reference, in tolerances; 0 if none is known."""
         return int(np.argmax(np.nan_to_num(self._excess, nan=-1.0)))
 
     @property
     def _excess(self) -> Floats:
-        """Differences in tolerances; NaN where unknown."""
+        """Differences in tolerances; NaN if unknown."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
             return np.abs(self.found - self.reference) / self.tolerance
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceBand:
-    """Values of crops of a training image, and how far realizations may be from their mean.
+    """Values of crops of a training image, with which realizations are compared.
 
     Attributes
     ----------
     at : ndarray, shape (m,)
         As in `Fit`.
     values : ndarray, shape (n_crops, m)
-        Of each crop; NaN counts as missing.
+        Values of each crop; NaN counts as missing.
     n_independent : float
-        How many crops beside each other the training image holds: overlapping ones count less.
+        Number of crops without overlap that the training image holds.
     n_errors : float
-        Standard errors that may be missed.
+        Allowed difference in standard errors.
     min_gap : ndarray, shape (m,)
-        A smaller difference is inside the band in any case.
+        Smaller differences are inside the band.
     crop_shape : tuple of int
 
     Examples
@@ -152,14 +149,13 @@ class ReferenceBand:
     crop_shape: Shape
 
     def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
-        """Return how the mean of `n_pieces` pieces of realizations, shape (m,), fits."""
+        """Compare the mean of `n_pieces` pieces of realizations, shape (m,)."""
         known = ~np.isnan(self.values)
         n = known.sum(axis=0)
         enough = n >= MIN_CROPS
-        zeros = np.where(known, self.values, 0.0)
-        mean = np.divide(zeros.sum(axis=0), n, out=np.full(len(n), np.nan), where=enough)
+        mean = ratio(np.where(known, self.values, 0.0).sum(axis=0), np.where(enough, n, 0))
         squares = np.where(known, (self.values - mean) ** 2, 0.0).sum(axis=0)
-        spread = np.sqrt(np.divide(squares, n - 1, out=np.full(len(n), np.nan), where=enough))
+        spread = np.sqrt(ratio(squares, np.where(enough, n - 1, 0)))
         error = spread * np.sqrt(
             1 / np.minimum(self.n_independent, np.maximum(n, 1)) + 1 / n_pieces
         )
@@ -168,12 +164,11 @@ class ReferenceBand:
 
 
 def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
-    """Return the shape of the crops that a training image and realizations are compared in.
+    """Return the shape of the crops in which a training image and realizations are compared.
 
-    A crop has the size of the grid, where the training image is at least twice as large, so that
-    several crops differ; else it is half as long as the training image along that axis. No crop is
-    longer than 512 cells. One of a volume has all layers that both have, as volumes are thin, and
-    at most two million cells.
+    A crop is as long as the grid, but at most half as long as the training image, so that several
+    crops differ, and at most 512 cells. In volumes, which are thin, it has all common layers and at
+    most two million cells.
 
     Parameters
     ----------
@@ -183,7 +178,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     Returns
     -------
     tuple of int, or None
-        None where crops would have fewer than 8 rows or columns.
+        None if crops would have fewer than 8 rows or columns.
 
     Raises
     ------
@@ -223,7 +218,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
 
 
 def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
-    """Return crops of an image at even distances, shape (n, *shape), up to (2 ×) 4 × 4.
+    """Return crops of an image at even distances, shape (n, *shape), at most (2 ×) 4 × 4.
 
     Examples
     --------
@@ -276,16 +271,15 @@ def fit_curve(
     statistic : str
         "variogram" or "connectivity".
     facies : int
-        The code of one.
+        Its code.
     direction : str, float or pair of int
         As in `variogram`.
 
     Returns
     -------
     Fit, or None
-        Over lags up to half of a crop; None where the training image or the grid is too small.
-        Also the largest window that both hold is looked at, and returned where it is outside by
-        more.
+        Over lags up to half of a crop, or half of the largest common window if the curve is
+        farther outside there. None if the training image or the grid is too small.
 
     Raises
     ------
@@ -319,12 +313,9 @@ def fit_curve(
         def values(images: Stack) -> Floats:
             return curves_of(statistic, images, facies, direction, lags)
 
-        def make() -> ReferenceBand:
-            gap = np.full(len(lags), least * unit)
-            return band_of_crops(image, shape, distances, values, CURVE_ERRORS, gap)
-
-        key = statistic, index, str(direction), shape  # a direction may be a list or an array
-        reference = kept_band(image, key, make)
+        key = statistic, index, str(direction)  # a direction may be a list or an array
+        gap = np.full(len(lags), least * unit)
+        reference = band_of_crops(image, key, shape, distances, values, CURVE_ERRORS, gap)
         return reference, values(Stack(pieces_of(ensemble.indices, shape, n_pieces), image.codes))
 
     reference, each = compared(shape, MIN_GAP, MAX_PIECES)
@@ -346,15 +337,14 @@ def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None
     ----------
     ensemble : Ensemble
     facies : int
-        The code of one.
+        Its code.
     neighbours : int, optional
         As in `geobody_statistics`.
 
     Returns
     -------
     Fit, or None
-        Three values: Γ, the share of pieces that percolate E–W, and N–S; in volumes a fourth, of
-        those that percolate vertically.
+        Γ and the shares of pieces that percolate E–W, N–S and, in volumes, vertically.
     """
     image = ensemble.training_image
     index = image.index_of(facies)
@@ -379,7 +369,7 @@ def fit_values(
     ----------
     ensemble : Ensemble
     name : tuple
-        What the values are, not equal for any others.
+        Unique key of these values.
     at, least : ndarray, shape (m,)
         As `at` and `min_gap` of `ReferenceBand`.
     values : callable
@@ -388,27 +378,24 @@ def fit_values(
     Returns
     -------
     Fit, or None
-        None where the training image or the grid is too small for crops.
+        None if the training image or the grid is too small for crops.
     """
     image = ensemble.training_image
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
-
-    def make() -> ReferenceBand:
-        return band_of_crops(image, shape, at, values, VALUE_ERRORS, least)
-
     pieces = Stack(pieces_of(ensemble.indices, shape), image.codes)
-    return kept_band(image, (*name, shape), make).compare(_mean(values(pieces)), len(pieces))
+    reference = band_of_crops(image, name, shape, at, values, VALUE_ERRORS, least)
+    return reference.compare(_mean(values(pieces)), len(pieces))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
-    """Compare the mean facies proportions with the training image's, by what its crops scatter.
+    """Compare the mean facies proportions with the training image's, by the scatter of its crops.
 
     Returns
     -------
     Fit, or None
-        One value a facies; `reference` is the proportion in the whole training image.
+        One value for each facies; `reference` is the proportion in the whole training image.
 
     Examples
     --------
@@ -422,53 +409,48 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
+    at, least = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
+    crops = band_of_crops(image, ("proportions",), shape, at, proportions, VALUE_ERRORS, least)
+    return fit_shares(ensemble, crops, ensemble.proportions, image.proportions)
 
-    def make() -> ReferenceBand:
-        least = MIN_PROPORTION_GAP * image.proportions
-        return band_of_crops(
-            image, shape, image.codes.astype(float), proportions, VALUE_ERRORS, least
-        )
 
-    n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
-    found = ensemble.proportions.mean(axis=0)
-    fit = kept_band(image, ("proportions", shape), make).compare(found, n_pieces)
-    return Fit(fit.at, found, image.proportions, fit.tolerance, shape)
+def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference: Floats) -> Fit:
+    """Compare shares of whole realizations (n, m) with the whole image's, by the crops' scatter."""
+    n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(crops.crop_shape)
+    found = each.mean(axis=0)
+    tolerance = crops.compare(found, n_pieces).tolerance
+    return Fit(crops.at, found, reference, tolerance, crops.crop_shape)
 
 
 _bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
 MAX_BANDS = 256
-"""Bands kept of a training image, some kilobytes each."""
-
-
-def kept_band(image: TrainingImage, key: tuple, make: Callable[[], ReferenceBand]) -> ReferenceBand:
-    """Return a band of an image, which is the same for all its ensembles on grids of one size."""
-    bands = _bands.setdefault(image, {})
-    if key not in bands:
-        if len(bands) >= MAX_BANDS:
-            bands.clear()
-        bands[key] = make()
-    return bands[key]
+"""Bands kept for each training image, some kilobytes each."""
 
 
 def band_of_crops(
     image: TrainingImage,
+    name: tuple,
     shape: Shape,
     at: Floats,
     values: ValuesOf,
     n_errors: float,
-    least: Floats,
+    min_gap: Floats,
 ) -> ReferenceBand:
-    """Return the values of crops of an image; arguments are those of `ReferenceBand`."""
-    crops = Stack(crops_of(image.indices, shape), image.codes)
-    n_independent = image.indices.size / prod(shape)
-    return ReferenceBand(at, values(crops), n_independent, n_errors, least, shape)
+    """Return the band of crops of an image, computed once for a name and a shape of crops."""
+    bands, key = _bands.setdefault(image, {}), (*name, shape)
+    if key not in bands:
+        if len(bands) >= MAX_BANDS:
+            bands.clear()
+        crops = values(Stack(crops_of(image.indices, shape), image.codes))
+        n_independent = image.indices.size / prod(shape)
+        bands[key] = ReferenceBand(at, crops, n_independent, n_errors, min_gap, shape)
+    return bands[key]
 
 
 def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Return a fit outside which nearly no piece of realizations (m, n_lags) has the image's value.
+    """Return a fit that is outside if nearly no piece (m, n_lags) has the image's value.
 
-    None for too few pieces. It only adds to what crops find: a wide scatter of the realizations
-    hides nothing of that.
+    None for too few pieces.
     """
     if len(each) < MIN_LARGE_PIECES:
         return None
@@ -485,8 +467,6 @@ def _gap(fit: Fit) -> float:
 
 
 def _mean(values: Floats) -> Floats:
-    """Return the mean over rows of what is known; NaN where nothing is."""
+    """Return the mean over rows of known values; NaN if there is none."""
     known = ~np.isnan(values)
-    n = known.sum(axis=0)
-    sums = np.where(known, values, 0.0).sum(axis=0)
-    return np.divide(sums, n, out=np.full(values.shape[1], np.nan), where=n > 0)
+    return ratio(np.where(known, values, 0.0).sum(axis=0), known.sum(axis=0))

@@ -1,27 +1,26 @@
-"""What all metrics take: an ensemble, a training image, or an array of facies codes."""
+"""Images as all metrics take them: an ensemble, a training image or an array of facies codes."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.jobs.workers import Watch, check_stop, n_cores, run_all
-from ccwsim.model.arrays import as_array, as_integers, check_int, codes_of, is_whole
+from ccwsim.jobs.workers import Watch, check_stop, run_all
+from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.system.machine import n_cores
 
 N_AXES = 3
-"""Of a volume: layers from the bottom, rows from the south, columns from the west."""
+"""Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
-"""Cells that are compared between two checks for a stop: some tenths of a second."""
+"""Cells compared between two checks for cancelling: some tenths of a second."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Called as progress(fraction) in the caller's own thread."""
@@ -29,10 +28,7 @@ Fraction = Callable[[float], None]
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Images as facies indices, and the codes that these stand for: what metrics count in.
-
-    A facies that some or all of the images lack is known where its code is one of `codes`.
-    """
+    """Images as facies indices, and the codes of these; images may lack some of them."""
 
     indices: NDArray[np.uint8]  # shape (n, ny, nx), or (n, nz, ny, nx) for volumes
     codes: NDArray[np.integer]  # shape (n_facies,): sorted
@@ -42,7 +38,7 @@ class Stack:
 
     @property
     def n_facies(self) -> int:
-        """How many facies are known."""
+        """Number of known facies."""
         return len(self.codes)
 
     @property
@@ -60,74 +56,56 @@ class Stack:
         return as_volume(self.indices[k])
 
     def index_of(self, code: int, name: str = "facies") -> int:
-        """Return where a code stands among those known, or say which there are."""
+        """Return the index of a code, or raise `CCWSIMError`."""
         return index_of(self.codes, code, name)
 
 
 def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int:
-    """Return where a code stands among others, or say which there are.
-
-    Examples
-    --------
-    >>> index_of(np.array([3, 7]), 7)
-    1
-    """
-    found = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
-    if not len(found):
+    """Return the index of a code among codes, or raise `CCWSIMError`."""
+    indices = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
+    if not len(indices):
         raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {listed(codes)}")
-    return int(found[0])
+    return int(indices[0])
 
 
 Images = Stack | Ensemble | TrainingImage | ArrayLike
-"""Of an array the codes are those that occur in it, unless the caller names them."""
+"""The codes of an array are those that occur in it, unless the caller names them."""
 Codes = ArrayLike
-"""Facies codes, where an array does not have them all."""
+"""Facies codes, also those that do not occur."""
 
 
 def as_stack(images: Images, codes: Codes | None = None) -> Stack:
-    """Return one image or many, with `codes` or those that they say themselves.
+    """Return images as a stack, with `codes` or their own.
 
     An array of two axes is a map, one of three a stack of maps, one of four a stack of volumes.
-
-    Raises
-    ------
-    CCWSIMError
-        For another shape or type, and for a cell with none of the given codes.
+    Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
 
     Examples
     --------
-    >>> found = as_stack([[7, 3], [3, 3]], codes=[3, 7, 9])
-    >>> found.indices.tolist(), found.codes
+    >>> stack = as_stack([[7, 3], [3, 3]], codes=[3, 7, 9])
+    >>> stack.indices.tolist(), stack.codes
     ([[[1, 0], [0, 0]]], array([3, 7, 9]))
     """
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):
-        found = images
+        stack = images
     elif isinstance(images, Ensemble):
-        found = Stack(np.asarray(images.indices), images.training_image.codes)
+        stack = Stack(np.asarray(images.indices), images.training_image.codes)
     elif isinstance(images, TrainingImage):
-        found = Stack(images.indices[None], images.codes)
+        stack = Stack(images.indices[None], images.codes)
     else:
         values = as_values(images)
-        if wanted is None:  # a mask has both, also where none or all of its cells are set
+        if wanted is None:  # a mask has both codes, even if none or all of its cells are set
             is_mask = getattr(images, "dtype", None) == np.bool_
             wanted = np.arange(2) if is_mask else _codes_in(values)
         return Stack(_indices(values, wanted), wanted)
-    if wanted is None or np.array_equal(wanted, found.codes):
-        return found
-    return Stack(_indices(found.codes[found.indices], wanted), wanted)
+    if wanted is None or np.array_equal(wanted, stack.codes):
+        return stack
+    return Stack(_indices(stack.codes[stack.indices], wanted), wanted)
 
 
 def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = None) -> Stack:
-    """Return a stack of one image; an array of several layers is a volume.
-
-    So is one of a single layer where `n_axes` is 3, for an image that others have to fit.
-
-    Examples
-    --------
-    >>> as_image([[0, 1], [1, 1]]).shape, as_image(np.ones((2, 5, 6), int)).shape
-    ((2, 2), (2, 5, 6))
-    """
+    """Return a stack of one image; an array of layers, or with `n_axes` = 3, is a volume."""
     if not isinstance(image, (Stack, Ensemble, TrainingImage)):
         image = as_array(image, "images")
         if image.ndim == N_AXES and (len(image) > 1 or n_axes == N_AXES):
@@ -141,13 +119,7 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = Non
 
 
 def as_values(images: Images) -> NDArray[np.integer]:
-    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> as_values([[0, 1], [1, 1]]).shape
-    (1, 2, 2)
-    """
+    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`."""
     if isinstance(images, Stack):
         return images.codes[images.indices]
     if isinstance(images, Ensemble):
@@ -169,32 +141,12 @@ def as_values(images: Images) -> NDArray[np.integer]:
 
 
 def as_volume(image: NDArray) -> NDArray:
-    """Return a map or volume as a volume: a map has one layer.
-
-    Examples
-    --------
-    >>> as_volume(np.zeros((5, 6))).shape
-    (1, 5, 6)
-    """
+    """Return a map or volume as a volume: a map has one layer."""
     return image if image.ndim == N_AXES else image[None]
 
 
-def as_shape(shape: Any, name: str = "shape") -> tuple[int, ...]:
-    """Return rows and columns, or layers, rows and columns, or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> as_shape((30, 40)), as_shape([5, 30, 40])
-    ((30, 40), (5, 30, 40))
-    """
-    if isinstance(shape, Grid) or as_array(shape, name).shape != (N_AXES,):
-        return Grid.of(shape).shape
-    nz, ny, nx = shape
-    return check_int(f"layers of {name}", nz, 1), *Grid.of((ny, nx)).shape
-
-
 def listed(codes: NDArray[np.integer]) -> str:
-    """Return codes in words, the first ten of many.
+    """Return codes as text, at most the first ten.
 
     Examples
     --------
@@ -205,49 +157,39 @@ def listed(codes: NDArray[np.integer]) -> str:
 
 
 def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
-    """Return the codes of `n_facies` facies, 0 … n_facies − 1 where none are given.
-
-    Examples
-    --------
-    >>> codes_or_places(None, 3)
-    array([0, 1, 2])
-    """
-    found = np.arange(n_facies) if codes is None else checked_codes(codes)
-    if len(found) != n_facies or not (codes is None or np.array_equal(found, codes)):
+    """Return the codes of `n_facies` facies, 0 … n_facies − 1 by default."""
+    known = np.arange(n_facies) if codes is None else checked_codes(codes)
+    if len(known) != n_facies or not (codes is None or np.array_equal(known, codes)):
         raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} facies codes that ascend")
-    return found
+    return known
 
 
 def checked_codes(codes: Codes) -> NDArray[np.integer]:
-    """Return codes that a caller gave; a number, as `n_facies` was, stands for 0 … n − 1."""
-    if is_whole(codes):
-        said = "n_facies is now codes: give facies codes, such as range(n_facies)"
-        warnings.warn(said, DeprecationWarning, stacklevel=4)
-        codes = np.arange(check_int("n_facies", codes, 1, MAX_FACIES))
+    """Return facies codes as a sorted array, or raise `CCWSIMError`."""
     given = as_integers(list(codes) if isinstance(codes, range) else codes, "codes")
-    found = np.unique(given)
-    if given.ndim != 1 or not 1 <= len(found) <= MAX_FACIES or len(found) < len(given):
+    known = np.unique(given)
+    if given.ndim != 1 or not 1 <= len(known) <= MAX_FACIES or len(known) < len(given):
         raise CCWSIMError(
             f"codes = {shown(codes)} must be 1 to {MAX_FACIES} different facies codes"
         )
-    return found
+    return known
 
 
 def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
     """Return the codes that occur, sorted."""
-    found = np.unique(np.concatenate([codes_of(as_integers(v, "facies codes")) for v in values]))
-    if len(found) > MAX_FACIES:
+    codes = np.unique(np.concatenate([codes_of(as_integers(v, "facies codes")) for v in values]))
+    if len(codes) > MAX_FACIES:
         raise CCWSIMError(
-            f"images: {len(found)} different codes look like a continuous variable; "
+            f"images: {len(codes)} different codes look like a continuous variable; "
             "give classes or a threshold"
         )
-    return found
+    return codes
 
 
 def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray[np.uint8]:
-    """Return where the code of each cell stands in `codes`; of 0 … n − 1 that is the code."""
+    """Return the index in `codes` of each cell's code."""
     n = len(codes)
-    if codes[0] == 0 and codes[-1] == n - 1:
+    if codes[0] == 0 and codes[-1] == n - 1:  # codes are their own indices
         low, high = int(values.min()), int(values.max())
         wrong = low if low < 0 else high
         if low < 0 or high >= n:
@@ -265,35 +207,24 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
 def in_pieces(
     function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), computed in pieces of some rows, between which it can be stopped.
+    """Return function(rows), computed in pieces of rows, between which it can be cancelled.
 
-    `function` returns one row for each of those it is given, from so many `cells` each.
-
-    Examples
-    --------
-    >>> in_pieces(lambda rows: 2 * rows, np.arange(3), cells=CELLS_A_PIECE)
-    array([0, 2, 4])
+    `function` returns one row for each row, and reads `cells` for it.
     """
     at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
     if len(rows) <= at_once:
         return function(rows)
-    found = []
+    pieces = []
     for first in range(0, len(rows), at_once):
         check_stop()
-        found.append(function(rows[first : first + at_once]))
-    return np.concatenate(found)
+        pieces.append(function(rows[first : first + at_once]))
+    return np.concatenate(pieces)
 
 
 def map_parallel(
     function: Callable[[int], Result], n: int, progress: Fraction | None = None
 ) -> list[Result]:
-    """Return function(0) … function(n − 1), computed on all cores by kernels without the lock.
-
-    Examples
-    --------
-    >>> map_parallel(lambda k: k * k, 4)
-    [0, 1, 4, 9]
-    """
+    """Return function(0) … function(n − 1), computed in threads on all cores."""
     if n == 1:  # no threads for a single image
         only = [function(0)]
         if progress:

@@ -19,6 +19,7 @@ from ccwsim.metrics.lags import (
     product_sums,
 )
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_stack, in_pieces, map_parallel
+from ccwsim.model.arrays import ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,7 @@ class Variogram:
     gamma : ndarray, shape (n, n_lags)
         γ(h) of each image.
     sill : ndarray, shape (n,)
-        p (1 − p), which γ reaches where cells far apart are independent.
+        p (1 − p), the value of γ for independent cells.
     """
 
     lags: NDArray[np.int64]
@@ -70,7 +71,7 @@ def variogram(
     images : Ensemble, TrainingImage or array_like
         An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     facies : int
-        The code of one.
+        Its code.
     direction : str, float or pair of int
         "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
         (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
@@ -79,15 +80,11 @@ def variogram(
     progress : callable, optional
         Called with the share that is done.
 
-    Returns
-    -------
-    Variogram
-
     Raises
     ------
     CCWSIMError
-        For lags larger than the image, an unknown direction, or a facies code that none of the
-        images has, nor the training image of an ensemble.
+        For lags larger than the image, an unknown direction, or a facies code that neither the
+        images nor the training image of an ensemble have.
 
     Examples
     --------
@@ -119,12 +116,8 @@ def variogram_map(
     Parameters
     ----------
     images, facies, progress
-        As in `variogram`.
+        As in `variogram`; maps only.
     max_lag : int
-
-    Returns
-    -------
-    VariogramMap
 
     Raises
     ------
@@ -151,7 +144,7 @@ def variogram_map(
 
 @allocating_kernel
 def _count_unequal(inside, offsets):
-    """Return how many pairs have one cell in the facies and one outside, by lag."""
+    """Return the number of pairs with one cell in the facies and one outside, by lag."""
     nz, ny, nx = inside.shape
     counts = np.zeros(len(offsets), np.int64)
     for lag in range(len(offsets)):
@@ -178,7 +171,7 @@ class Transiograms:
         In steps of the direction.
     probability : ndarray, shape (n, n_facies, n_facies, n_lags)
         [image, tail, head, lag]: P(x + h in head | x in tail), facies in the order of the sorted
-        codes; NaN where no x is in the tail.
+        codes; NaN if no x is in the tail.
     """
 
     lags: NDArray[np.int64]
@@ -194,21 +187,14 @@ def transiograms(
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
-    x + h lies to the east or the north of x, or above it, so the matrix of a lag need not be
-    symmetric.
+    x + h is east or north of x, or above it, so the matrix of a lag need not be symmetric.
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur where left out.
+    images, codes
+        As in `proportions`.
     direction, lags, progress
         As in `variogram`.
-
-    Returns
-    -------
-    Transiograms
 
     Raises
     ------
@@ -230,7 +216,7 @@ def transiograms(
     )
     counts = np.moveaxis(np.array(counted, dtype=float), 1, 3)
     tails = counts.sum(axis=2, keepdims=True)
-    return Transiograms(steps, _ratio(counts, np.broadcast_to(tails, counts.shape)))
+    return Transiograms(steps, ratio(counts, tails))
 
 
 def transition_map(
@@ -240,13 +226,11 @@ def transition_map(
 
     Parameters
     ----------
-    images : Ensemble, TrainingImage or array_like, shape (ny, nx) or (n, ny, nx)
-        An array has facies codes.
+    images, progress
+        As in `variogram`; maps only.
     tail, head : int
-        The codes of two.
+        Facies codes.
     max_lag : int
-    progress : callable, optional
-        Called with the share that is done.
 
     Returns
     -------
@@ -270,18 +254,14 @@ def transition_map(
     def one(k: int) -> NDArray[np.float64]:
         start = stack.indices[k] == first
         pairs = product_sums(start, stack.indices[k] == second, reach)
-        return _ratio(pairs, overlap_sums(start, reach))
+        return ratio(pairs, overlap_sums(start, reach))
 
     return np.array(map_parallel(one, len(stack), progress))
 
 
-def _ratio(counts: NDArray, totals: NDArray) -> NDArray[np.float64]:
-    return np.divide(counts, totals, out=np.full(counts.shape, np.nan), where=totals > 0)
-
-
 @allocating_kernel
 def _count_transitions(image, n_facies, offsets):
-    """Return how many pairs go from each facies to each, shape (n_lags, n_facies, n_facies)."""
+    """Return the number of pairs from facies to facies, shape (n_lags, n_facies, n_facies)."""
     nz, ny, nx = image.shape
     counts = np.zeros((len(offsets), n_facies, n_facies), np.int64)
     for lag in range(len(offsets)):

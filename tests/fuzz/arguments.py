@@ -14,6 +14,8 @@ import ccwsim
 from ccwsim import Grid, HardData, Parameters, TrainingImage, metrics, simulate
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import (
+    Conversion,
+    PointColumns,
     classify,
     hard_data_as_bytes,
     parameters_from_json,
@@ -259,14 +261,14 @@ def points(source: random.Random) -> Act:
     text = f"{source.choice(('x,y,facies', 'row,col,facies', 'a,b,c'))}\n{rows}\n"
     sizes = source.choice(((1.0, 1.0), (1e-300, 1e300), (1e-9, 5.0)))
     options = {name: maybe(source, None, 0.12) for name in ("threshold", "classes")}
-    named = ("x", "y", "facies", "variable", "coordinates", "up", "slice_index")
+    named = ("x", "y", "facies", "coordinates", "up", "slice_index")
     choices = {name: maybe(source, None, 0.12) for name in named}
     options["facies_names"] = maybe(source, {"1": 0, "sand": maybe(source, 1, 0.3)}, 0.2)
     image = image_of(source)
 
     def act() -> object:
-        found = read_points(BytesIO(text.encode()), **choices)
-        return place_points(found, Grid(9, 9, sizes), image, **options)
+        found = read_points(BytesIO(text.encode()), PointColumns(**choices))
+        return place_points(found, Grid(9, 9, sizes), image, Conversion(**options))
 
     return act
 

@@ -63,8 +63,8 @@ def test_other_columns_and_blank_lines_and_comments():
     assert points.values.tolist() == [1, 0]
     assert points.lines.tolist() == [4, 5]
     with pytest.raises(CCWSIMError, match="no facies code; for a continuous variable"):
-        load(text, variable="quality")
-    assert load(text, variable="quality", threshold=0.2).hard_data.facies.tolist() == [1]
+        load(text, facies="quality")
+    assert load(text, facies="quality", threshold=0.2).hard_data.facies.tolist() == [1]
 
 
 def test_several_unknown_columns_ask_which():

@@ -85,7 +85,7 @@ def test_a_file_that_takes_too_long_is_left():
 def test_each_limit_names_its_value_and_the_mend(limit):
     content = b"x,y,facies,word\n" + b"1,2,3,sand\n" * 60
     with limited(replace(OF_UPLOADS, **{limit: 10})), pytest.raises(CCWSIMError) as told:
-        cio.import_hard_data(io.BytesIO(content), variable="facies")
+        cio.import_hard_data(io.BytesIO(content), facies="facies")
     assert any(word in str(told.value) for word in ("cut", "bring", "clean", "break", "without"))
 
 
@@ -180,7 +180,7 @@ def test_what_is_too_long_to_be_written_is_named_in_a_few_letters(value):
         lambda: Grid(value, 3),
         lambda: simulate(TrainingImage(np.eye(40)), (20, 20), seed=value),
         lambda: cio.class_edges([1, 2], value),
-        lambda: cio.place_points(points, classes=value),
+        lambda: cio.place_points(points, conversion=cio.Conversion(classes=value)),
         lambda: cio.read_training_image(picture, classes=value),
         lambda: sample_random(np.eye(3, dtype=int), 2, seed=value),
     ):

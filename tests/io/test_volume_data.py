@@ -191,7 +191,8 @@ UNNAMED = "a,b,c,d\n350005,4505010,-9.8,1\n350015,4505030,-9.3,2\n"
 
 
 def preview(text: str, **choices) -> cio.PointsPreview:
-    return cio.preview_points(BytesIO(text.encode()), grid_shape=GRID.shape, **choices)
+    columns = cio.PointColumns(**choices)
+    return cio.preview_points(BytesIO(text.encode()), columns, grid_shape=GRID.shape)
 
 
 @given(st.permutations(["x", "y", "z", "facies"]), st.permutations(list("abcd")))
@@ -217,7 +218,7 @@ def test_a_preview_of_a_volume_shows_heights_and_wells(header):
         roles = ["well", "x", "y", "z", "depth", "facies"]
     found = preview(text)
     assert found.guess == dict(zip(roles, names, strict=True))
-    assert (found.reasons, found.unclear) == ((), False)
+    assert (found.reasons, found.assignment.unclear) == ((), False)
     of_map = cio.preview_points(BytesIO(text.encode()))
     assert {*of_map.guess} == {"x", "y", "facies"}
 
@@ -225,13 +226,13 @@ def test_a_preview_of_a_volume_shows_heights_and_wells(header):
 def test_what_is_not_told_of_a_volume_is_asked():
     found = preview(UNNAMED)
     assert found.guess == {"x": "a", "y": "b"}
-    assert found.unclear
+    assert found.assignment.unclear
     assert "no column of heights" in found.reasons[1]
     assert "pick one (facies=)" in found.reasons[2]
     assert preview(UNNAMED, facies="a").guess == {"x": "b", "y": "c", "facies": "a"}
     cells = preview("row,col,k,facies\n1,2,3,1\n")
     assert cells.guess == {"x": "col", "y": "row", "z": "k", "facies": "facies"}
-    assert not cells.world
+    assert not cells.assignment.world
 
 
 def test_depths_below_z_are_said_and_may_be_left_out():
@@ -248,7 +249,9 @@ def test_depths_below_z_are_said_and_may_be_left_out():
     named = well("A,350005,4505010,-1,1,2,1", "a,x,y,z,b,c,facies")
     assert read(named, depth_from="b", depth_to="c").n == 2
     assert read(named, depth="b").triples == ((16, 0, 0, 1),)
-    numbers = cio.read_points(BytesIO(named.encode()), grid_shape=GRID.shape, well="b").wells
+    numbers = cio.read_points(
+        BytesIO(named.encode()), cio.PointColumns(well="b"), grid_shape=GRID.shape
+    ).wells
     assert numbers == {2: "1"}
 
 

@@ -20,12 +20,14 @@ SAND = TrainingImage([[0, 1, 1], [0, 0, 1]], facies_names=["clay", "Sand"])
 UTM = Grid(512, 512, (10.0, 10.0), (435400.0, 4504600.0))
 
 
-def points(content: bytes | str) -> cio.ImportedPoints:
-    return cio.read_points(BytesIO(content if isinstance(content, bytes) else content.encode()))
+def points(content: bytes | str, **columns: str) -> cio.ImportedPoints:
+    file = BytesIO(content if isinstance(content, bytes) else content.encode())
+    return cio.read_points(file, cio.PointColumns(**columns))
 
 
-def preview(content: str, **choices) -> cio.PointsPreview:
-    return cio.preview_points(BytesIO(content.encode()), **choices)
+def preview(content: str, n_rows: int = 6, **columns: str) -> cio.PointsPreview:
+    named = cio.PointColumns(**columns)
+    return cio.preview_points(BytesIO(content.encode()), named, n_rows=n_rows)
 
 
 def test_a_german_spreadsheet_in_utm_with_names():
@@ -73,25 +75,23 @@ def test_a_height_or_the_name_of_a_well_is_taken_only_when_named(height):
     with pytest.raises(CCWSIMError, match=r"no column that looks like facies .*name it \(facies="):
         cio.read_points(BytesIO(text.encode()))
     assert "facies" not in preview(text).guess
-    assert cio.read_points(BytesIO(text.encode()), facies=height).values.tolist() == [3]
-    assert cio.read_points(BytesIO(text.encode()), variable="well").words == ("W1",)
+    assert points(text, facies=height).values.tolist() == [3]
+    assert points(text, facies="well").words == ("W1",)
 
 
 def test_columns_are_named():
     text = b"a,b,c,d\n1,2,3,4\n"
-    found = cio.read_points(BytesIO(text), x="b", y="D", facies="a")
+    found = points(text, x="b", y="D", facies="a")
     assert (found.places.tolist(), found.values.tolist()) == ([[2, 4]], [1])
-    cells = cio.read_points(BytesIO(text), x="b", y="d", facies="a", coordinates="cells")
+    cells = points(text, x="b", y="d", facies="a", coordinates="cells")
     assert cells.places.tolist() == [[4, 2]]
     assert not cells.world
     with pytest.raises(CCWSIMError, match="no variable 'e'; it has 'a', 'b', 'c', 'd'"):
-        cio.read_points(BytesIO(text), x="e")
+        points(text, x="e")
     with pytest.raises(CCWSIMError, match="x and y are both 'a'"):
-        cio.read_points(BytesIO(text), x="a", y="a")
-    with pytest.raises(CCWSIMError, match="mean the same; give one"):
-        cio.read_points(BytesIO(text), facies="a", variable="b")
+        points(text, x="a", y="a")
     with pytest.raises(CCWSIMError, match="no named columns; leave x out"):
-        cio.read_points(BytesIO(sample.npy(POINTS)), x="a")
+        points(sample.npy(POINTS), x="a")
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_names_are_matched_without_case_and_numbers_stay_numbers():
     placed = cio.place_points(cio.read_points(BytesIO(content)), Grid(2, 3), SAND)
     assert placed.facies.tolist()[:3] == [1, 1, 0]
     assert placed.unknown_facies == ("7",)
-    again = cio.place_points(placed.points, Grid(2, 3), SAND, facies_names=(("7", 0),))
+    again = cio.place_points(placed.points, Grid(2, 3), SAND, cio.Conversion((("7", 0),)))
     assert again.facies.tolist() == [1, 1, 0, 0]
     assert not len(again.unknown)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
-from ccwsim.io import import_hard_data, import_wells, preview_wells, read_wells
+from ccwsim.io import WellColumns, import_hard_data, import_wells, preview_wells, read_wells
 from ccwsim.io.hard_data.paths import Stations, positions
 from tests.small_images import blobs
 
@@ -219,7 +219,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
             {"intervals": b"well,from,to,facies\nB,4,6,1\nA-1,0,9,0\nB,1,5,0\n"},
             "lines 2 and 4: two intervals of 'B' overlap from 4 on",
         ),
-        ({"surveys": b"well,depth,azimuth\nB,1,2\n"}, "no column of how wells are tilted"),
+        ({"surveys": b"well,depth,azimuth\nB,1,2\n"}, "no column of the tilt of wells"),
         ({"surveys": b"well,depth,azimuth,dip\nC,1,2,-3\n"}, "no collar of the well 'C'"),
         ({"surveys": b"well,depth,azimuth,dip\nB,1,2,60\n"}, "dip is 60 to 60, above the horizon"),
         (
@@ -290,8 +290,7 @@ def test_columns_may_be_called_anything_where_they_are_named(drawn):
         name: c.tolist() for name, c in wanted.wells.items()
     }
     for table, content in tables.items():
-        own = {name: column for name, column in columns.items() if name != "facies"}
-        first = preview_wells(BytesIO(content), table, facies=columns["facies"], **own)
+        first = preview_wells(BytesIO(content), table, WellColumns(**columns))
         roles = PLAIN[table][0].split(",")
         assert first.guess == {role: columns[role] for role in roles}
         assert first.reasons == ()
@@ -306,9 +305,7 @@ def test_a_preview_shows_the_columns_that_are_read(names, data):
     first = preview_wells(BytesIO(content), table)
     assert first.columns == tuple(names)
     assert len({*first.guess.values()}) == len(first.guess)
-    again = dict(first.guess)
-    facies = again.pop("facies", None)
-    second = preview_wells(BytesIO(content), table, facies=facies, **again)
+    second = preview_wells(BytesIO(content), table, WellColumns(**first.guess))
     assert (second.guess, second.reasons) == (first.guess, first.reasons)
 
 

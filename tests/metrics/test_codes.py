@@ -178,7 +178,7 @@ def test_codes_name_what_an_array_lacks():
     assert m.proportions(image, CODES).tolist() == [[0.75, 0.0, 0.25]]
     assert m.proportions(image, [9, 7, 3]).tolist() == [[0.75, 0.0, 0.25]]
     assert m.pattern_histogram(image, CODES, size=1).facies == (3, 7, 9)
-    for wrong in ([3], [3, 7], [], [3, 3, 9], "39", [[3, 9]], 0.5):
+    for wrong in ([3], [3, 7], [], [3, 3, 9], "39", [[3, 9]], 0.5, 3):
         with pytest.raises(CCWSIMError):
             m.proportions(image, wrong)
 
@@ -186,10 +186,3 @@ def test_codes_name_what_an_array_lacks():
 def test_a_mask_has_both_facies():
     assert m.proportions(np.zeros((2, 2), bool)).tolist() == [[1.0, 0.0]]
     assert (m.variogram(np.ones((3, 3), bool), 0, lags=2).gamma == 0).all()
-
-
-def test_the_number_of_facies_still_works_and_warns(ensemble):
-    with pytest.warns(DeprecationWarning, match="codes"):
-        found = m.proportions(ensemble.indices, 4)
-    assert same(found[:, :3], m.proportions(ensemble))
-    assert (found[:, 3] == 0).all()

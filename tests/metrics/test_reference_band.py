@@ -78,14 +78,14 @@ def fits_of_other_crops(image: TrainingImage, grid_shape: tuple[int, int]) -> li
 
 def without(k: int, alone: Ensemble, function, *which) -> bool:
     """Return whether a crop fits the band of the others."""
-    kept = reference_band.kept_band
+    of_crops = reference_band.band_of_crops
 
-    def others(image, key, make) -> ReferenceBand:
-        band = kept(image, key, make)
+    def others(*about) -> ReferenceBand:
+        band = of_crops(*about)
         return replace(band, values=np.delete(band.values, k, axis=0))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reference_band, "kept_band", others)
+        patch.setattr(reference_band, "band_of_crops", others)
         return function(alone, *which).fits
 
 

@@ -23,7 +23,7 @@ OLD, DIM = "Out of date", '<i class="results-outdated">'
 
 def changed() -> State:
     """A state whose seed was changed since its run."""
-    return State(choices=replace(SIX, seed=3), ensemble=one_run(SIX), ran=SIX)
+    return State(choices=replace(SIX, seed=3), ensemble=one_run(SIX), ensemble_choices=SIX)
 
 
 @pytest.mark.parametrize("page", ["simulate", "validate"])

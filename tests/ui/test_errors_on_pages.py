@@ -44,7 +44,7 @@ def finished() -> State:
 def launched(page: str, finished: State) -> AppTest:
     app = AppTest.from_file(str(ROOT / "pages" / f"{page}.py"), default_timeout=120)
     app.session_state[KEY] = State(
-        choices=SMALL, tried=SMALL, ran=SMALL, ensemble=finished.ensemble
+        choices=SMALL, last_attempt=SMALL, ensemble_choices=SMALL, ensemble=finished.ensemble
     )
     return app
 
@@ -173,7 +173,7 @@ def test_whatever_a_widget_calls_is_guarded(page, finished):
     assert [call for call in calls if not getattr(call, "is_safe", False)] == []
 
 
-HELPERS = {"button", "file_uploader", "canvas_component"}
+HELPERS = {"button", "file_uploader"}
 """They catch the errors of what they are given."""
 
 

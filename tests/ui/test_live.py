@@ -86,18 +86,18 @@ def test_a_live_run_that_fails_leaves_the_part_that_came():
     state.job = in_parts_of(broken)
     assert state.job.wait(60)
     part = state.ensemble = state.job.partial
-    state.ran = SIX
+    state.ensemble_choices = SIX
     collect(state)
     assert state.ensemble is part
     assert "memory" in state.message
 
 
 def test_a_part_is_shown_and_the_realization_that_was_large_comes_back():
-    state = State(choices=SIX, live=True, shown=4, wanted=4)
+    state = State(choices=SIX, live=True, shown=4, realization_to_restore=4)
     state.job, gates = gated()
     collect(state)
     assert (state.ensemble.n, state.shown) == (2, 1)
-    assert state.ran == SIX
+    assert state.ensemble_choices == SIX
     assert state.job is not None
     gates.open.set()
     assert state.job.wait(60)
@@ -107,7 +107,7 @@ def test_a_part_is_shown_and_the_realization_that_was_large_comes_back():
 
 
 def test_a_realization_chosen_meanwhile_stays():
-    state = State(choices=SIX, live=True, shown=4, wanted=4)
+    state = State(choices=SIX, live=True, shown=4, realization_to_restore=4)
     state.job, gates = gated()
     collect(state)
     state.shown = 0
@@ -164,7 +164,7 @@ def test_five_quick_changes_end_in_the_last():
     settled(app)
     state = app.session_state[KEY]
     assert state.ensemble.digest == one_run(replace(SIX, seed=5)).digest
-    assert state.ran == state.choices
+    assert state.ensemble_choices == state.choices
 
 
 def test_a_part_is_on_the_page_before_the_rest():
@@ -201,7 +201,7 @@ def test_a_live_run_that_was_stopped_or_failed_starts_again_only_after_a_change(
     app = live()
     state = app.session_state[KEY]
     state.change(seed=4)
-    state.tried = state.choices
+    state.last_attempt = state.choices
     state.job = Job(lambda job: 1 / 0, about=state.choices)
     assert state.job.wait(60)
     app.run()
@@ -255,7 +255,7 @@ def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
     app.run()
     assert not app.exception
     assert state.ensemble is first
-    assert state.choices == state.ran == SIX
+    assert state.choices == state.ensemble_choices == SIX
     assert named(app.selectbox, "wavelet_level").value == 2
     assert place_of(state) == 1
     assert state.job is None

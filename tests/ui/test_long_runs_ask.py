@@ -8,9 +8,9 @@ import pytest
 
 from ccwsim import Grid, Parameters, simulate
 from ccwsim.io import Project, project_as_bytes
-from ccwsim.jobs.job import format_duration
 from ccwsim.model.choices import Choices, DataChoice, Shown, Upload
 from ccwsim.sharing import link_of
+from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, study_of
@@ -70,7 +70,7 @@ def test_run_starts_it_and_nothing_is_asked_again(short_patience):
     assert not asked(app)
     app.session_state[KEY].live = True
     app = settled(app.number_input(key="seed").set_value(5).run())
-    assert app.session_state[KEY].ran.seed == 5
+    assert app.session_state[KEY].ensemble_choices.seed == 5
 
 
 def test_a_change_is_no_yes(short_patience):
@@ -101,7 +101,7 @@ def test_a_project_of_a_long_run_asks_and_earlier_results_stay():
         image_of(SMALL.image), SMALL.grid, SMALL.parameters,
         n_realizations=2, seed=SMALL.seed,
     )  # fmt: skip
-    state = State(choices=SMALL, ensemble=ensemble, ran=SMALL)
+    state = State(choices=SMALL, ensemble=ensemble, ensemble_choices=SMALL)
     open_project(state, project_of(LONG))
     assert state.choices.grid == LONG.grid
     assert state.job is None
@@ -123,9 +123,11 @@ def test_more_realizations_take_longer_and_are_said_so(times):
     more = replace(LONG, n_realizations=times * LONG.n_realizations)
     assert estimated_seconds(more) == pytest.approx(times * estimated_seconds(LONG))
     said = format_duration(estimated_seconds(more))
-    assert f"takes about {said} on this machine" in question_of(State(choices=more, asks=True))
+    assert f"takes about {said} on this machine" in question_of(
+        State(choices=more, needs_confirmation=True)
+    )
 
 
 def test_what_cannot_run_is_said_instead():
     wrong = replace(SMALL, parameters=Parameters(template_size=512, overlap_size=4))
-    assert not question_of(State(choices=wrong, asks=True))
+    assert not question_of(State(choices=wrong, needs_confirmation=True))

@@ -1,291 +1,255 @@
-"""Which columns of a table of hard data hold places, heights and facies, by their names."""
+"""Which columns of a table of hard data hold places, heights and facies: named or guessed."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from ccwsim.io.data_file import DataFile
+from ccwsim.io.hard_data.column_names import (
+    DEPTHS,
+    HEIGHTS,
+    LAYERS,
+    WELL_OF_POINTS,
+    WELL_TABLES,
+    Role,
+    asked_columns,
+    columns_of,
+    place_columns,
+    value_column,
+)
 from ccwsim.model.errors import CCWSIMError, shown
 
 
-def _words(text: str) -> tuple[str, ...]:
-    return tuple(text.split())
+@dataclass(frozen=True)
+class PointColumns:
+    """Where a file holds hard data; columns that are not named are guessed by their names.
 
-
-_X = _words(
-    "x xcoord xcoordinate coordx xkoordinate xkoord xm xutm utmx utme easting utmeasting eastings "
-    "east eastm utmeast ostwert rechtswert ost rechts rw este est lon long longitude laengengrad "
-    "lngengrad xworld surfacex xwgs84 e"
-)
-_Y = _words(
-    "y ycoord ycoordinate coordy ykoordinate ykoord ym yutm utmy utmn northing utmnorthing "
-    "northings north northm utmnorth nordwert hochwert nord hoch hw norte lat latitude breitengrad "
-    "yworld surfacey ywgs84 n"
-)
-_Z = _words(
-    "z zcoord zcoordinate zm elevation elev altitude alt height depth dept md tvd tvdss "
-    "measureddepth tiefe teufe hoehe hhe top base bottom from to kb k iz slice"
-)
-_ROW = ("row", "rows", "i", "iy", "rowindex")
-_COLUMN = ("col", "cols", "column", "columns", "j", "ix", "colindex", "columnindex")
-_CODE = _words(
-    "facies faciescode faciesname fazies lithofacies lithology lithologie litho lith rock rocktype "
-    "gestein code codes class klasse category soil boden geology unit"
-)
-_VALUE = (*_CODE, "value", "wert", "var", "variable", "v")
-_NAMES = _words(
-    "well wellname wellid wells hole holeid bore borehole bohrung bohrungsname sonde uwi id fid "
-    "objectid pointid name no nr number index station point punkt sample date datum remark remarks "
-    "comment comments bemerkung surface"
-)
-"""Names of wells, numbers of rows, remarks: never taken for facies unasked."""
-_LAYER = ("layer", "layers", "k", "iz", "kz", "slice", "layerindex")
-_COLLAR = _words(
-    "z zcoord zcoordinate coordz zkoordinate zm elevation elev altitude alt height hoehe "
-    "collar zcollar collarz collarelevation kb"
-)
-_DEPTH = _words("depth dept md tvd measureddepth tiefe teufe")
-_WELL = _words(
-    "bhid holeid hole boreholeid borehole bore well wellname wellid uwi bohrung bohrungsname sonde "
-    "dhid name id"
-)
-_HOLE = tuple(word for word in _WELL if word not in ("name", "id"))  # points have such, too
-_LENGTH = _words("length totaldepth td eoh maxdepth enddepth endofhole laenge endteufe depth")
-_AZIMUTH = _words("azimuth azi azim bearing brg az richtung azimut")
-_INCLINATION = _words("inclination incl inc deviation dev zenith neigung")
-_DIP = _words("dip plunge fallen")
-_FROM = _words("from depthfrom fromdepth mdfrom frommd top depthtop topdepth von tiefevon")
-_TO = _words("to depthto todepth mdto tomd bottom base depthbase basedepth bis tiefebis")
-
-
-def is_points(names: list[str]) -> bool:
-    """Return whether columns of these names say where something is.
-
-    Examples
-    --------
-    >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
-    (True, False)
+    Attributes
+    ----------
+    x, y : str, optional
+        Columns of the places. With `coordinates="cells"`, x is the column and y the row of a cell.
+    facies : str, optional
+        Column, variable or array of the facies, as numbers or names. A column of heights or of the
+        names of wells is never guessed.
+    well : str, optional
+        For a volume: the column of the names of wells; "" for none.
+    z : str, optional
+        For a volume: the column of the elevation of points, or of the collars of vertical wells
+        if depths stand beside it; or, with `coordinates="cells"`, of the layer.
+    depth_from, depth_to, depth : str, optional
+        For a volume: the columns of depths below z, two of intervals or one of points; "" for none.
+    coordinates : "world" or "cells", optional
+        What two columns of unclear names mean: x and y, or row and col.
+    up : bool, optional
+        For whole grids: whether the first row is the south, as in `read_training_image`.
+    slice_index : int, optional
+        Which slice of a 3-D grid.
+    z_up : bool, optional
+        For whole grids of a volume: whether the first layer is the bottom, as it is by default.
     """
-    pairs = (_X, _Y), (_ROW, _COLUMN)
-    return any(_first(names, first) and _first(names, second) for first, second in pairs)
+
+    x: str | None = None
+    y: str | None = None
+    facies: str | None = None
+    well: str | None = None
+    z: str | None = None
+    depth_from: str | None = None
+    depth_to: str | None = None
+    depth: str | None = None
+    coordinates: str | None = None
+    up: bool | None = None
+    slice_index: int | None = None
+    z_up: bool | None = None
+
+    def __post_init__(self) -> None:
+        known = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
+        if self.coordinates is not None and not known:
+            raise CCWSIMError(f'coordinates = {shown(self.coordinates)} must be "world" or "cells"')
+
+    def named(self, *, volume: bool = True) -> dict[str, str | None]:
+        """Return the columns by role, those of volumes only if asked for."""
+        roles = ("x", "y", "facies", *(("well", "z", *DEPTHS) if volume else ()))
+        return {role: getattr(self, role) for role in roles}
 
 
-class Roles(NamedTuple):
-    """Which columns of a table are what, and what was taken for granted."""
-
-    x: str  # or the column of a cell
-    y: str  # or the row of a cell
-    world: bool
-    facies: str
-    notes: list[str]
+GUESSED = PointColumns()
 
 
-def table_roles(
-    file: DataFile, x: str | None, y: str | None, facies: str | None, coordinates: str | None
-) -> Roles:
-    """Return which columns of a table hold places and facies: as asked for, or by their names.
+@dataclass(frozen=True)
+class WellColumns:
+    """Columns of tables of wells; those that are not named are guessed by their names.
+
+    An empty text says that there is none.
+
+    Attributes
+    ----------
+    collar_well, x, y, z, collar_length : str, optional
+        Of the collars: names of the wells, places, elevations, and lengths if there are any.
+    well, depth_from, depth_to, depth, facies : str, optional
+        Of the intervals: names of the wells, ends of the intervals or depths, and facies.
+    survey_well, survey_depth, survey_azimuth, survey_inclination, survey_dip : str, optional
+        Of the surveys: names of the wells, depths along them, directions, and one kind of tilt.
+    """
+
+    collar_well: str | None = None
+    x: str | None = None
+    y: str | None = None
+    z: str | None = None
+    collar_length: str | None = None
+    well: str | None = None
+    depth_from: str | None = None
+    depth_to: str | None = None
+    depth: str | None = None
+    facies: str | None = None
+    survey_well: str | None = None
+    survey_depth: str | None = None
+    survey_azimuth: str | None = None
+    survey_inclination: str | None = None
+    survey_dip: str | None = None
+
+
+GUESSED_WELLS = WellColumns()
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """The columns of a table by role, named or guessed, and what is unclear about them.
+
+    Attributes
+    ----------
+    columns : dict of str
+        By role; roles without a column are missing.
+    notes, problems : tuple of str
+        What was taken for granted, and what has to be asked, one sentence each.
+    world : bool
+        Whether the places are world coordinates, and not rows and columns.
+    unclear : bool
+        Whether the names of the columns do not say which of them hold the places.
+    """
+
+    columns: dict[str, str]
+    notes: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
+    world: bool = True
+    unclear: bool = False
+
+    def complete(self) -> Assignment:
+        """Return the assignment; an error if something has to be asked."""
+        if self.problems:
+            raise CCWSIMError(self.problems[0])
+        return self
+
+    def of(self, *roles: str) -> list[str]:
+        """Return the columns of roles, without those that are missing."""
+        return [self.columns[role] for role in roles if role in self.columns]
+
+
+NOTHING_ASSIGNED = Assignment({})
+
+
+def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assignment:
+    """Return which columns of a table hold places, facies and, for a volume, heights and wells.
 
     Examples
     --------
     >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Ost", "Nord", "z", "Rock"))
-    >>> table_roles(file, None, None, None, None)
-    Roles(x='Ost', y='Nord', world=True, facies='Rock', notes=[])
+    >>> assign_columns(file, PointColumns(), volume=True).columns
+    {'x': 'Ost', 'y': 'Nord', 'z': 'z', 'facies': 'Rock'}
+    >>> assign_columns(file, PointColumns(well="Rock"), volume=False).problems
+    ("well = 'Rock' is of a volume; give a grid with nz, or leave it out",)
     """
-    taken = [] if facies is None else [file.column(facies)]
-    first, second, world, notes = place_columns(file, x, y, coordinates, taken)
-    rest = [name for name in file.names if name not in (first, second)]
-    return Roles(first, second, world, value_column(file, rest, facies), notes)
+    columns: dict[str, str] = {}
+    named: dict[str, str] = {}
+    notes: list[str] = []
+    problems: list[str] = []
+    world = asked.coordinates != "cells"
+    try:
+        if not volume:
+            _refuse_heights(asked)
+        named = asked_columns(file, asked.named(volume=volume))
+        taken = [column for role, column in named.items() if role not in ("x", "y")]
+        places = place_columns(file, asked.x, asked.y, asked.coordinates, taken)
+        columns["x"], columns["y"], world, notes = places
+    except CCWSIMError as error:
+        problems.append(str(error))
+    unclear = bool(notes or problems)
+    if volume:
+        try:
+            roles = {**(HEIGHTS if world else LAYERS), **WELL_OF_POINTS}
+            taken = [*columns.values(), *(named[role] for role in ("facies",) if role in named)]
+            columns |= columns_of(file, roles, vars(asked), taken)
+            _check_heights(file, columns, asked, world)
+        except CCWSIMError as error:
+            problems.append(str(error))
+    _assign_facies(file, columns, asked.facies, problems)
+    return Assignment(columns, tuple(notes), tuple(problems), world, unclear)
 
 
-def place_columns(
-    file: DataFile,
-    x: str | None = None,
-    y: str | None = None,
-    coordinates: str | None = None,
-    taken: Sequence[str] = (),
-) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y, or of col and row; whether they are of the world; notes.
-
-    Columns that are `taken` for something else are never guessed to be these.
+def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assignment:
+    """Return which columns of a table of wells are what.
 
     Examples
     --------
-    >>> columns = ("Easting [m]", "Northing [m]", "facies")
-    >>> place_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
-    ('Easting [m]', 'Northing [m]', True, [])
-    """
-    names, cells = list(file.names), coordinates == "cells"
-    asked = [None if name is None else file.column(name) for name in (x, y)]
-    if asked[0] is not None and asked[0] == asked[1]:
-        raise CCWSIMError(f"{file.name}: x and y are both {shown(asked[0])}; name two columns")
-    free = [name for name in names if name not in (*asked, *taken)]
-    column, row = asked[0] or _first(free, _COLUMN), asked[1] or _first(free, _ROW)
-    first, second = asked[0] or _first(free, _X, 4), asked[1] or _first(free, _Y, 4)
-    if coordinates is None and column and row:
-        cells = _plain(column) in _COLUMN and _plain(row) in _ROW and not (first and second)
-        cells |= column == first and row == second and _plain(column) in _COLUMN
-    if first and second and not cells:
-        return first, second, True, []
-    if row and column and coordinates != "world":
-        letters = {_plain(row), _plain(column)} == {"i", "j"} and asked == [None, None]
-        note = [f"{row} was taken as the row and {column} as the column."] if letters else []
-        return column, row, False, note
-    numeric = [name for name in free if name in file.variables]
-    if len(names) < 3 or len(numeric) < asked.count(None):
-        there = ", ".join(names)
-        raise CCWSIMError(
-            f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
-        )
-    places = [name for name in numeric if _plain(name) not in (*_Z, *_NAMES, *_CODE)]
-    guess = iter(places if len(places) >= asked.count(None) else numeric)
-    if cells:  # as they are read aloud: row, then column
-        row, column = (name or next(guess) for name in (asked[1], asked[0]))
-        return column, row, False, [_untold(row, column, "row and col")]
-    first, second = (name or next(guess) for name in asked)
-    return first, second, True, [_untold(first, second, "x and y")]
-
-
-def _untold(one: str, two: str, said: str) -> str:
-    return f"No column is called so: {one} and {two} were taken as {said}."
-
-
-class Role(NamedTuple):
-    """What a column holds, by which names it is known, and what it is to be called."""
-
-    words: tuple[str, ...]
-    what: str
-    call: str
-    prefix: int = 0  # letters from which on the beginning of a name will do
-
-
-Asked = Mapping[str, str | None]
-"""Columns that were named, by the argument that names them; an empty text is none."""
-DEPTHS = {
-    "depth_from": Role(_FROM, "where intervals begin", "from"),
-    "depth_to": Role(_TO, "where intervals end", "to"),
-    "depth": Role(_DEPTH, "depths", "from and to, or depth"),
-}
-_NAMES_OF_WELLS = Role(_WELL, "the names of the wells", "well")
-WELL_OF_POINTS = {"well": Role(_HOLE, "the names of the wells", "well")}
-HEIGHTS = {"z": Role(_COLLAR, "heights", "z"), **DEPTHS}
-LAYERS = {"z": Role(_LAYER, "layers", "layer")}
-COLLARS = {
-    "collar_well": _NAMES_OF_WELLS,
-    "x": Role(_X, "x of the collars", "x", 4),
-    "y": Role(_Y, "y of the collars", "y", 4),
-    "z": Role(_COLLAR, "the elevations of the collars", "z"),
-    "collar_length": Role(_LENGTH, "the lengths of the wells", "length"),
-}
-INTERVALS = {"well": _NAMES_OF_WELLS, **DEPTHS}
-SURVEYS = {
-    "survey_well": _NAMES_OF_WELLS,
-    "survey_depth": Role((*_DEPTH, "at"), "depths", "depth"),
-    "survey_azimuth": Role(_AZIMUTH, "directions", "azimuth"),
-    "survey_inclination": Role(_INCLINATION, "how wells are tilted", "inclination"),
-    "survey_dip": Role(_DIP, "how wells are tilted", "inclination or dip"),
-}
-"""The columns of tables of wells, by the arguments that name them."""
-EITHER = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
-"""Of these a table has the one or the others; unasked the others are taken."""
-
-
-def columns_of(
-    file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
-) -> dict[str, str]:
-    """Return the columns of roles: as asked for, or by their names; those that are not there lack.
-
-    Of one depth and two that which is asked for is returned, else two, or the one of them that is
-    there; and of inclination and dip the inclination.
-
-    Examples
-    --------
-    >>> columns = ("hole", "from", "to", "depth", "rock")
+    >>> columns = ("BHID", "From", "To", "Rock")
     >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
-    >>> columns_of(file, INTERVALS, {})
-    {'well': 'hole', 'depth_from': 'from', 'depth_to': 'to'}
-    >>> columns_of(file, INTERVALS, {"depth": "DEPTH", "well": ""})
-    {'depth': 'depth'}
+    >>> assign_well_columns(file, "intervals", WellColumns()).columns
+    {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
     """
-    named = asked_columns(file, {role: asked.get(role) for role in roles})
-    free = [name for name in file.names if name not in (*named.values(), *taken)]
-    found = {}
-    for role, own in roles.items():
-        column = named.get(role)
-        if column is None and asked.get(role) is None:
-            column = _first(free, own.words, own.prefix)
-        if column is not None:
-            found[role] = column
-            free = [name for name in free if name != column]
-    for one, others in EITHER.items():
-        rivals = [other for other in others if other in named]
-        if one in named and rivals:
+    roles, columns, problems = WELL_TABLES[table], dict[str, str](), list[str]()
+    facies = {"facies": asked.facies} if table == "intervals" else {}
+    try:
+        value = asked_columns(file, facies)
+        columns = columns_of(file, roles, vars(asked), [*value.values()])
+        asked_columns(file, {**facies, **{role: getattr(asked, role) for role in roles}})
+        _check_well_columns(file, table, columns)
+    except CCWSIMError as error:
+        problems.append(str(error))
+    if table == "intervals":
+        _assign_facies(file, columns, asked.facies, problems)
+    return Assignment(columns, problems=tuple(problems))
+
+
+def _assign_facies(
+    file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
+) -> None:
+    """Add the column of facies, one of those that are left; or say why there is none."""
+    try:
+        rest = [name for name in file.names if name not in columns.values()]
+        columns["facies"] = value_column(file, rest, asked)
+    except CCWSIMError as error:
+        if str(error) not in problems:
+            problems.append(str(error))
+
+
+def _refuse_heights(asked: PointColumns) -> None:
+    """Say that a map has no heights, depths or wells."""
+    for role in ("z", *DEPTHS, "well"):
+        if column := getattr(asked, role):
             raise CCWSIMError(
-                f"{file.name}: {one} and {rivals[0]} are both named, and only one of them can be; "
-                "leave one out"
+                f"{role} = {shown(column)} is of a volume; give a grid with nz, or leave it out"
             )
-        if one in named:
-            found = {role: column for role, column in found.items() if role not in others}
-        elif any(other in found for other in others):
-            found.pop(one, None)
-    return found
 
 
-def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
-    """Return the columns that were named; an error where one is not there or is two things.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("East", "North"))
-    >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
-    {'x': 'East'}
-    """
-    found: dict[str, str] = {}
-    for role, name in asked.items():
-        if name is None or (isinstance(name, str) and not name):
-            continue
-        column = file.column(name)
-        twice = next((other for other, own in found.items() if own == column), None)
-        if twice is not None:
-            raise CCWSIMError(
-                f"{file.name}: {twice} and {role} are both {shown(column)}; name two columns"
-            )
-        found[role] = column
-    return found
-
-
-class HeightRoles(NamedTuple):
-    """Which columns of a table hold heights: all empty for a map."""
-
-    z: str = ""  # the elevation of points or of the collars of wells, or the layer of a cell
-    depths: tuple[str, ...] = ()  # below it: of points, or from and to of intervals
-
-
-def height_roles(file: DataFile, asked: Asked, taken: Sequence[str], world: bool) -> HeightRoles:
-    """Return which columns hold the heights of data of a volume; an error names what is missing.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Z", "from", "to"))
-    >>> height_roles(file, {}, [], True)
-    HeightRoles(z='Z', depths=('from', 'to'))
-    """
-    if not world and (role := next((role for role in DEPTHS if asked.get(role)), None)):
+def _check_heights(
+    file: DataFile, columns: Mapping[str, str], asked: PointColumns, world: bool
+) -> None:
+    """Say which column is missing of the heights of data of a volume."""
+    if not world and (role := next((role for role in DEPTHS if getattr(asked, role)), None)):
         raise CCWSIMError(
-            f"{file.name}: {role} = {shown(asked[role])} is a depth below z, and cells have a "
-            "layer; leave it out"
+            f"{file.name}: {role} = {shown(getattr(asked, role))} is a depth below z, and cells "
+            "have a layer; leave it out"
         )
-    found = columns_of(file, HEIGHTS if world else LAYERS, asked, taken)
     there = ", ".join(file.names)
-    if "z" in found:
-        return HeightRoles(found["z"], depth_columns(file, found))
+    if "z" in columns:
+        _check_depths(file, columns)
+        return
     if not world:
         raise CCWSIMError(
             f"{file.name} has no column of layers, which a volume needs; it has {there}: name it "
             "(z=)"
         )
-    depths = " and ".join(name for role, name in found.items() if role != "z")
+    depths = " and ".join(columns[role] for role in DEPTHS if role in columns)
     said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
     raise CCWSIMError(
         f"{file.name} has {said}, which a volume needs; it has {there}: add a column z, or name it "
@@ -293,141 +257,38 @@ def height_roles(file: DataFile, asked: Asked, taken: Sequence[str], world: bool
     )
 
 
-def depth_columns(file: DataFile, found: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the columns of depths among those found: from and to, one of points, or none."""
-    ends = [found[role] for role in ("depth_from", "depth_to") if role in found]
+def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
+    """Say which end of intervals is missing."""
+    ends = [role for role in ("depth_from", "depth_to") if role in columns]
     if len(ends) == 1:
-        other = "depth_to" if "depth_from" in found else "depth_from"
+        other = "depth_to" if ends == ["depth_from"] else "depth_from"
         raise CCWSIMError(
-            f"{file.name} has the depth {ends[0]} of intervals, but not that of their other end; "
-            f"add a column {DEPTHS[other].call}, or name it ({other}=)"
+            f"{file.name} has the depth {columns[ends[0]]} of intervals, but not that of their "
+            f"other end; add a column {DEPTHS[other].call}, or name it ({other}=)"
         )
-    return tuple(ends) or tuple(found[role] for role in ("depth",) if role in found)
 
 
-def well_columns(file: DataFile, asked: Asked) -> dict[str, str]:
-    """Return the columns of a table of collars by what they are: the length only if it has one.
-
-    Examples
-    --------
-    >>> columns = ("HoleID", "East", "North", "Elev", "EOH")
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
-    >>> list(well_columns(file, {}).values())
-    ['HoleID', 'East', 'North', 'Elev', 'EOH']
-    """
-    return _all_but(file, COLLARS, asked, ("collar_length",))
-
-
-def interval_columns(
-    file: DataFile, asked: Asked, facies: str | None = None
-) -> tuple[str, tuple[str, ...]]:
-    """Return the columns of a table of intervals: well, and from and to, or the depth of points.
-
-    Examples
-    --------
-    >>> columns = ("BHID", "From", "To", "Rock")
-    >>> interval_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns), {})
-    ('BHID', ('From', 'To'))
-    """
-    value = asked_columns(file, {"facies": facies, **{role: asked.get(role) for role in INTERVALS}})
-    taken = [value["facies"]] if "facies" in value else []
-    found = _all_but(file, INTERVALS, asked, tuple(DEPTHS), taken)
-    depths = depth_columns(file, found)
-    return found["well"], depths or (_needed(file, INTERVALS, found, "depth"),)
+def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) -> None:
+    """Say which column is missing of a table of wells."""
+    roles = WELL_TABLES[table]
+    for role, kind in roles.items():
+        if not kind.optional:
+            _needed(file, roles, columns, role)
+    if table == "intervals":
+        _check_depths(file, columns)
+        if "depth_from" not in columns:
+            _needed(file, roles, columns, "depth")
+    if table == "surveys" and "survey_inclination" not in columns:
+        _needed(file, roles, columns, "survey_dip")
 
 
-def survey_columns(file: DataFile, asked: Asked) -> tuple[str, str, str, str, bool]:
-    """Return the columns of a table of surveys: well, depth, azimuth, tilt; whether it is a dip.
-
-    Examples
-    --------
-    >>> columns = ("BHID", "MD", "Azi", "Dip")
-    >>> survey_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns), {})
-    ('BHID', 'MD', 'Azi', 'Dip', True)
-    """
-    found = _all_but(file, SURVEYS, asked, ("survey_inclination", "survey_dip"))
-    is_dip = "survey_inclination" not in found
-    tilt = _needed(file, SURVEYS, found, "survey_dip" if is_dip else "survey_inclination")
-    well, depth, azimuth = (found[f"survey_{name}"] for name in ("well", "depth", "azimuth"))
-    return well, depth, azimuth, tilt, is_dip
-
-
-def _all_but(
-    file: DataFile,
-    roles: Mapping[str, Role],
-    asked: Asked,
-    optional: tuple[str, ...],
-    taken: Sequence[str] = (),
-) -> dict[str, str]:
-    """Return the columns of roles, all of them but some that may lack."""
-    found = columns_of(file, roles, asked, taken)
-    for role in roles:
-        if role not in optional:
-            _needed(file, roles, found, role)
-    return found
-
-
-def _needed(file: DataFile, roles: Mapping[str, Role], found: Mapping[str, str], role: str) -> str:
-    """Return the column of a role; an error says what is missing."""
-    if role not in found:
-        own = roles[role]
+def _needed(
+    file: DataFile, roles: Mapping[str, Role], columns: Mapping[str, str], role: str
+) -> None:
+    """Say which column is missing."""
+    if role not in columns:
+        kind = roles[role]
         raise CCWSIMError(
-            f"{file.name} has no column of {own.what}; it has {', '.join(file.names)}: call it "
-            f"{own.call}, or name it ({role}=)"
+            f"{file.name} has no column of {kind.what}; it has {', '.join(file.names)}: call it "
+            f"{kind.call}, or name it ({role}=)"
         )
-    return found[role]
-
-
-def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
-    """Return the column of facies among those that are no places.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("x", "y", "id", "Code"))
-    >>> value_column(file, ["id", "Code"], None)
-    'Code'
-    """
-    if variable is not None:
-        return file.column(variable)
-    named = _first(rest, _CODE, 5) or _first(rest, _VALUE)
-    if named:
-        return named
-    likely = [name for name in rest if _plain(name) not in (*_Z, *_NAMES)]
-    if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
-        return likely[1]  # x, y, z, value without telling names
-    if len(likely) == 1:
-        return likely[0]
-    if not likely:
-        others = f" (left are {', '.join(rest[:9])})" if rest else ""
-        raise CCWSIMError(
-            f"{file.name} has no column that looks like facies{others}; name it (facies=)"
-        )
-    there = ", ".join(map(repr, likely[:20]))
-    raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
-
-
-def _unnamed(file: DataFile) -> bool:
-    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
-
-
-def height_column(rest: list[str], key: str) -> str | None:
-    """Return the column of heights among those that are no places, if there is one.
-
-    Examples
-    --------
-    >>> height_column(["Z", "facies"], "facies")
-    'Z'
-    """
-    return next((name for name in rest if _plain(name) in _Z and name != key), None)
-
-
-def _first(names: list[str], known: tuple[str, ...], prefix: int = 0) -> str | None:
-    """The first name that is a known word; else one that begins with a word of so many letters."""
-    found = next((name for word in known for name in names if _plain(name) == word), None)
-    long = [word for word in known if prefix and len(word) >= prefix]
-    return found or next((n for word in long for n in names if _plain(n).startswith(word)), None)
-
-
-def _plain(name: str) -> str:
-    """A column's name without units, case and marks: "X [m]" is x."""
-    return re.sub(r"[^a-z0-9]", "", re.split(r"[\[(,]", name.lower())[0])

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.formats.classes import Classes
+from ccwsim.io.hard_data.columns import PointColumns
 from ccwsim.io.hard_data.placing import (
-    FaciesNames,
+    Conversion,
     HardDataImport,
     place_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.points import read_points
+from ccwsim.io.hard_data.reading import read_points
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError
@@ -26,47 +26,27 @@ def import_hard_data(
     path_or_file: PathOrFile,
     grid: Grid | Sequence[int] | None = None,
     training_image: TrainingImage | None = None,
-    *,
-    x: str | None = None,
-    y: str | None = None,
-    facies: str | None = None,
-    variable: str | None = None,
-    coordinates: str | None = None,
-    up: bool | None = None,
-    slice_index: int | None = None,
-    facies_names: FaciesNames | None = None,
-    threshold: float | None = None,
-    classes: Classes = None,
-    on_collision: str = "error",
-    on_outside: str = "error",
-    on_unknown: str = "error",
-    z: str | None = None,
-    z_up: bool | None = None,
-    well: str | None = None,
-    depth_from: str | None = None,
-    depth_to: str | None = None,
-    depth: str | None = None,
+    **options: Any,
 ) -> HardDataImport:
-    """Return the hard data of a file and a report of what happened on the way.
+    """Return the hard data of a file and a report of the import.
 
     Parameters
     ----------
-    path_or_file, x, y, z, facies, variable, coordinates, up, z_up, slice_index
-        As in `read_points`.
-    well, depth_from, depth_to, depth
+    path_or_file : str, Path or binary file
         As in `read_points`.
     grid : Grid, pair or triple of int, optional
         A pair is rows and columns of unit cells from (0, 0) on, a triple layers, rows and columns.
-        For a volume, an interval of depth in a well gives every cell whose centre is in it.
-    training_image, facies_names, threshold, classes
-        As in `place_points`.
-    on_collision, on_outside, on_unknown
-        As in `resolve_points`.
+        In a volume, an interval of depth in a well gives every cell with its centre in it.
+    training_image : TrainingImage, optional
+        Has the known facies and their names.
+    **options
+        Fields of `PointColumns`, such as `x="Easting"`, and of `Conversion`, such as
+        `on_outside="drop"`.
 
     Raises
     ------
     CCWSIMError
-        For a file that cannot be read, or troubles that are not settled.
+        For a file that cannot be read, or data that do not fit and are not to be dropped.
 
     Examples
     --------
@@ -76,77 +56,22 @@ def import_hard_data(
     ('1 of 2 data lie outside the grid and were left out (line 3).',)
     """
     grid = None if grid is None else Grid.of(grid)
-    shape = grid.shape if grid is not None else None
-    points = read_points(
-        path_or_file,
-        grid_shape=shape,
-        x=x,
-        y=y,
-        facies=facies,
-        variable=variable,
-        coordinates=coordinates,
-        up=up,
-        slice_index=slice_index,
-        z=z,
-        z_up=z_up,
-        well=well,
-        depth_from=depth_from,
-        depth_to=depth_to,
-        depth=depth,
-    )
-    placed = place_points(
-        points,
-        grid,
-        training_image,
-        facies_names=facies_names,
-        threshold=threshold,
-        classes=classes,
-    )
-    return resolve_points(
-        placed, on_collision=on_collision, on_outside=on_outside, on_unknown=on_unknown
-    )
+    conversion = Conversion.taken_from(options)
+    shape = None if grid is None else grid.shape
+    points = read_points(path_or_file, PointColumns(**options), grid_shape=shape)
+    return resolve_points(place_points(points, grid, training_image, conversion), conversion)
 
 
 def read_hard_data(
     path_or_file: PathOrFile,
     grid: Grid | Sequence[int] | None = None,
     training_image: TrainingImage | None = None,
-    *,
-    x: str | None = None,
-    y: str | None = None,
-    facies: str | None = None,
-    variable: str | None = None,
-    coordinates: str | None = None,
-    up: bool | None = None,
-    slice_index: int | None = None,
-    facies_names: FaciesNames | None = None,
-    threshold: float | None = None,
-    classes: Classes = None,
-    on_collision: str = "error",
-    on_outside: str = "error",
-    on_unknown: str = "error",
-    z: str | None = None,
-    z_up: bool | None = None,
-    well: str | None = None,
-    depth_from: str | None = None,
-    depth_to: str | None = None,
-    depth: str | None = None,
+    **options: Any,
 ) -> HardData:
-    """Return the hard data of a file; `import_hard_data` also says what happened on the way.
+    """Return the hard data of a file, without the report of `import_hard_data`.
 
-    Parameters
-    ----------
-    path_or_file, grid, training_image, x, y, z, facies, variable, coordinates, up, z_up
-        As in `import_hard_data`.
-    slice_index, well, depth_from, depth_to, depth, facies_names, threshold, classes
-        As in `import_hard_data`.
-    on_collision, on_outside, on_unknown
-        As in `import_hard_data`.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read, or troubles that are not settled.
+    Parameters and errors are those of `import_hard_data`: `**options` are fields of `PointColumns`
+    (`x`, `y`, `facies`, `z`, `well`, …) and of `Conversion` (`facies_names`, `on_outside`, …).
 
     Examples
     --------
@@ -157,31 +82,7 @@ def read_hard_data(
     >>> read_hard_data(BytesIO(well), (8, 8, 16)).triples
     ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
     """
-    imported = import_hard_data(
-        path_or_file,
-        grid,
-        training_image,
-        x=x,
-        y=y,
-        facies=facies,
-        variable=variable,
-        coordinates=coordinates,
-        up=up,
-        slice_index=slice_index,
-        facies_names=facies_names,
-        threshold=threshold,
-        classes=classes,
-        on_collision=on_collision,
-        on_outside=on_outside,
-        on_unknown=on_unknown,
-        z=z,
-        z_up=z_up,
-        well=well,
-        depth_from=depth_from,
-        depth_to=depth_to,
-        depth=depth,
-    )
-    return imported.hard_data
+    return import_hard_data(path_or_file, grid, training_image, **options).hard_data
 
 
 FORMATS = ("csv", "gslib", "dat")

@@ -1,17 +1,17 @@
-"""Imported points in the cells of a grid, what is wrong with them, and how that is settled."""
+"""Imported points in the cells of a grid, problems with them, and how these are settled."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.formats.text_tables import is_number
-from ccwsim.io.hard_data.depths import along_wells
-from ccwsim.io.hard_data.points import ImportedPoints
+from ccwsim.io.hard_data.points import ImportedPoints, along_wells
 from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
@@ -19,27 +19,79 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 _FAR = 2.0**40
+"""Cells: a place farther away can only be a mistake."""
+COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
+FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
+"""Names of facies and their codes."""
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """How values become facies, and what happens to data that do not fit.
+
+    Attributes
+    ----------
+    facies_names : dict of str to int, optional
+        The facies codes of names that the training image does not have, as
+        `{"Sand": 1, "Ton": 0}`; pairs do as well. The name of a number recodes it: `{"7": 1}`.
+    threshold, classes : optional
+        For continuous values, as in `classify`; classes as edges, those of the training image.
+    on_collision : "error", "drop", "majority" or "nearest"
+        For a cell of several facies: drop all its data, or keep the majority facies, or that of the
+        datum nearest to the centre. Ties go to the nearest, then to the first in the file.
+    on_outside, on_unknown : "error" or "drop"
+        For data outside the grid, and of a facies that the training image does not have.
+    """
+
+    facies_names: FaciesNames | None = None
+    threshold: float | None = None
+    classes: Classes = None
+    on_collision: str = "error"
+    on_outside: str = "error"
+    on_unknown: str = "error"
+
+    def __post_init__(self) -> None:
+        if isinstance(self.classes, (int, np.integer)):
+            raise CCWSIMError(
+                f"classes = {shown(self.classes)} means equally many of what is classed, and hard "
+                "data must be classed as the training image is: give its class edges"
+            )
+        for name in ("on_collision", "on_outside", "on_unknown"):
+            value = getattr(self, name)
+            allowed = COLLISION_CHOICES if name == "on_collision" else COLLISION_CHOICES[:2]
+            if value not in allowed:
+                raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
+
+    @classmethod
+    def taken_from(cls, options: dict[str, Any]) -> Conversion:
+        """Take the options of a conversion out of others."""
+        names = [field.name for field in fields(cls) if field.name in options]
+        return cls(**{name: options.pop(name) for name in names})
+
+
+STRICT = Conversion()
+"""Facies codes or known names only; data that do not fit are errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedPoints:
-    """Imported points in cells of a grid, with what is wrong with them.
+    """Imported points in cells of a grid, and the problems with them.
 
     Attributes
     ----------
     points : ImportedPoints
-        What was placed; intervals in wells are a point a cell.
+        The points; intervals in wells are a point a cell.
     cells : ndarray of int64, shape (n, 2) or (n, 3)
         (Layer,) row and column of each point, also outside the grid.
     facies : ndarray of int64, shape (n,)
-        The facies code of each; the least number there is where its name is not known.
+        The facies code of each; the minimum of int64 if its name is not known.
     offsets : ndarray of float64, shape (n,)
-        How far each lies from the centre of its cell, in cells.
+        Distance from the centre of the cell, in cells.
     outside, unknown : ndarray of int64
-        Which points lie outside the grid, and which (of the others) have a facies that the
-        training image does not have.
+        Indices of points outside the grid, and of those inside with a facies that the training
+        image does not have.
     collisions : tuple of ndarray of int64
-        For each cell (inside, known facies) with two or more facies, which points are in it.
+        For each cell (inside, known facies) with two or more facies, the indices of its points.
     """
 
     points: ImportedPoints
@@ -69,27 +121,20 @@ def place_points(
     points: ImportedPoints,
     grid: Grid | None = None,
     training_image: TrainingImage | None = None,
-    *,
-    facies_names: FaciesNames | None = None,
-    threshold: float | None = None,
-    classes: Classes = None,
+    conversion: Conversion = STRICT,
 ) -> PlacedPoints:
-    """Put imported points into the cells of a grid and find what is wrong with them.
+    """Place imported points in the cells of a grid and find the problems with them.
 
     Parameters
     ----------
     points : ImportedPoints
-        From `read_points`.
+        From `read_points` or `read_well_points`.
     grid : Grid, optional
-        Without one, cells are of size 1 from the origin (0, 0), and only negative ones are outside.
+        By default cells have size 1 from the origin (0, 0), and only negative ones are outside.
     training_image : TrainingImage, optional
-        Says which facies there are, and what they are called: a facies may be given by name, in
-        upper or lower case.
-    facies_names : dict of str to int, optional
-        The facies codes of further names, as `{"Sand": 1, "Ton": 0}`; pairs do as well. The name of
-        a number recodes it: `{"7": 1}`.
-    threshold, classes : optional
-        For continuous values, as in `classify`; classes as edges, those of the training image.
+        Has the known facies and their names, which a file may give in upper or lower case.
+    conversion : Conversion
+        How values become facies.
 
     Raises
     ------
@@ -105,18 +150,14 @@ def place_points(
     >>> placed.cells.tolist(), [c.tolist() for c in placed.collisions]
     ([[0, 5], [0, 5]], [[0, 1]])
     """
-    if isinstance(classes, (int, np.integer)):
-        raise CCWSIMError(
-            f"classes = {shown(classes)} means equally many of what is classed, and hard data must "
-            "be classed as the training image is: give its class edges"
-        )
     points = along_wells(points, grid)
     cells, offsets = _cells(points, grid)
-    given = _checked_names(facies_names)
+    given = _checked_names(conversion.facies_names)
     if points.words:
         facies, known = _by_name(points, training_image, given)
     else:
-        facies, known = _facies(points, threshold, classes), np.ones(points.n, bool)
+        facies = _facies(points, conversion.threshold, conversion.classes)
+        known = np.ones(points.n, bool)
         numbers = {round(float(name)): code for name, code in given.items() if is_number(name)}
         facies = np.array([numbers.get(code, code) for code in facies.tolist()], np.int64)
     inside = grid.holds(cells) if grid is not None else (cells >= 0).all(axis=1)
@@ -213,10 +254,6 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
 
 
-FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
-"""Names of facies and their codes."""
-
-
 def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
     """Names without case, and their codes."""
     try:
@@ -266,9 +303,6 @@ def _by_name(
     return numbers[which], known[which]
 
 
-COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
-
-
 def colliding(
     cells: NDArray[np.int64], facies: NDArray[np.int64], among: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], ...]:
@@ -314,7 +348,7 @@ def settled(
 
 @dataclass(frozen=True, eq=False)
 class HardDataImport:
-    """Hard data and what happened on the way.
+    """Hard data and a report of the import.
 
     Attributes
     ----------
@@ -346,67 +380,50 @@ class HardDataImport:
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
 
 
-def resolve_points(
-    placed: PlacedPoints,
-    *,
-    on_collision: str = "error",
-    on_outside: str = "error",
-    on_unknown: str = "error",
-) -> HardDataImport:
-    """Return hard data, with the troubles settled in the ways asked for.
+def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
+    """Return hard data, with the problems settled as asked for.
 
     Parameters
     ----------
     placed : PlacedPoints
         From `place_points`.
-    on_collision : "error", "drop", "majority" or "nearest"
-        What to do with a cell of several facies: drop all its points, or keep the facies of most
-        of them, or that of the point nearest to the centre. Ties go to the nearest point, then to
-        the first in the file.
-    on_outside, on_unknown : "error" or "drop"
-        What to do with points outside the grid, and of a facies the training image does not have.
+    conversion : Conversion
+        What happens to data that do not fit.
 
     Raises
     ------
     CCWSIMError
-        Where there are such points and the choice is "error": the message names their lines.
+        If there are such data and the choice is "error"; the message names their lines.
 
     Examples
     --------
     >>> from io import BytesIO
-    >>> from ccwsim import Grid
-    >>> from ccwsim.io import place_points, read_points
+    >>> from ccwsim.io import read_points
     >>> points = read_points(BytesIO(b"x,y,facies\\n5.2,0.5,1\\n5.9,0.4,0\\n"))
-    >>> report = resolve_points(place_points(points, Grid(4, 8)), on_collision="nearest")
+    >>> nearest = Conversion(on_collision="nearest")
+    >>> report = resolve_points(place_points(points, Grid(4, 8)), nearest)
     >>> report.hard_data.facies.tolist(), report.n_dropped
     ([1], 1)
     """
-    _check_choice("on_collision", on_collision, COLLISION_CHOICES)
-    _check_choice("on_outside", on_outside, ("error", "drop"))
-    _check_choice("on_unknown", on_unknown, ("error", "drop"))
     points = placed.points
-    if len(placed.outside) and on_outside == "error":
+    if len(placed.outside) and conversion.on_outside == "error":
         raise CCWSIMError(
             f"{points.name}, {points.named(placed.outside)}: {len(placed.outside)} of {points.n} "
             "data lie outside the grid; drop them, or correct the grid or the coordinates"
         )
-    if len(placed.unknown) and on_unknown == "error":
+    if len(placed.unknown) and conversion.on_unknown == "error":
         raise CCWSIMError(_said_unknown(placed))
-    if placed.collisions and on_collision == "error":
+    if placed.collisions and conversion.on_collision == "error":
         raise CCWSIMError(_said_collision(placed))
     keep = np.ones(points.n, bool)
     keep[placed.outside] = keep[placed.unknown] = False
     ties = 0
     for members in placed.collisions:
-        code, tied = settled(placed.facies[members], placed.offsets[members], on_collision)
-        keep[members] &= placed.facies[members] == code if code is not None else False
+        facies, offsets = placed.facies[members], placed.offsets[members]
+        code, tied = settled(facies, offsets, conversion.on_collision)
+        keep[members] &= facies == code if code is not None else False
         ties += tied
     return _report(placed, keep, ties)
-
-
-def _check_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
 
 
 def _said_unknown(placed: PlacedPoints) -> str:

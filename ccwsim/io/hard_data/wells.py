@@ -5,46 +5,37 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.classes import Classes
 from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.hard_data.column_names import SURVEYS, WELL_TABLES
 from ccwsim.io.hard_data.columns import (
-    COLLARS,
-    INTERVALS,
-    SURVEYS,
-    Asked,
-    asked_columns,
-    columns_of,
-    interval_columns,
-    survey_columns,
-    value_column,
-    well_columns,
+    GUESSED_WELLS,
+    WellColumns,
+    assign_well_columns,
 )
-from ccwsim.io.hard_data.depths import along_wells, heights_below
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
-    FaciesNames,
+    Conversion,
     HardDataImport,
     place_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.points import (
-    ImportedPoints,
+from ccwsim.io.hard_data.points import ImportedPoints, along_wells, heights_below
+from ccwsim.io.hard_data.reading import (
     PointsPreview,
-    facies_column,
-    known_points,
+    lines_of,
     names_of_wells,
-    place_numbers,
+    numbers_of,
+    points_of_rows,
     preview_of,
 )
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -56,11 +47,6 @@ MAX_BEND = np.radians(179.0)
 """Beyond it directions are opposite, and the plane of the arc between them is unclear."""
 
 
-TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
-"""What the columns of each table may be, by the arguments that name them."""
-WELL_COLUMNS = tuple(dict.fromkeys(name for roles in TABLES.values() for name in roles))
-
-
 def import_wells(
     collars: PathOrFile,
     intervals: PathOrFile,
@@ -68,16 +54,9 @@ def import_wells(
     training_image: TrainingImage | None = None,
     *,
     surveys: PathOrFile | None = None,
-    facies: str | None = None,
-    facies_names: FaciesNames | None = None,
-    threshold: float | None = None,
-    classes: Classes = None,
-    on_collision: str = "error",
-    on_outside: str = "error",
-    on_unknown: str = "error",
-    **columns: str | None,
+    **options: Any,
 ) -> HardDataImport:
-    """Return the hard data of wells and a report of what happened on the way.
+    """Return the hard data of wells and a report of the import.
 
     Parameters
     ----------
@@ -89,28 +68,22 @@ def import_wells(
         are along the well, from the collar on.
     grid : Grid or triple of int
         The grid of the volume.
-    training_image, facies_names, threshold, classes
-        As in `place_points`.
+    training_image : TrainingImage, optional
+        Has the known facies and their names.
     surveys : path or binary file, optional
         A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
         north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
         horizontal, negative below it; dips of which none is negative are refused). Between
         stations a well is an arc, by the method of minimum curvature [1]_; before the first and
         after the last it keeps its direction. Wells without stations are vertical.
-    facies : str, optional
-        The column of facies, where its name does not tell.
-    on_collision, on_outside, on_unknown
-        As in `resolve_points`.
-    **columns : str, optional
-        The other columns, where their names do not tell: of the collars `x`, `y`, `z`,
-        `collar_well` (their names) and `collar_length`; of the intervals `well`, `depth_from` and
-        `depth_to`, or `depth`; of the surveys `survey_well`, `survey_depth`, `survey_azimuth`, and
-        `survey_inclination` or `survey_dip`. An empty text says that there is none.
+    **options
+        Fields of `WellColumns`, such as `collar_well="BHID"`, and of `Conversion`, such as
+        `on_outside="drop"`.
 
     Returns
     -------
     HardDataImport
-        A vertical well has a datum in every cell whose centre is in an interval; a deviated one in
+        A vertical well has a datum in every cell with its centre in an interval; a deviated one in
         every cell that it goes through, with the facies at the middle of its way there.
 
     Raises
@@ -136,16 +109,9 @@ def import_wells(
     >>> import_wells(collars, BytesIO(log), (8, 8, 16), surveys=surveys).hard_data.n
     5
     """
-    own = Grid.of(grid)
-    points = read_well_points(
-        collars, intervals, own, surveys=surveys, facies=facies, **_known(columns)
-    )
-    placed = place_points(
-        points, own, training_image, facies_names=facies_names, threshold=threshold, classes=classes
-    )
-    return resolve_points(
-        placed, on_collision=on_collision, on_outside=on_outside, on_unknown=on_unknown
-    )
+    grid, conversion = Grid.of(grid), Conversion.taken_from(options)
+    points = read_well_points(collars, intervals, grid, WellColumns(**options), surveys=surveys)
+    return resolve_points(place_points(points, grid, training_image, conversion), conversion)
 
 
 def read_wells(
@@ -153,30 +119,11 @@ def read_wells(
     intervals: PathOrFile,
     grid: Grid | Sequence[int],
     training_image: TrainingImage | None = None,
-    *,
-    surveys: PathOrFile | None = None,
-    facies: str | None = None,
-    facies_names: FaciesNames | None = None,
-    threshold: float | None = None,
-    classes: Classes = None,
-    on_collision: str = "error",
-    on_outside: str = "error",
-    on_unknown: str = "error",
-    **columns: str | None,
+    **options: Any,
 ) -> HardData:
-    """Return the hard data of wells; `import_wells` also says what happened on the way.
+    """Return the hard data of wells, without the report of `import_wells`.
 
-    Parameters
-    ----------
-    collars, intervals, grid, training_image, surveys, facies
-        As in `import_wells`.
-    facies_names, threshold, classes, on_collision, on_outside, on_unknown, **columns
-        As in `import_wells`.
-
-    Raises
-    ------
-    CCWSIMError
-        For tables that cannot be read or contradict each other; the message names their rows.
+    Parameters and errors are those of `import_wells`.
 
     Examples
     --------
@@ -185,39 +132,25 @@ def read_wells(
     >>> read_wells(collars, BytesIO(b"well,depth,facies\\nA,1.2,1\\n"), (8, 8, 16)).triples
     ((6, 2, 10, 1),)
     """
-    imported = import_wells(
-        collars,
-        intervals,
-        grid,
-        training_image,
-        surveys=surveys,
-        facies=facies,
-        facies_names=facies_names,
-        threshold=threshold,
-        classes=classes,
-        on_collision=on_collision,
-        on_outside=on_outside,
-        on_unknown=on_unknown,
-        **columns,
-    )
-    return imported.hard_data
+    return import_wells(collars, intervals, grid, training_image, **options).hard_data
 
 
 def read_well_points(
     collars: PathOrFile,
     intervals: PathOrFile,
     grid: Grid | Sequence[int],
+    columns: WellColumns = GUESSED_WELLS,
     *,
     surveys: PathOrFile | None = None,
-    facies: str | None = None,
-    **columns: str | None,
 ) -> ImportedPoints:
     """Return the data of wells as points: one for each cell of an interval, or each depth.
 
     Parameters
     ----------
-    collars, intervals, grid, surveys, facies, **columns
+    collars, intervals, grid, surveys
         As in `import_wells`.
+    columns : WellColumns
+        Columns that are named instead of guessed.
 
     Raises
     ------
@@ -228,51 +161,42 @@ def read_well_points(
     --------
     >>> from io import BytesIO
     >>> collars, log = BytesIO(b"a,b,c,d\\nA,10.5,2.5,8\\n"), BytesIO(b"a,b,c\\nA,1.2,1\\n")
-    >>> named = {"collar_well": "a", "x": "b", "y": "c", "z": "d", "well": "a", "depth": "b"}
-    >>> points = read_well_points(collars, log, (8, 8, 16), **named)
+    >>> columns = WellColumns(collar_well="a", x="b", y="c", z="d", well="a", depth="b")
+    >>> points = read_well_points(collars, log, (8, 8, 16), columns)
     >>> points.places.tolist(), points.wells
     ([[10.5, 2.5, 6.8]], {2: 'A'})
     """
-    own, asked = Grid.of(grid), _known(columns)
-    if own.nz is None:
-        raise CCWSIMError(f"wells need a grid with layers, but {own} is a map; give nz")
-    paths = _collars(_table(collars), asked)
+    grid = Grid.of(grid)
+    if grid.nz is None:
+        raise CCWSIMError(f"wells need a grid with layers, but {grid} is a map; give nz")
+    wells = _collars(_table(collars), columns)
     if surveys is not None:
-        _add_stations(_table(surveys), paths, asked)
-    elif lost := next((name for name in SURVEYS if asked.get(name)), None):
+        _add_stations(_table(surveys), wells, columns)
+    elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
+        named = shown(getattr(columns, lost))
         raise CCWSIMError(
-            f"{lost} = {shown(asked[lost])} is of a table of surveys; give surveys, or leave it out"
+            f"{lost} = {named} is of a table of surveys; give surveys, or leave it out"
         )
-    return _points(_table(intervals), paths, own, facies, asked)
-
-
-def _known(columns: Asked) -> Asked:
-    """Return arguments that name columns; another one is a mistake in the call."""
-    unknown = [name for name in columns if name not in WELL_COLUMNS]
-    if unknown:
-        raise TypeError(f"unexpected keyword argument {unknown[0]!r} for wells")
-    return columns
+    return _points(_table(intervals), wells, grid, columns)
 
 
 def preview_wells(
     path_or_file: PathOrFile,
     table: str,
+    columns: WellColumns = GUESSED_WELLS,
     *,
-    facies: str | None = None,
     n_rows: int = 6,
-    **columns: str | None,
 ) -> PointsPreview:
-    """Return what a table of wells holds and which columns are taken for what.
+    """Return the first rows of a table of wells and which columns are taken for what.
 
     Parameters
     ----------
     path_or_file : path or binary file
     table : "collars", "intervals" or "surveys"
-        Which of the tables it is.
-    facies, **columns
-        As in `import_wells`; those of other tables are not looked at.
+    columns : WellColumns
+        Columns that are named instead of guessed; those of other tables are ignored.
     n_rows : int
-        How many rows to show, at least 1.
+        The number of rows to show, at least 1.
 
     Raises
     ------
@@ -282,44 +206,26 @@ def preview_wells(
     Examples
     --------
     >>> from io import BytesIO
-    >>> found = preview_wells(BytesIO(b"BHID,From,To,Rock\\nA,1,3,1\\n"), "intervals")
-    >>> found.guess
+    >>> preview = preview_wells(BytesIO(b"BHID,From,To,Rock\\nA,1,3,1\\n"), "intervals")
+    >>> preview.guess
     {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
-    >>> found = preview_wells(BytesIO(b"a,b,c,d\\nA,1,3,1\\n"), "collars", x="b")
-    >>> found.guess, found.reasons[0].split(";")[0]
+    >>> preview = preview_wells(BytesIO(b"a,b,c,d\\nA,1,3,1\\n"), "collars", WellColumns(x="b"))
+    >>> preview.guess, preview.reasons[0].split(";")[0]
     ({'x': 'b'}, 'file has no column of the names of the wells')
     """
-    if table not in TABLES:
-        raise CCWSIMError(f"table = {shown(table)} must be one of {', '.join(TABLES)}")
-    n_rows = check_int("n_rows", n_rows, 1)
-    file, asked = _table(path_or_file), _known(columns)
-    own = facies if table == "intervals" else ""
-    guess: dict[str, str] = {}
-    reasons: list[str] = []
-    try:
-        value = asked_columns(file, {"facies": own})
-        guess = columns_of(file, TABLES[table], asked, [*value.values()])
-        _check_columns(file, table, asked, own)
-    except CCWSIMError as error:
-        reasons.append(str(error))
-    return preview_of(file, guess, reasons, own, n_rows)
-
-
-def _check_columns(file: DataFile, table: str, asked: Asked, facies: str | None) -> None:
-    """Say which column is missing of a table of wells."""
-    if table == "intervals":
-        interval_columns(file, asked, facies)
-    else:
-        (well_columns if table == "collars" else survey_columns)(file, asked)
+    if table not in WELL_TABLES:
+        raise CCWSIMError(f"table = {shown(table)} must be one of {', '.join(WELL_TABLES)}")
+    file = _table(path_or_file)
+    return preview_of(file, assign_well_columns(file, table, columns), n_rows)
 
 
 class Well(NamedTuple):
-    """A well: its collar, its length where it is known, and how it deviates."""
+    """A well: its collar, its length (infinite if not known), and its stations."""
 
     line: int  # of the table of collars
     collar: NDArray[np.float64]  # x, y, z
     length: float
-    stations: list[Stations]  # none where it is vertical
+    stations: list[Stations]  # empty if it is vertical
 
 
 def _table(path_or_file: PathOrFile) -> DataFile:
@@ -329,44 +235,48 @@ def _table(path_or_file: PathOrFile) -> DataFile:
     return file
 
 
-def _number(file: DataFile, column: str) -> NDArray[np.float64]:
+def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
     """A column of numbers, none missing."""
-    assert file.lines is not None
-    values = place_numbers(file, column, file.lines).astype(np.float64)
+    values = numbers_of(file, column).astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
-        raise CCWSIMError(f"{file.name}, line {file.lines[bad[0]]}: {column} is missing; add it")
+        line = lines_of(file)[bad[0]]
+        raise CCWSIMError(f"{file.name}, line {line}: {column} is missing; add it")
     return values
 
 
-def _collars(file: DataFile, asked: Asked) -> dict[str, Well]:
+def _collars(file: DataFile, asked: WellColumns) -> dict[str, Well]:
     """Return the wells of a table of collars by their names."""
-    columns = well_columns(file, asked)
-    well, length = columns["collar_well"], columns.get("collar_length")
-    places = np.column_stack([_number(file, columns[name]) for name in ("x", "y", "z")])
+    columns = assign_well_columns(file, "collars", asked).complete().columns
+    places = np.column_stack([_known_numbers(file, columns[name]) for name in ("x", "y", "z")])
     lengths = np.full(len(places), np.inf)
-    if length:
-        lengths = place_numbers(file, length, np.array(_lines(file)))
-        lengths = np.where(np.isnan(lengths), np.inf, lengths)  # not known of this well
-    found: dict[str, Well] = {}
-    rows = zip(_lines(file), names_of_wells(file, well), places, lengths, strict=True)
-    for line, name, place, own in rows:
+    if "collar_length" in columns:
+        lengths = numbers_of(file, columns["collar_length"])
+        lengths = np.where(np.isnan(lengths), np.inf, lengths)
+    wells: dict[str, Well] = {}
+    names = names_of_wells(file, columns["collar_well"])
+    for line, name, place, length in zip(
+        lines_of(file).tolist(), names, places, lengths, strict=True
+    ):
         if not name:
             raise CCWSIMError(f"{file.name}, line {line}: the name of the well is missing; add it")
-        if name in found:
+        if name in wells:
             raise CCWSIMError(
-                f"{file.name}, lines {found[name].line} and {line}: the well {shown(name)} has two "
+                f"{file.name}, lines {wells[name].line} and {line}: the well {shown(name)} has two "
                 "collars; leave one out"
             )
-        found[name] = Well(line, place, float(own), [])
-    return found
+        wells[name] = Well(line, place, float(length), [])
+    return wells
 
 
-def _add_stations(file: DataFile, wells: dict[str, Well], asked: Asked) -> None:
+def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) -> None:
     """Give wells the directions of a table of surveys."""
-    well, depth, azimuth, tilt, is_dip = survey_columns(file, asked)
-    depths, bearings, tilts = (_number(file, name) for name in (depth, azimuth, tilt))
-    lines = _lines(file)
+    assigned = assign_well_columns(file, "surveys", asked).complete()
+    well, depth, azimuth = assigned.of("survey_well", "survey_depth", "survey_azimuth")
+    (tilt,) = assigned.of("survey_inclination", "survey_dip")
+    is_dip = "survey_dip" in assigned.columns
+    depths, bearings, tilts = (_known_numbers(file, name) for name in (depth, azimuth, tilt))
+    lines = lines_of(file)
     if is_dip and tilts.max(initial=0) > 0 and tilts.min() >= 0:
         raise CCWSIMError(
             f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
@@ -414,38 +324,29 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: Asked) -> None:
         wells[name].stations.append(stations)
 
 
-def _lines(file: DataFile) -> list[int]:
-    assert file.lines is not None
-    return file.lines.tolist()
-
-
 def _points(
-    file: DataFile, wells: dict[str, Well], grid: Grid, facies: str | None, asked: Asked
+    file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns
 ) -> ImportedPoints:
     """Return the points of all wells: one for each cell of an interval, or each depth."""
-    well, depths = interval_columns(file, asked, facies)
-    rest = [name for name in file.names if name not in (well, *depths)]
-    variable = value_column(file, rest, facies)
-    columns = [_number(file, name) for name in depths]
-    start, end, lines = columns[0], columns[-1], np.array(_lines(file))
-    below = heights_below(file.name, lines, np.zeros(len(lines)), columns)
-    names = names_of_wells(file, well)
+    assigned = assign_well_columns(file, "intervals", asked).complete()
+    depths = assigned.of("depth_from", "depth_to", "depth")
+    columns = [_known_numbers(file, name) for name in depths]
+    start, end, lines = columns[0], columns[-1], lines_of(file)
+    below, spans = heights_below(file.name, lines, np.zeros(len(lines)), columns)
+    names = names_of_wells(file, assigned.columns["well"])
     _check(file, names, start, end, wells)
-    values, words = facies_column(file, variable)
-    if words:
-        file = replace(file, missing=())  # a place in the names is no value
     collars = np.array([wells[name].collar for name in names]).reshape(-1, 3)
-    places = collars + np.outer(below.z, [0, 0, 1])
-    spans = None if below.spans is None else below.spans + collars[:, 2:]
-    points = known_points(file, variable, places, values, lines, True, "line", [], spans)
-    points = replace(points, words=words, wells=dict(zip(lines.tolist(), names, strict=True)))
+    places = collars + np.outer(below, [0, 0, 1])
+    spans = None if spans is None else spans + collars[:, 2:]
+    points = points_of_rows(file, assigned.columns["facies"], places, names, spans=spans)
     known = np.isin(lines, points.lines)
     names, start, end = np.array(names)[known], start[known], end[known]
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
-    parts = [along_wells(_part(points, ~bent), grid)]
-    for k in np.flatnonzero(bent).tolist():
-        own = _part(points, [k]), wells[names[k]], start[k], end[k], grid
-        parts.append(_along_path(*own))
+    parts = [along_wells(points.taken(~bent), grid)]
+    parts += [
+        _along_path(points.taken([k]), wells[names[k]], start[k], end[k], grid)
+        for k in np.flatnonzero(bent).tolist()
+    ]
     n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
     if n_empty:
@@ -495,7 +396,7 @@ def _check(
     wells: dict[str, Well],
 ) -> None:
     """Say which intervals cannot be: one sentence with their rows."""
-    lines = _lines(file)
+    lines = lines_of(file).tolist()
     for k, name in enumerate(names):
         where = f"{file.name}, line {lines[k]}"
         if name not in wells:
@@ -517,13 +418,6 @@ def _check(
                 f"{file.name}, lines {first} and {second}: two intervals of {shown(names[a])} "
                 f"overlap from {start[b]:g} on; correct one of them"
             )
-
-
-def _part(points: ImportedPoints, which: NDArray[np.bool_] | list[int]) -> ImportedPoints:
-    spans = None if points.spans is None else points.spans[which]
-    own = points.places[which], points.values[which], points.lines[which]
-    places, values, lines = own
-    return replace(points, places=places, values=values, lines=lines, spans=spans)
 
 
 def _along_path(

@@ -1,8 +1,7 @@
 """Where realizations are simulated: threads of this process, any executor, a Dask cluster.
 
-A runner prepares a study and runs its realizations; `simulate` knows nothing else about it. Threads
-share the study. Everywhere else it is sent once to each worker, and realizations come back in
-batches as they are finished.
+A runner prepares a study and runs its realizations. Threads share the study. Other workers get it
+once each, and return realizations in batches.
 """
 
 from __future__ import annotations
@@ -11,14 +10,14 @@ import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from typing import Any
 
-from ccwsim.jobs.workers import n_cores
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.run.executors.batches import BatchBackend, BatchRunner
-from ccwsim.run.executors.cluster import ClusterBackend, connect
+from ccwsim.run.executors.cluster import ClusterBackend, connect, executor_of_environment
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
+from ccwsim.system.machine import n_cores
 
-__all__ = ["Take", "Work", "connect", "runner_of"]
+__all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 
 
 def runner_of(executor: Any, n_workers: int | None) -> ThreadRunner | BatchRunner:
@@ -36,7 +35,7 @@ def runner_of(executor: Any, n_workers: int | None) -> ThreadRunner | BatchRunne
         return ThreadRunner(workers, executor)
     if isinstance(executor, Executor):
         return BatchRunner(BatchBackend(executor, workers))
-    dask = sys.modules.get("distributed")  # whoever has a client has imported it
+    dask = sys.modules.get("distributed")  # a client exists only after its import
     if dask is not None and isinstance(executor, dask.Client):
         return BatchRunner(ClusterBackend(executor))
     raise CCWSIMError(

@@ -33,27 +33,31 @@ class Work(NamedTuple):
 class ThreadRunner:
     """Runs realizations on threads: kernels release the interpreter lock.
 
-    The caller's own `pool` stays open, and its number of threads counts.
+    A given `pool` stays open, and its number of threads applies.
     """
 
     def __init__(self, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
         self._n_workers = n_workers
         self._pool = pool
 
-    def prepare(self, work: Work, progress: Progress | None) -> None:
-        """Do what comes before the first realization: prepare the image and compile."""
+    def prepare(self, work: Work, progress: Progress | None, cancel: Cancel | None) -> bool:
+        """Prepare the image and compile; return False if `cancel` returned True meanwhile."""
         self._image = image = PreparedImage(work.study)
         if is_compiled(work.study, image):
-            return
+            return True
         waiting = (lambda *_: progress(0.0, 0)) if progress else None
-        run_all(lambda _, watch: compile_kernels(work.study, image, watch), 1, 1, waiting)
+        return bool(
+            run_all(
+                lambda _, watch: compile_kernels(work.study, image, watch), 1, 1, waiting, cancel
+            )
+        )
 
     def run(
         self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
     ) -> list[int]:
-        """Hand each realization to `take`; return which were finished, ascending, from 0.
+        """Pass each realization to `take`; return the finished ones, ascending, from 0.
 
-        Fewer than all are finished only where `cancel` returned True.
+        All are finished unless `cancel` returned True.
         """
 
         def task(k: int, watch: Watch) -> None:

@@ -69,7 +69,7 @@ def compare_example(state: State, example: Example) -> None:
 def _take(state: State, example: Example) -> None:
     page_state, comparing = state.page(Examples), state.page(Comparing)
     if page_state.kept is None:
-        results = state.ensemble, state.ran, state.reference
+        results = state.ensemble, state.ensemble_choices, state.reference
         page_state.kept = Kept(state.choices, *results, tuple(comparing.others), comparing.n)
     page_state.opened = example.name
     state.choices = example.choices
@@ -89,7 +89,7 @@ def back_to_own(state: State) -> None:
     if state.job is not None:
         state.job.cancel()
         state.job = None
-    state.choices, state.ensemble, state.ran = kept.choices, kept.ensemble, kept.ran
+    state.choices, state.ensemble, state.ensemble_choices = kept.choices, kept.ensemble, kept.ran
     state.reference, state.message = kept.reference, ""
     state.image_draft = state.data_draft = None
     comparing.others, comparing.n = list(kept.others), kept.n_compared

@@ -30,7 +30,7 @@ def take_address(state: State) -> None:
     choices, shown, notes = read_link(_query(), kept_for_reload())
     choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *more)
-    state.asks = True
+    state.needs_confirmation = True
     show(state, shown)
 
 

@@ -15,10 +15,13 @@ import streamlit as st
 from ccwsim import datasets
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.io import (
+    Conversion,
     HardDataImport,
     ImportedPoints,
     PlacedPoints,
+    PointColumns,
     PointsPreview,
+    WellColumns,
     fit_grid,
     place_points,
     preview_points,
@@ -28,10 +31,8 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.wells import WELL_COLUMNS
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
-from ccwsim.jobs.limits import demand_of
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.choices import (
@@ -49,14 +50,15 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""
 COLUMNS = ("x", "y", "facies", "coordinates")
 COLUMNS_OF_VOLUME = (*COLUMNS, "z", "well", "depth_from", "depth_to", "depth")
-COLUMNS_OF_WELLS = (*WELL_COLUMNS, "facies")
-OF_FILES = ("variable", "up", "slice_index", "z_up")
+COLUMNS_OF_WELLS = tuple(vars(WellColumns()))
+OF_FILES = ("up", "slice_index", "z_up")
 READING = (*dict.fromkeys((*COLUMNS_OF_VOLUME, *COLUMNS_OF_WELLS, *OF_FILES)),)
 PLACING = ("facies_names", "threshold", "classes")
 SETTLING = ("on_collision", "on_outside", "on_unknown")
@@ -113,7 +115,7 @@ def imported_data(choices: Choices) -> HardDataImport:
     """Return the hard data of a study with a report of what happened on the way."""
     placed, choice = placed_data(choices), choices.data
     if choice.source != "file":
-        return resolve_points(placed, **_only(choice.answers, SETTLED))
+        return resolve_points(placed, Conversion(**_only(choice.answers, SETTLED)))
     return _settled((*_key(choices, READING, PLACING), _only_key(choice, SETTLING)), placed, choice)
 
 
@@ -136,7 +138,7 @@ def placed_data(choices: Choices) -> PlacedPoints:
     named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
     lines = np.arange(1, data.n + 1)
     points = ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
-    return place_points(points, grid, image, classes="codes")
+    return place_points(points, grid, image, Conversion(classes="codes"))
 
 
 def wells_of(choices: Choices) -> CellsOfWells:
@@ -233,8 +235,8 @@ def _answers(choice: DataChoice, names: tuple[str, ...], shape: Shape | None) ->
 @st.cache_resource(max_entries=32, show_spinner=False)
 def _preview(key: tuple, _choice: DataChoice, _shape: Shape) -> PointsPreview:
     with opened(_choice.upload) as file:
-        columns = _answers(_choice, COLUMNS_OF_VOLUME, _shape)
-        return preview_points(file, grid_shape=_shape, **columns)
+        columns = PointColumns(**_answers(_choice, COLUMNS_OF_VOLUME, _shape))
+        return preview_points(file, columns, grid_shape=_shape)
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
@@ -242,14 +244,14 @@ def _preview_of_wells(
     key: tuple, _choice: DataChoice, _upload: Upload, _table: str
 ) -> PointsPreview:
     with opened(_upload) as file:
-        return preview_wells(file, _table, **_only(_choice.answers, COLUMNS_OF_WELLS))
+        return preview_wells(file, _table, WellColumns(**_only(_choice.answers, COLUMNS_OF_WELLS)))
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
 def _points(key: tuple, _choice: DataChoice, _shape: Shape | None) -> ImportedPoints:
     with opened(_choice.upload) as file:
-        answers = _answers(_choice, (*COLUMNS_OF_VOLUME, *OF_FILES), _shape)
-        return read_points(file, grid_shape=_shape, **answers)
+        columns = PointColumns(**_answers(_choice, (*COLUMNS_OF_VOLUME, *OF_FILES), _shape))
+        return read_points(file, columns, grid_shape=_shape)
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
@@ -268,19 +270,19 @@ def _well_points(key: tuple, _choice: DataChoice, _grid: Grid | None) -> Importe
     if tables.surveys is None:
         columns = {name: own for name, own in columns.items() if not name.startswith("survey")}
     with opened(tables.collars) as collars, opened(_choice.upload) as log, surveys as stations:
-        return read_well_points(collars, log, _grid, surveys=stations, **columns)
+        return read_well_points(collars, log, _grid, WellColumns(**columns), surveys=stations)
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
 def _placed(
     key: tuple, _points: ImportedPoints, _choice: DataChoice, _grid: Grid, _image: TrainingImage
 ) -> PlacedPoints:
-    return place_points(_points, _grid, _image, **_only(_choice.answers, PLACING))
+    return place_points(_points, _grid, _image, Conversion(**_only(_choice.answers, PLACING)))
 
 
 @st.cache_resource(max_entries=32, show_spinner=False)
 def _settled(key: tuple, _placed: PlacedPoints, _choice: DataChoice) -> HardDataImport:
-    return resolve_points(_placed, **_only(_choice.answers, SETTLING))
+    return resolve_points(_placed, Conversion(**_only(_choice.answers, SETTLING)))
 
 
 @st.cache_resource(max_entries=32, show_spinner="Simulating a reference to sample …")

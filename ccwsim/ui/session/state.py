@@ -99,13 +99,15 @@ class State:
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     live: bool = False  # every change starts a run
     job: Job[Ensemble] | None = None  # the simulation that runs now
-    asks: bool = False  # the study came by a link or a project: a long run waits for the user
-    tried: Choices | None = None  # what a run was started with last, whatever came of it
+    needs_confirmation: bool = (
+        False  # the study came by a link or a project: a long run waits for the user
+    )
+    last_attempt: Choices | None = None  # what a run was started with last, whatever came of it
     ensemble: Ensemble | None = None  # the latest results, and the choices they came from
-    ran: Choices | None = None
+    ensemble_choices: Choices | None = None
     message: str = ""  # what went wrong or was stopped, shown above the results
     shown: int = 0  # which realization is large
-    wanted: int = 0  # which was when the latest run started: it is again when the run has it
+    realization_to_restore: int = 0  # the large one when the latest run started
     facies: int = 1  # index of the facies whose curves and probability are shown
     e_type: EMap = "probability"  # what the uncertainty map shows
     reference: TrainingImage | None = None  # the field that the hard data were sampled from

@@ -129,7 +129,7 @@ def report_of(state: State):
     ensemble = state.ensemble
     if ensemble is None:
         return b""
-    choices = state.ran or state.choices
+    choices = state.ensemble_choices or state.choices
     shown, facts = shown_of(state), facts_of(ensemble)
     colours = facies_colours(ensemble.training_image, dict(choices.image.colours))
     link = page_link_of(choices, shown)
@@ -212,7 +212,7 @@ def open_project(state: State, upload: Upload) -> None:
     state.reference, state.page(Editor).history = None, History()
     state.notes = _notes(project, upload.name)
     show(state, project.shown)
-    state.asks = True
+    state.needs_confirmation = True
     if question_of(state):
         stop_run(state)  # what is going is of the study before
     else:

@@ -192,7 +192,7 @@ def ask_data(
         else:
             known = dict(answers)
             if len(summary.variables) > 1:
-                ask_variable(summary, known.get("variable"), _answer(answers, "variable", write))
+                ask_variable(summary, known.get("facies"), _answer(answers, "facies", write))
             if grid.nz is None:
                 _ask_slice(summary, answers, write)
             if summary.asks_up or "up" in known:
@@ -270,7 +270,7 @@ def taken_as(preview: PointsPreview) -> str:
     Examples
     --------
     >>> guess = {"x": "East", "depth_from": "Top"}
-    >>> taken_as(PointsPreview("a.csv", ("East", "Top"), (), (), (), 0, guess, ()))
+    >>> taken_as(PointsPreview("a.csv", assignment=Assignment(guess)))
     'East → x, Top → depth from'
     """
     said = [f"{column} → {role_of(role)}" for role, column in preview.guess.items()]
@@ -309,7 +309,7 @@ def _ask_columns(
         if role in lack:
             offer = wide or bool(known.get(role)) or role in asked
         else:
-            offer = wide or role not in preview.guess or role in known or preview.unclear
+            offer = wide or role not in preview.guess or role in known or preview.assignment.unclear
         if not offer:
             continue
         names = preview.columns if role in OF_WORDS else preview.numeric
@@ -376,7 +376,7 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
         lost = {role: None for role in DEPTHS if cells}
         write(answered(choice.answers, coordinates=coordinates, **lost))
 
-    if preview.unclear or {"x", "y", "coordinates"} & known.keys():
+    if preview.assignment.unclear or {"x", "y", "coordinates"} & known.keys():
         _ask_way("coordinates", "x and y are", COORDINATES, known.get("coordinates"), choose)
 
 

@@ -1,4 +1,4 @@
-"""Step 5 of the study, the run button; and the run: start it, take in what it gives."""
+"""Step 5 of the study: the run button, the start of a run, and its results."""
 
 from __future__ import annotations
 
@@ -9,50 +9,47 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
-from ccwsim.engine.kernels import compile_apart, is_ready
+from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Cancel, Job, Progress, format_duration
-from ccwsim.jobs.limits import (
-    Demand,
-    check_limits,
-    demand_of,
-    executor_of_environment,
-    limits_of_environment,
-)
-from ccwsim.jobs.workers import n_cores
+from ccwsim.jobs.job import Cancel, Job, Progress
+from ccwsim.jobs.limits import Demand, check_limits, limits_of_environment
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
+from ccwsim.run.executors import executor_of_environment
+from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
+from ccwsim.system.log import reason
+from ccwsim.system.machine import n_cores
+from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import data_of, image_of, same_realizations
 from ccwsim.ui.session.state import PastRun, State
-from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
 ENOUGH_TO_STOP = 1.0
-"""Seconds in which a run that was stopped gives its memory back."""
+"""Seconds to wait until a stopped run has freed its memory."""
 UNASKED_SECONDS = 120.0
-"""A study that somebody sent may take so long before its reader is asked."""
+"""Longest run of a study from a link or a project that starts without a question."""
 AT_ONCE = 0.3
 """Seconds that the first part of a run may take."""
 NEXT_PART = 1.0
 """Seconds of the second part; each later one takes twice as long, as drawing costs time too."""
 MIN_PART = 2
 COPIES_OF_PARTS = 3
-"""Of the realizations, for a moment: the parts before, the next one, and both together."""
+"""Copies of the realizations in memory: earlier parts, the next one, and both joined."""
 NEARLY_ALL = 0.7
-"""A part that is so large a share of what is left takes all of it."""
+"""A part of at least this share of the remaining realizations takes all of them."""
 MORE = "More show the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
-Some = Callable[[int, int, Progress, Cancel], Ensemble]
-"""Called as some(first, n, progress, cancel): realizations first … first + n − 1 of a study."""
+SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
+"""Called as f(first, n, progress, cancel): realizations first … first + n − 1 of a study."""
 
 
 def run_step(state: State) -> None:
-    """Draw the step; what is not ready says what it needs."""
+    """Draw the step."""
     step_title(5, "Realizations")
     numbers = {
         "n_realizations": ("How many", 1, MAX_REALIZATIONS, MORE),
@@ -71,7 +68,7 @@ def run_step(state: State) -> None:
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
-    """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
+    """Draw a button that starts a run; if the study cannot run, it is off and says why."""
     problem = problem_of(state)
     options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
@@ -93,26 +90,26 @@ def start_run(state: State, after: float = 0.0) -> None:
     """Simulate the study as it is set up, `after` some seconds; a run that is going is stopped."""
     before = state.job
     try:
-        some = part_of(state.choices)
+        simulate_range = part_of(state.choices)
         check_limits(demand_of_run(state))
     except CCWSIMError as error:
         state.message = str(error)
         return
     stop_run(state)
-    state.message, state.tried, state.asks = "", state.choices, False
+    state.message, state.last_attempt, state.needs_confirmation = "", state.choices, False
     try:
-        state.job = _begun(state, some, after)
+        state.job = _begun(state, simulate_range, after)
     except CCWSIMError as error:
         if before is None or not before.wait(ENOUGH_TO_STOP):
             state.message = str(error)
             return
-        try:  # what the run before had is free by now
-            state.job = _begun(state, some, after)
+        try:  # the memory of the run before is free now
+            state.job = _begun(state, simulate_range, after)
         except CCWSIMError as again:
             state.message = str(again)
 
 
-def keep_up(state: State, *, live: bool, after: float = 0.0) -> bool:
+def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool:
     """Start the first run of a session, and with `live` one after every change of the study.
 
     It begins `after` some seconds without another change. One that waits for the user is not
@@ -134,8 +131,8 @@ def keep_up(state: State, *, live: bool, after: float = 0.0) -> bool:
 
 
 def question_of(state: State) -> str:
-    """Return what the user is asked before a long run of a study from a link or a project."""
-    if not state.asks or problem_of(state):
+    """Return the question before a long run of a study from a link or a project."""
+    if not state.needs_confirmation or problem_of(state):
         return ""
     seconds = estimated_seconds(state.choices)
     if seconds <= UNASKED_SECONDS:
@@ -147,7 +144,7 @@ def question_of(state: State) -> str:
 
 
 def estimated_seconds(choices: Choices) -> float:
-    """Return about how long a study runs where it has the machine for itself."""
+    """Return the estimated seconds of a run that has the machine for itself."""
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
     each = typical_seconds(choices.parameters, *sizes)
@@ -156,35 +153,36 @@ def estimated_seconds(choices: Choices) -> float:
 
 def _is_changed(state: State) -> bool:
     """Whether the study is none that runs, ran or was tried: one that failed is not tried again."""
-    known = (state.job.about if state.job else state.ran), state.tried
+    known = (state.job.about if state.job else state.ensemble_choices), state.last_attempt
     return not any(study and same_realizations(study, state.choices) for study in known)
 
 
 def is_current(state: State) -> bool:
     """Return whether the results are of the study as it is set up now."""
-    return state.ran is not None and same_realizations(state.ran, state.choices)
+    simulated = state.ensemble_choices
+    return simulated is not None and same_realizations(simulated, state.choices)
 
 
 def take_names(state: State) -> None:
     """Call the facies of results that are current as the study does by now."""
-    if state.ensemble is None or state.ran == state.choices or not is_current(state):
+    if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
-    state.ran = state.choices
+    state.ensemble_choices = state.choices
     state.ensemble = replace(state.ensemble, training_image=image_of(state.choices.image))
 
 
-def _begun(state: State, some: Some, after: float) -> Job[Ensemble]:
+def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ensemble]:
     """Return the job of the study, in the queue; in one part where memory is short for several."""
     choices, n = state.choices, state.choices.n_realizations
-    state.wanted = state.shown
+    state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
-            job.rest(after)
+            job.sleep(after)
             if waits_for_kernels:  # the same realizations, stored; facts and progress say so
-                job.give(stored_ensemble())
-            return in_parts(job, some, n_first)
+                job.publish_partial(stored_ensemble())
+            return in_parts(job, simulate_range, n_first)
 
         return Job(work, choices, demand_of_run(state, copies), n=n)
 
@@ -197,23 +195,25 @@ def _begun(state: State, some: Some, after: float) -> Job[Ensemble]:
         return begun(n, 1)
 
 
-def in_parts(job: Job[Ensemble], some: Some, n_first: int) -> Ensemble:
+def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
     """Simulate a few realizations at once and the rest as they come; all are as of one run."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
-    whole = _with_part(job, some, None, size)
+    whole = _with_part(job, simulate_range, None, size)
     while whole.n < job.n:
-        job.give(whole)
+        job.publish_partial(whole)
         each = (time.monotonic() - start) / whole.n
         size = part_size(job.n - whole.n, budget / each)
-        whole = _with_part(job, some, whole, size)
+        whole = _with_part(job, simulate_range, whole, size)
         budget *= 2
     return whole
 
 
-def _with_part(job: Job[Ensemble], some: Some, before: Ensemble | None, size: int) -> Ensemble:
+def _with_part(
+    job: Job[Ensemble], simulate_range: SimulateRange, before: Ensemble | None, size: int
+) -> Ensemble:
     if size == job.n:
-        return some(0, size, job.report, job.is_cancelled)
+        return simulate_range(0, size, job.report, job.is_cancelled)
     done = before.n if before else 0
 
     def report(fraction: float, n_done: int) -> None:
@@ -221,7 +221,7 @@ def _with_part(job: Job[Ensemble], some: Some, before: Ensemble | None, size: in
 
     parts = [before] if before else []
     try:
-        return joined([*parts, some(done, size, report, job.is_cancelled)])
+        return joined([*parts, simulate_range(done, size, report, job.is_cancelled)])
     except Cancelled as stopped:
         parts += [stopped.ensemble] if stopped.ensemble else []
         ended = joined(parts) if parts else None
@@ -238,7 +238,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return how many of `left` realizations make the next part, where time does for `fits`.
+    """Return the size of the next part of `left` realizations, if there is time for `fits`.
 
     Examples
     --------
@@ -251,7 +251,7 @@ def part_size(left: int, fits: float) -> int:
 
 
 def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return what the study asks of the server; parts are put together in `copies` of it."""
+    """Return the demand of the study on the server, with `copies` of its results in memory."""
     choices = state.choices
     image, data = image_of(choices.image), data_of(choices)
     study = Study(image, choices.grid, choices.parameters, data, choices.seed)
@@ -259,20 +259,17 @@ def demand_of_run(state: State, copies: int = 1) -> Demand:
 
 
 def stop_run(state: State) -> None:
-    """Stop the run that is going, if one is, and never show what it still gives."""
+    """Stop the run, if there is one; its further results are dropped."""
     if state.job is not None:
         state.job.cancel()
         state.job = None
 
 
-def part_of(choices: Choices) -> Some:
-    """Return the work of some realizations of a study, as some(first, n, progress, cancel)."""
+def part_of(choices: Choices) -> SimulateRange:
+    """Return the work of some realizations of a study, as f(first, n, progress, cancel)."""
     image, data = image_of(choices.image), data_of(choices)
 
-    def some(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
-        executor = executor_of_environment()
-        if executor is None and not is_ready():  # the workers of a cluster compile for themselves
-            compile_apart(cancel)
+    def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
         return simulate(
             image,
             grid_shape=choices.grid,
@@ -283,16 +280,16 @@ def part_of(choices: Choices) -> Some:
             progress=progress,
             cancel=cancel,
             first_realization=first,
-            executor=executor,
+            executor=executor_of_environment(),
         )
 
-    return some
+    return simulate_range
 
 
 def collect(state: State, *, parts: bool = True) -> None:
-    """Take what a job gives into the state; earlier results stay where it gave none.
+    """Take the results of a job into the state; earlier results stay if it has none.
 
-    Without `parts` they stay, where there are some, until the job is finished.
+    Without `parts` they stay until the job is finished.
     """
     job = state.job
     if job is None:
@@ -314,16 +311,17 @@ def collect(state: State, *, parts: bool = True) -> None:
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
-    """Show what a job gave; the realization that was large is again, when it is there."""
-    shown = min(state.wanted, state.ensemble.n - 1) if state.ensemble else state.wanted
+    """Show the results of a job; the realization that was large is large again."""
+    wanted = state.realization_to_restore
+    shown = min(wanted, state.ensemble.n - 1) if state.ensemble else wanted
     if state.shown == shown:  # the user chose no other one meanwhile
-        state.shown = state.wanted
-    state.ensemble, state.ran = ensemble, job.about
+        state.shown = wanted
+    state.ensemble, state.ensemble_choices = ensemble, job.about
     state.shown = min(state.shown, ensemble.n - 1)
 
 
 def stopped(error: Cancelled, has_older: bool) -> str:
-    """Say what a cancelled run left."""
+    """Return a message on the results of a cancelled run."""
     if error.ensemble is not None:
         return f"{str(error).capitalize()}; these are shown."
     return "Stopped before the first realization was finished." + (

@@ -50,7 +50,7 @@ CELLS = st.tuples(st.integers(0, 9), st.integers(0, 9))
 def studied(choices: Choices = SMALL) -> State:
     """A state with realizations of its study."""
     state = State(choices=choices)
-    state.ensemble, state.ran = run_of(choices), choices
+    state.ensemble, state.ensemble_choices = run_of(choices), choices
     return state
 
 

@@ -11,7 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
-from ccwsim.jobs.statistics import LruCache, StatisticsWorker
+from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.metrics import (
     Fit,
     RunningStatistics,
@@ -25,6 +25,7 @@ from ccwsim.metrics.lags import distinct_lags, lag_offsets
 from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import describe_curve
+from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
     data_status_shares,
@@ -155,7 +156,7 @@ def test_a_tiny_image_says_why_and_draws_the_rest():
     image = TrainingImage(np.tile([[0, 1], [1, 0]], (3, 3)), name="tiny")
     p = Parameters(template_size=4, overlap_size=1, wavelet_level=0)
     found = simulate(image, (12, 12), p, n_realizations=2)
-    app = launched(ensemble=found, ran=SMALL)
+    app = launched(ensemble=found, ensemble_choices=SMALL)
     assert "too small to compare its quarters" in html(app)
     assert "variogram_E" in charts(app)
 
@@ -216,7 +217,7 @@ def test_a_reference_field_is_scored_without_the_data(ensemble):
     assert scores.n_cells == 48 * 64 - 3
     assert table.count.sum() == 2 * scores.n_cells
     assert np.array_equal(wrong_map(scores, ["#000000"] * 2).indices == 1, ~scores.right)
-    app = launched(ensemble=ensemble, ran=SMALL, reference=reference)
+    app = launched(ensemble=ensemble, ensemble_choices=SMALL, reference=reference)
     assert "calibration" in charts(app)
     assert "cells without data predicted" in html(app)
 
@@ -225,7 +226,7 @@ def test_a_reference_field_that_does_not_fit_is_said(ensemble):
     assert "cells" in problem_of(TrainingImage([[0, 1]]), ensemble)
     strange = TrainingImage(np.where(ensemble.realizations[0] == 1, 7, 0))
     assert "facies 7" in problem_of(strange, ensemble)
-    app = launched(ensemble=ensemble, ran=SMALL, reference=strange)
+    app = launched(ensemble=ensemble, ensemble_choices=SMALL, reference=strange)
     assert "sample the data again" in texts(app)
     assert not app.exception
 
@@ -313,7 +314,7 @@ def test_sources_of_an_edited_realization_are_not_guessed(ensemble):
     data = HardData([*ensemble.hard_data.cells, cell], [*ensemble.hard_data.facies, 1])
     edited = revise(ensemble, data)
     assert edited.indices[0][tuple(cell)] == 1
-    app = launched(ensemble=edited, ran=SMALL)
+    app = launched(ensemble=edited, ensemble_choices=SMALL)
     assert "sources are not known" in html(app)
 
 

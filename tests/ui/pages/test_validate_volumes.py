@@ -111,7 +111,7 @@ def simulated_of(name: str):
     """The page with all its sections, of realizations of a bundled volume without data."""
     choices = Choices(ImageChoice(name), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2)
     e = simulate(datasets.load(name), choices.grid, P, n_realizations=2)
-    return launched(choices, ensemble=e, ran=choices, tried=choices, seen=ALL)
+    return launched(choices, ensemble=e, ensemble_choices=choices, last_attempt=choices, seen=ALL)
 
 
 def test_the_study_of_a_volume_is_judged_and_takes_advice():

@@ -139,7 +139,9 @@ def test_a_template_larger_than_the_image_along_z_is_said(ran: State) -> None:
 
 
 def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
-    state = State(choices=VOLUME, ensemble=ran.ensemble, ran=VOLUME, tried=VOLUME)
+    state = State(
+        choices=VOLUME, ensemble=ran.ensemble, ensemble_choices=VOLUME, last_attempt=VOLUME
+    )
     app = opened("simulate", state).run()
     named(app.checkbox, "p_vertical_trend").set_value(True).run()
     assert state.choices.parameters.location_weight == (0.5, 0.0, 0.0)
@@ -182,7 +184,7 @@ def test_wells_of_a_volume_are_honoured_and_their_grid_is_taken() -> None:
 def test_wells_outside_the_volume_are_listed_and_a_grid_that_holds_them_is_offered() -> None:
     table = b"x,y,z,facies\n3.5,4.5,1.5,1\n3.5,4.5,19.5,0\n"
     draft = DataChoice("file", upload=Upload("wells.csv", table))
-    state = State(choices=VOLUME, data_draft=draft, ran=VOLUME, tried=VOLUME)
+    state = State(choices=VOLUME, data_draft=draft, ensemble_choices=VOLUME, last_attempt=VOLUME)
     fitting = grid_for_data(replace(VOLUME, data=draft))
     assert fitting is not None
     assert data_of(replace(VOLUME, data=draft, grid=fitting)).n == 2
@@ -328,7 +330,9 @@ def test_arrays_are_asked_which_layer_is_the_bottom() -> None:
 
 @pytest.mark.parametrize("path", [path for _, path in (*PAGES, *OFF_MENU)])
 def test_every_page_takes_a_volume_calmly(path: str, ran: State) -> None:
-    state = State(choices=VOLUME, ensemble=ran.ensemble, ran=VOLUME, tried=VOLUME)
+    state = State(
+        choices=VOLUME, ensemble=ran.ensemble, ensemble_choices=VOLUME, last_attempt=VOLUME
+    )
     app = AppTest.from_file(str(FOLDER.parent / path), default_timeout=180)
     app.session_state[KEY] = state
     app.run()

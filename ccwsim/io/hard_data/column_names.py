@@ -1,0 +1,285 @@
+"""Columns of a table of hard data by their names: words they are known by, and guesses."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ccwsim.io.data_file import DataFile
+from ccwsim.model.errors import CCWSIMError, shown
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
+_X = _words(
+    "x xcoord xcoordinate coordx xkoordinate xkoord xm xutm utmx utme easting utmeasting eastings "
+    "east eastm utmeast ostwert rechtswert ost rechts rw este est lon long longitude laengengrad "
+    "lngengrad xworld surfacex xwgs84 e"
+)
+_Y = _words(
+    "y ycoord ycoordinate coordy ykoordinate ykoord ym yutm utmy utmn northing utmnorthing "
+    "northings north northm utmnorth nordwert hochwert nord hoch hw norte lat latitude breitengrad "
+    "yworld surfacey ywgs84 n"
+)
+_Z = _words(
+    "z zcoord zcoordinate zm elevation elev altitude alt height depth dept md tvd tvdss "
+    "measureddepth tiefe teufe hoehe hhe top base bottom from to kb k iz slice"
+)
+_ROW = ("row", "rows", "i", "iy", "rowindex")
+_COLUMN = ("col", "cols", "column", "columns", "j", "ix", "colindex", "columnindex")
+_CODE = _words(
+    "facies faciescode faciesname fazies lithofacies lithology lithologie litho lith rock rocktype "
+    "gestein code codes class klasse category soil boden geology unit"
+)
+_VALUE = (*_CODE, "value", "wert", "var", "variable", "v")
+_NAMES = _words(
+    "well wellname wellid wells hole holeid bore borehole bohrung bohrungsname sonde uwi id fid "
+    "objectid pointid name no nr number index station point punkt sample date datum remark remarks "
+    "comment comments bemerkung surface"
+)
+"""Names of wells, numbers of rows, remarks: never taken for facies unasked."""
+_LAYER = ("layer", "layers", "k", "iz", "kz", "slice", "layerindex")
+_COLLAR = _words(
+    "z zcoord zcoordinate coordz zkoordinate zm elevation elev altitude alt height hoehe "
+    "collar zcollar collarz collarelevation kb"
+)
+_DEPTH = _words("depth dept md tvd measureddepth tiefe teufe")
+_WELL = _words(
+    "bhid holeid hole boreholeid borehole bore well wellname wellid uwi bohrung bohrungsname sonde "
+    "dhid name id"
+)
+_HOLE = tuple(word for word in _WELL if word not in ("name", "id"))  # points have such, too
+_LENGTH = _words("length totaldepth td eoh maxdepth enddepth endofhole laenge endteufe depth")
+_AZIMUTH = _words("azimuth azi azim bearing brg az richtung azimut")
+_INCLINATION = _words("inclination incl inc deviation dev zenith neigung")
+_DIP = _words("dip plunge fallen")
+_FROM = _words("from depthfrom fromdepth mdfrom frommd top depthtop topdepth von tiefevon")
+_TO = _words("to depthto todepth mdto tomd bottom base depthbase basedepth bis tiefebis")
+
+
+class Role(NamedTuple):
+    """A kind of column: the names it is known by, and how messages call it."""
+
+    words: tuple[str, ...]
+    what: str
+    call: str
+    prefix: int = 0  # letters from which on the beginning of a name is enough
+    optional: bool = False
+
+
+Asked = Mapping[str, Any]
+"""Columns that were named, by role; an empty text says that there is none."""
+DEPTHS = {
+    "depth_from": Role(_FROM, "where intervals begin", "from", optional=True),
+    "depth_to": Role(_TO, "where intervals end", "to", optional=True),
+    "depth": Role(_DEPTH, "depths", "from and to, or depth", optional=True),
+}
+_NAMES_OF_WELLS = Role(_WELL, "the names of the wells", "well")
+WELL_OF_POINTS = {"well": Role(_HOLE, "the names of the wells", "well")}
+HEIGHTS = {"z": Role(_COLLAR, "heights", "z"), **DEPTHS}
+LAYERS = {"z": Role(_LAYER, "layers", "layer")}
+COLLARS = {
+    "collar_well": _NAMES_OF_WELLS,
+    "x": Role(_X, "x of the collars", "x", 4),
+    "y": Role(_Y, "y of the collars", "y", 4),
+    "z": Role(_COLLAR, "the elevations of the collars", "z"),
+    "collar_length": Role(_LENGTH, "the lengths of the wells", "length", optional=True),
+}
+INTERVALS = {"well": _NAMES_OF_WELLS, **DEPTHS}
+SURVEYS = {
+    "survey_well": _NAMES_OF_WELLS,
+    "survey_depth": Role((*_DEPTH, "at"), "depths", "depth"),
+    "survey_azimuth": Role(_AZIMUTH, "directions", "azimuth"),
+    "survey_inclination": Role(_INCLINATION, "the tilt of wells", "inclination", optional=True),
+    "survey_dip": Role(_DIP, "the tilt of wells", "inclination or dip", optional=True),
+}
+WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
+"""The columns of each table of wells, by role."""
+ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
+"""A table has either the first role or the others; if neither is named, the others are taken."""
+
+
+def is_points(names: list[str]) -> bool:
+    """Return whether columns of these names say where something is.
+
+    Examples
+    --------
+    >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
+    (True, False)
+    """
+    pairs = (_X, _Y), (_ROW, _COLUMN)
+    return any(_first(names, first) and _first(names, second) for first, second in pairs)
+
+
+def place_columns(
+    file: DataFile,
+    x: str | None = None,
+    y: str | None = None,
+    coordinates: str | None = None,
+    taken: Sequence[str] = (),
+) -> tuple[str, str, bool, list[str]]:
+    """Return the columns of x and y, or of col and row; whether they are of the world; notes.
+
+    Columns that are `taken` for something else are never guessed to be these.
+
+    Examples
+    --------
+    >>> columns = ("Easting [m]", "Northing [m]", "facies")
+    >>> place_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    ('Easting [m]', 'Northing [m]', True, [])
+    """
+    names, cells = list(file.names), coordinates == "cells"
+    asked = [None if name is None else file.column(name) for name in (x, y)]
+    if asked[0] is not None and asked[0] == asked[1]:
+        raise CCWSIMError(f"{file.name}: x and y are both {shown(asked[0])}; name two columns")
+    free = [name for name in names if name not in (*asked, *taken)]
+    column, row = asked[0] or _first(free, _COLUMN), asked[1] or _first(free, _ROW)
+    first, second = asked[0] or _first(free, _X, 4), asked[1] or _first(free, _Y, 4)
+    if coordinates is None and column and row:
+        cells = _plain(column) in _COLUMN and _plain(row) in _ROW and not (first and second)
+        cells |= column == first and row == second and _plain(column) in _COLUMN
+    if first and second and not cells:
+        return first, second, True, []
+    if row and column and coordinates != "world":
+        letters = {_plain(row), _plain(column)} == {"i", "j"} and asked == [None, None]
+        note = [f"{row} was taken as the row and {column} as the column."] if letters else []
+        return column, row, False, note
+    numeric = [name for name in free if name in file.variables]
+    if len(names) < 3 or len(numeric) < asked.count(None):
+        there = ", ".join(names)
+        raise CCWSIMError(
+            f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
+        )
+    places = [name for name in numeric if _plain(name) not in (*_Z, *_NAMES, *_CODE)]
+    guess = iter(places if len(places) >= asked.count(None) else numeric)
+    if cells:  # as they are read aloud: row, then column
+        row, column = (name or next(guess) for name in (asked[1], asked[0]))
+        return column, row, False, [_untold(row, column, "row and col")]
+    first, second = (name or next(guess) for name in asked)
+    return first, second, True, [_untold(first, second, "x and y")]
+
+
+def _untold(one: str, two: str, said: str) -> str:
+    return f"No column is called so: {one} and {two} were taken as {said}."
+
+
+def columns_of(
+    file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
+) -> dict[str, str]:
+    """Return the columns of roles: as asked for, or by their names; those that are not there lack.
+
+    Of one depth and two that which is asked for is returned, else two, or the one of them that is
+    there; and of inclination and dip the inclination.
+
+    Examples
+    --------
+    >>> columns = ("hole", "from", "to", "depth", "rock")
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
+    >>> columns_of(file, INTERVALS, {})
+    {'well': 'hole', 'depth_from': 'from', 'depth_to': 'to'}
+    >>> columns_of(file, INTERVALS, {"depth": "DEPTH", "well": ""})
+    {'depth': 'depth'}
+    """
+    named = asked_columns(file, {role: asked.get(role) for role in roles})
+    free = [name for name in file.names if name not in (*named.values(), *taken)]
+    found = {}
+    for role, own in roles.items():
+        column = named.get(role)
+        if column is None and asked.get(role) is None:
+            column = _first(free, own.words, own.prefix)
+        if column is not None:
+            found[role] = column
+            free = [name for name in free if name != column]
+    for one, others in ALTERNATIVE_ROLES.items():
+        rivals = [other for other in others if other in named]
+        if one in named and rivals:
+            raise CCWSIMError(
+                f"{file.name}: {one} and {rivals[0]} are both named, and only one of them can be; "
+                "leave one out"
+            )
+        if one in named:
+            found = {role: column for role, column in found.items() if role not in others}
+        elif any(other in found for other in others):
+            found.pop(one, None)
+    return found
+
+
+def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
+    """Return the columns that were named; an error where one is not there or is two things.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("East", "North"))
+    >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
+    {'x': 'East'}
+    """
+    found: dict[str, str] = {}
+    for role, name in asked.items():
+        if name is None or (isinstance(name, str) and not name):
+            continue
+        column = file.column(name)
+        twice = next((other for other, own in found.items() if own == column), None)
+        if twice is not None:
+            raise CCWSIMError(
+                f"{file.name}: {twice} and {role} are both {shown(column)}; name two columns"
+            )
+        found[role] = column
+    return found
+
+
+def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
+    """Return the column of facies among those that are no places.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("x", "y", "id", "Code"))
+    >>> value_column(file, ["id", "Code"], None)
+    'Code'
+    """
+    if variable is not None:
+        return file.column(variable)
+    named = _first(rest, _CODE, 5) or _first(rest, _VALUE)
+    if named:
+        return named
+    likely = [name for name in rest if _plain(name) not in (*_Z, *_NAMES)]
+    if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
+        return likely[1]  # x, y, z, value without telling names
+    if len(likely) == 1:
+        return likely[0]
+    if not likely:
+        others = f" (left are {', '.join(rest[:9])})" if rest else ""
+        raise CCWSIMError(
+            f"{file.name} has no column that looks like facies{others}; name it (facies=)"
+        )
+    there = ", ".join(map(repr, likely[:20]))
+    raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
+
+
+def _unnamed(file: DataFile) -> bool:
+    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
+
+
+def height_column(rest: list[str], key: str) -> str | None:
+    """Return the column of heights among those that are no places, if there is one.
+
+    Examples
+    --------
+    >>> height_column(["Z", "facies"], "facies")
+    'Z'
+    """
+    return next((name for name in rest if _plain(name) in _Z and name != key), None)
+
+
+def _first(names: list[str], known: tuple[str, ...], prefix: int = 0) -> str | None:
+    """The first name that is a known word; else one that begins with a word of so many letters."""
+    found = next((name for word in known for name in names if _plain(name) == word), None)
+    long = [word for word in known if prefix and len(word) >= prefix]
+    return found or next((n for word in long for n in names if _plain(n).startswith(word)), None)
+
+
+def _plain(name: str) -> str:
+    """A column's name without units, case and marks: "X [m]" is x."""
+    return re.sub(r"[^a-z0-9]", "", re.split(r"[\[(,]", name.lower())[0])

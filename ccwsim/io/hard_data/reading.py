@@ -1,0 +1,322 @@
+"""Hard data from one file: the columns of a table, a list without names, or a grid with gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import MISSING_CODES, DataFile, layer, printable
+from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
+from ccwsim.io.hard_data.column_names import height_column
+from ccwsim.io.hard_data.columns import (
+    GUESSED,
+    NOTHING_ASSIGNED,
+    Assignment,
+    PointColumns,
+    assign_columns,
+)
+from ccwsim.io.hard_data.points import ImportedPoints, check_few, heights_below, known_points
+from ccwsim.io.opening import PathOrFile, open_file
+from ccwsim.model.arrays import Shape, check_int, describe_shape
+from ccwsim.model.errors import CCWSIMError
+
+PREFERRED = ("hd", "hard_data")
+"""Grids that are taken unasked from a file with several."""
+
+
+def read_points(
+    path_or_file: PathOrFile,
+    columns: PointColumns = GUESSED,
+    *,
+    grid_shape: Shape | None = None,
+) -> ImportedPoints:
+    """Return the hard data of a file as it has them.
+
+    Read are tables in text (CSV, Petrel points, well logs), Geo-EAS points, GeoJSON, GeoPackage and
+    Shapefile points (the last two with pyogrio), and grids of any format with NaN or a code for
+    "missing" (−99, −999, −997799, −9977799) in cells that are not known. An array or a headerless
+    text of three columns that is not the grid itself is a list: row, col, facies in arrays, and
+    x, y, facies (or x, y, z, facies) in texts.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        Known by its content, not by its name.
+    columns : PointColumns
+        Columns that are named instead of guessed, and how a whole grid is read.
+    grid_shape : (ny, nx) or (nz, ny, nx), optional
+        The simulation grid: a file that holds a whole grid must have this shape. For a volume, data
+        have heights as well: z, or the layer of a cell.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be read or has no columns of places and facies.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> points = read_points(BytesIO(b"row,col,facies\\n3,4,1\\n"))
+    >>> points.places.tolist(), points.values.tolist(), points.lines.tolist()
+    ([[3.0, 4.0]], [1.0], [2])
+    """
+    file, volume = open_file(path_or_file), _is_volume(grid_shape)
+    if isinstance(file, Picture):
+        raise CCWSIMError(f"{file.name} is a picture; hard data come as a table or a grid")
+    if file.is_table:
+        return _of_table(file, assign_columns(file, columns, volume=volume).complete())
+    named = [name for name, column in columns.named().items() if column and name != "facies"]
+    if named:
+        said = " and ".join(named[:2])
+        raise CCWSIMError(f"{file.name} has no named columns; leave {said} out")
+    key = file.chosen(columns.facies, PREFERRED, "facies")
+    values = file.variables[key]
+    if _is_list(values, file.lines is not None, grid_shape):
+        return _of_list(file, key, columns.coordinates, volume)
+    if not volume:
+        cells = layer(file.name, values, columns.slice_index)
+    else:
+        cells = values[::-1] if columns.z_up is False else values
+    south_first = file.south_first if columns.up is None else columns.up
+    return _of_grid(file, key, cells if south_first else np.flip(cells, -2), grid_shape)
+
+
+@dataclass(frozen=True)
+class PointsPreview:
+    """The columns and first rows of a table of hard data, and the columns that are guessed.
+
+    Attributes
+    ----------
+    name : str
+        The file.
+    columns : tuple of str
+        All columns in their order; empty if the file is a grid or a list without names.
+    numeric : tuple of str
+        The columns of numbers.
+    rows : tuple of tuple of str
+        The first rows, as they are read: a number written as 2,5 is 2.5 here.
+    lines : tuple of int
+        The line of each of them in the file.
+    n_rows : int
+        The number of all rows.
+    assignment : Assignment
+        The columns that are taken, by role.
+    """
+
+    name: str
+    columns: tuple[str, ...] = ()
+    numeric: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    lines: tuple[int, ...] = ()
+    n_rows: int = 0
+    assignment: Assignment = NOTHING_ASSIGNED
+
+    @property
+    def guess(self) -> dict[str, str]:
+        """The columns that are taken, by role."""
+        return self.assignment.columns
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """What was taken for granted, and what has to be asked, one sentence each."""
+        return (*self.assignment.notes, *self.assignment.problems)
+
+
+def preview_points(
+    path_or_file: PathOrFile,
+    columns: PointColumns = GUESSED,
+    *,
+    grid_shape: Shape | None = None,
+    n_rows: int = 6,
+) -> PointsPreview:
+    """Return the first rows of a table of hard data and which columns are taken for what.
+
+    Parameters
+    ----------
+    path_or_file, columns, grid_shape
+        As in `read_points`.
+    n_rows : int
+        The number of rows to show, at least 1.
+
+    Raises
+    ------
+    CCWSIMError
+        For a file that cannot be read; columns that cannot be guessed are no error here.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> preview = preview_points(BytesIO(b"Well;Ostwert;Hochwert;Litho\\nA;1,5;2,5;Sand\\n"))
+    >>> preview.guess
+    {'x': 'Ostwert', 'y': 'Hochwert', 'facies': 'Litho'}
+    >>> preview.rows
+    (('A', '1.5', '2.5', 'Sand'),)
+    """
+    file = open_file(path_or_file)
+    if isinstance(file, Picture) or not file.is_table:
+        return PointsPreview(file.name)
+    assignment = assign_columns(file, columns, volume=_is_volume(grid_shape))
+    return preview_of(file, assignment, n_rows)
+
+
+def preview_of(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPreview:
+    """Return the first rows of a table."""
+    n_rows = check_int("n_rows", n_rows, 1)
+    texts = [_texts(file, name, n_rows) for name in file.names]
+    n = len(next(iter(file.variables.values())))
+    lines = file.lines if file.lines is not None else np.arange(1, n + 1)
+    return PointsPreview(
+        file.name,
+        file.names,
+        tuple(file.variables),
+        tuple(zip(*texts, strict=True)),
+        tuple(lines[:n_rows].tolist()),
+        n,
+        assignment,
+    )
+
+
+def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
+    if column in file.words:
+        return [printable(field) for field in file.words[column][:n]]
+    return ["" if v != v else f"{v:.12g}" for v in file.variables[column][:n].tolist()]
+
+
+def _is_volume(grid_shape: Shape | None) -> bool:
+    return grid_shape is not None and len(grid_shape) == 3
+
+
+def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
+    check_few(file.name, len(next(iter(file.variables.values()))), "rows")
+    lines, roles = file.lines, assigned.columns
+    if lines is None:
+        raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
+    along = [numbers_of(file, column) for column in assigned.of("x", "y")]
+    notes, spans = list(assigned.notes), None
+    if "z" in roles:
+        depths = assigned.of("depth_from", "depth_to", "depth")
+        z, *below = (numbers_of(file, column) for column in (roles["z"], *depths))
+        z, spans = heights_below(file.name, lines, z, below)
+        along.append(z)
+        if depths:
+            names = " and ".join(depths)
+            notes.append(f"{roles['z']} is that of the collar, and {names} below it.")
+    else:
+        height = height_column(list(file.variables), roles["facies"])
+        if height and len(np.unique(file.variables[height])) > 1:
+            notes.append(f"The column {height} has several values; data are seen from above.")
+    places = np.stack(along if assigned.world else along[::-1], axis=1)
+    wells = names_of_wells(file, roles["well"]) if "well" in roles else ()
+    return points_of_rows(
+        file, roles["facies"], places, wells, world=assigned.world, notes=notes, spans=spans
+    )
+
+
+def points_of_rows(
+    file: DataFile,
+    column: str,
+    places: NDArray[np.float64],
+    wells: Sequence[str] = (),
+    *,
+    world: bool = True,
+    notes: Sequence[str] = (),
+    spans: NDArray[np.float64] | None = None,
+) -> ImportedPoints:
+    """Return the points of a table by the column of facies, whose values are codes or names."""
+    lines, values, words = lines_of(file), file.variables.get(column), ()
+    if values is None:
+        values, words = _indices_of_names(file, column)
+        file = replace(file, missing=())  # no index stands for "missing"
+    how = {"world": world, "counted": file.counted, "notes": notes, "spans": spans}
+    points = known_points(file, column, places, values, lines, **how)
+    names = zip(lines.tolist(), wells, strict=True) if wells else ()
+    return replace(points, words=words, wells=dict(names))
+
+
+def lines_of(file: DataFile) -> NDArray[np.int64]:
+    """Return the line of each row of a table."""
+    assert file.lines is not None
+    return file.lines
+
+
+def names_of_wells(file: DataFile, column: str) -> list[str]:
+    """Return the names of wells, equal for a number in a column of words and in one of numbers."""
+    if column in file.words:
+        words = [name.strip() for name in file.words[column]]
+        return [(is_number(word) and _name_of(float(word))) or word for word in words]
+    return [_name_of(value) for value in file.variables[column].tolist()]
+
+
+def _name_of(number: float) -> str:
+    """A number as the name of a well, with all digits: those of a sidetrack are the last."""
+    if not np.isfinite(number):
+        return ""
+    return str(int(number)) if number.is_integer() else repr(number)
+
+
+def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
+    """Return a column of places; a word in it is an error."""
+    if column in file.words:
+        fields = file.words[column]
+        bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
+        raise CCWSIMError(not_a_number(file.name, int(lines_of(file)[bad]), fields[bad]))
+    return file.variables[column]
+
+
+def _indices_of_names(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """The names of facies as indices into the different ones, NaN if unknown; and these."""
+    fields = file.words[column]
+    unknown = {field for field in fields if field.lower() in UNKNOWN}
+    unknown |= {f for f in fields if is_number(f) and float(f) in (*MISSING_CODES, *file.missing)}
+    words = tuple(sorted({*fields} - unknown))
+    indices = {word: float(k) for k, word in enumerate(words)}
+    return np.array([indices.get(field, np.nan) for field in fields]), words
+
+
+def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) -> ImportedPoints:
+    rows = file.variables[key][0]
+    if volume and rows.shape[1] < 4:
+        raise CCWSIMError(
+            f"{file.name} has three columns without names, and data of a volume need four: x, y, z "
+            "and facies"
+        )
+    rows = rows[:, [0, 1, 2, -1] if volume else [0, 1, -1]]
+    world = coordinates == "world" or (coordinates is None and file.lines is not None)
+    said = ("x, y" if world else "row, column") + " and facies"
+    if volume:
+        said = ("x, y, z" if world else "layer, row, column") + " and facies"
+    lines = np.arange(1, len(rows) + 1) if file.lines is None else file.lines
+    counted = "row" if file.lines is None else "line"
+    notes = [f"Columns without names were taken as {said}."]
+    how = {"world": world, "counted": counted, "notes": notes}
+    return known_points(file, key, rows[:, :-1], rows[:, -1], lines, **how)
+
+
+def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
+    if grid_shape is not None and cells.shape != tuple(grid_shape):
+        if _is_volume(grid_shape):
+            raise CCWSIMError(
+                f"{file.name} is a grid of {describe_shape(cells.shape)} cells, the simulation "
+                f"grid has {describe_shape(grid_shape)}; make them the same"
+            )
+        raise CCWSIMError(
+            f"{file.name} is a grid of {cells.shape[0]} rows and {cells.shape[1]} columns, the "
+            f"simulation grid has {grid_shape[0]} and {grid_shape[1]}; make them the same"
+        )
+    known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
+    check_few(file.name, int(np.count_nonzero(known)), "known cells")
+    lines = np.flatnonzero(known) + 1
+    how = {"world": False, "counted": "cell"}
+    points = known_points(file, key, np.argwhere(known), cells[known], lines, **how)
+    return replace(points, grid=file.placed(cells.shape))
+
+
+def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
+    """Three columns, or x, y, z, facies in a text or for a volume, unless it is the grid itself."""
+    four = in_text or _is_volume(grid_shape)
+    one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
+    return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))
