@@ -117,7 +117,7 @@ def test_the_source_archive_has_every_file_and_can_be_tested_and_documented(buil
     if shutil.which("git") and (ROOT / ".git").exists():
         git = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached"]
         listed = subprocess.run(git, check=True, capture_output=True, text=True).stdout
-        tracked = {name for name in listed.split("\0") if name and name != ".gitignore"}
+        tracked = {name for name in listed.split("\0") if name}
         assert not {name for name in tracked if not (unpacked / name).is_file()}
     run(Path(sys.executable), "-m", "pytest", "--collect-only", "-n", "0", cwd=unpacked)
     run(Path(sys.executable), "-m", "mkdocs", "build", "--strict", cwd=unpacked)
