@@ -18,6 +18,7 @@ from ccwsim.experiments.settings import settings
 from ccwsim.experiments.sweep import sweep
 from ccwsim.experiments.timing import time_grids, time_study
 from ccwsim.model.study import Study
+from ccwsim.sharing.project import project_as_bytes, read_project
 
 P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 IMAGE = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -54,7 +55,7 @@ def realizations(i: Whole) -> Any:
 
 def project(i: Whole) -> Any:
     made = Project(Study(IMAGE, Grid(i(40), i(50)), P, seed=i(7)), n_realizations=i(2))
-    again = io.read_project(BytesIO(io.project_as_bytes(made)))
+    again = read_project(BytesIO(project_as_bytes(made)))
     return again.simulate().digest, made.simulate(i(1), i(9), first_realization=i(1)).digest
 
 

@@ -17,12 +17,12 @@ from ccwsim.cli.options import (
     one_or_each,
     sizes,
 )
-from ccwsim.model.codec import Setting, settings_of
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.codec import FieldSpec, fields_of
 
 DEFAULT_SHAPE = (256, 256)
 
@@ -167,8 +167,8 @@ class Inputs(NamedTuple):
 
 
 def image_and_data_options(command: Any) -> Any:
-    """Add all options that say what is simulated, those of settings by the table of them."""
-    grid = [_option(row, "Simulation grid") for row in settings_of("grid")]
+    """Add the options that say what is simulated."""
+    grid = [_option(row, "Simulation grid") for row in fields_of("grid")]
     for name, metavar, text in OF_VOLUMES:
         grid.append(in_group("Simulation grid")(name, type=float, metavar=metavar, help=text))
     file = in_group("Parameters of the simulation")(
@@ -177,8 +177,8 @@ def image_and_data_options(command: Any) -> Any:
         help="take parameters from a JSON file, as the dashboard saves them; options given here "
         "come first",
     )
-    own = [_option(row, "Parameters of the simulation") for row in settings_of("parameters")]
-    run = [_option(row, "Run") for row in settings_of("study")]
+    own = [_option(row, "Parameters of the simulation") for row in fields_of("parameters")]
+    run = [_option(row, "Run") for row in fields_of("study")]
     for option in reversed([*_files(), *grid, file, *own, *run]):
         command = option(command)
     return command
@@ -198,7 +198,7 @@ def _files() -> list[Any]:
     return found
 
 
-def _option(row: Setting, group: str) -> Any:
+def _option(row: FieldSpec, group: str) -> Any:
     option, how = in_group(group), {"help": row.help, "default": None}
     if row.no_option:
         return option(f"{row.option}/{row.no_option}", row.fields[0], **how)
@@ -231,7 +231,7 @@ def inputs_of(options: Any) -> Inputs:
 
 
 def _of_project(options: Any) -> Inputs:
-    from ccwsim.io import read_project
+    from ccwsim.sharing.project import read_project
 
     both = [name for name in OF_PROJECT if getattr(options, name) is not None]
     if both:
@@ -255,7 +255,7 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
         from ccwsim.io.opening import read_bytes
 
         usual = parameters_from_json(read_bytes(options.parameters)[0])
-    given = {row.fields[0]: getattr(options, row.fields[0]) for row in settings_of("parameters")}
+    given = {row.fields[0]: getattr(options, row.fields[0]) for row in fields_of("parameters")}
     changed = {name: value for name, value in given.items() if value is not None}
     return Parameters(**{**asdict(usual), **changed})
 

@@ -18,7 +18,7 @@ from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
 from ccwsim.io.formats.pictures import Picture, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
-from ccwsim.io.project import parameters_from_json, parameters_to_json
+from ccwsim.io.parameters import parameters_from_json, parameters_to_json
 from ccwsim.model.arrays import as_integers, check_int, codes_of, readonly, smallest_integers
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError

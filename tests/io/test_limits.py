@@ -27,7 +27,7 @@ from ccwsim.io.limits import (
     upload_limits,
 )
 from ccwsim.io.opening import kind_of
-from ccwsim.model.choices import Upload
+from ccwsim.sharing.choices import Upload
 from tests.fuzz.builders import mat, matrix, png
 from tests.fuzz.mutations import zipped
 from tests.io import sample_files as sample

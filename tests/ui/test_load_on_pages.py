@@ -14,7 +14,7 @@ from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, Queue, server_queue
 from ccwsim.jobs.limits import RESERVE
 from ccwsim.jobs.statistics import StatisticsWorker, Task
-from ccwsim.model.choices import DataChoice
+from ccwsim.sharing.choices import DataChoice
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import Comparing

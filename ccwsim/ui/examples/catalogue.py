@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
 Shows = Literal["realization", "second", "data", "probability", "variogram", "layer", "section"]

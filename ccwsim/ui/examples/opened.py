@@ -8,10 +8,10 @@ from typing import Literal
 
 import streamlit as st
 
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Choices
 from ccwsim.ui.compare.settings import Comparing, start_comparison
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example, example_named, next_example
 from ccwsim.ui.session.address import go_to

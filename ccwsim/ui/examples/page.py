@@ -18,11 +18,11 @@ from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sha
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import variogram
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
-from ccwsim.sharing import left_out, link_of
+from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.compare.settings import LETTERS, describe_setting
 from ccwsim.ui.examples.catalogue import PARTS, Example

@@ -10,9 +10,9 @@ import streamlit as st
 
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import limits_of_environment
-from ccwsim.model.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.session.uploads import size_of_all
 
 KEY = "ccwsim"

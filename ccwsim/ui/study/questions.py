@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
 from ccwsim.io.part import Part
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session.resolve import (
     grid_for_data,
     image_of,

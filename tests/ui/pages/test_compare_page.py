@@ -12,8 +12,8 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.report.verdicts import describe_curves
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import (
     describe_against_first,
     describe_grades,

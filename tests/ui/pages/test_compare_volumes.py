@@ -9,7 +9,7 @@ from ccwsim import Grid, HardData, Parameters, datasets, simulate
 from ccwsim.experiments.comparison import STATISTICS
 from ccwsim.metrics import connectivity
 from ccwsim.metrics.bands import band
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import sentences, settings_csv
 from ccwsim.ui.compare.settings import (
     Comparing,

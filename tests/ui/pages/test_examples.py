@@ -18,9 +18,9 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
 from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
-from ccwsim.sharing import link_of, read_link
+from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.link import link_of, read_link
 from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, example_named, next_example
 from ccwsim.ui.examples.opened import Examples, back_to_own, compare_example, open_example

@@ -8,7 +8,7 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, simulate
 from ccwsim.datasets import load
 from ccwsim.experiments.settings import label, settings, value_of, varied
 from ccwsim.experiments.sweep import recommended, sweep
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import sweep_csv
 from ccwsim.ui.sweep.plan import (

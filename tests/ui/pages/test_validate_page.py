@@ -22,9 +22,9 @@ from ccwsim.metrics import (
     variogram,
 )
 from ccwsim.metrics.lags import distinct_lags, lag_offsets
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import describe_curve
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (

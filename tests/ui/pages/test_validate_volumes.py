@@ -23,7 +23,6 @@ from ccwsim.metrics import (
     vertical_proportions,
 )
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import FORCED, Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
@@ -33,6 +32,7 @@ from ccwsim.report.verdicts import (
     describe_patterns,
     describe_unseen,
 )
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import fitted
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data

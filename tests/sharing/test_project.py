@@ -24,10 +24,10 @@ from ccwsim import (
     save_project,
 )
 from ccwsim.cli.program import main
-from ccwsim.io import project_as_bytes
 from ccwsim.io.limits import OF_UPLOADS, limited
-from ccwsim.model.choices import Shown
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Shown
+from ccwsim.sharing.project import project_as_bytes
 
 PARAMETERS = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
 
