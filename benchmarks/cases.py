@@ -63,7 +63,7 @@ def load_study() -> tuple[TrainingImage, HardData]:
 
 
 def compile_kernels() -> None:
-    """Compile what all cases use, so that no measurement contains it."""
+    """Compile all kernels before the measurements."""
     for case in CASES:
         _warm_up(case, load_study()[0])
 

@@ -77,7 +77,7 @@ def drawn(n: int) -> Iterator[tuple[str, TrainingImage]]:
 
 
 def images() -> Iterator[tuple[str, TrainingImage]]:
-    """Yield what is measured, with its name."""
+    """Yield the images to measure, with their names."""
     for name in datasets.names():
         yield name, datasets.load(name)
     folder = Path(os.environ.get("CCWSIM_DATA", "")) / "paper"

@@ -1,4 +1,4 @@
-"""What each kernel does for one patch, how long, and the limit: python -m benchmarks.kernels
+"""Operations, time and limit of each kernel for one patch: python -m benchmarks.kernels
 
 Inner patches (L-shaped overlap) of a finished realization of channels on 512 × 512 cells, T 32,
 OR 8, K 20, without data; levels 1 to 3; the mean. The limit is the number of operations
@@ -38,7 +38,7 @@ from ccwsim.model.study import Study
 
 ROUNDS = 30
 REPEATS = 10_000
-"""Of the simplest loops, in one call."""
+"""Repeats of the simplest loops in one call."""
 CELLS_A_BYTE = 8
 """Cells of two facies that are compared with one byte."""
 ROWS = COLUMNS = np.arange(24, 24 * 20, 24)

@@ -54,7 +54,7 @@ CanvasRenderingContext2D.prototype.drawImage = function (picture, ...all) {
   }));
 };
 """
-"""A picture is new where it was not drawn before; it is seen when its frame has been made."""
+"""A picture is new if it was not drawn before; it is seen when its frame is complete."""
 COMPLETE = """
 (facts) => [...document.querySelectorAll('.facts')].some((e) => e.innerText.includes(facts))
   && ['map_realization', 'map_e_type'].every((key) => trace.drawn.some(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def peak_megabytes() -> float | None:
-    """Return the peak of the resident memory in MB, None where the system does not say.
+    """Return the peak of the resident memory in MB, None if the system does not report it.
 
     Examples
     --------

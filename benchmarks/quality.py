@@ -2,10 +2,10 @@
 
 Prints, as a Markdown table, the pattern distance to the training image at full, half and third
 resolution, the connectivity function τ E–W at lags 21, 41, 61 and 81 relative to the TI, the
-share of cells that differ between seeds, how the data were met, and the CPU time of a realization
-beside the unconditional one of the same run. "All phases" is the pattern distance where the coarse
-cells of image and realization may begin at any cell. DATA holds the published training images and
-hard data, and, where there are some, realizations of other codes for the same studies.
+share of cells that differ between seeds, how the data were honoured, and the CPU time of a
+realization beside the unconditional one of the same run. "All phases" is the pattern distance if
+the coarse cells of image and realization may begin at any cell. DATA holds the published training
+images, hard data and, optionally, realizations of other codes for the same studies.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The same algorithm in plain NumPy, SciPy and Python: what the compiled kernels are held to.
+"""The same algorithm in plain NumPy, SciPy and Python, to verify the compiled kernels.
 
 One unconditional realization, written as a reader of the paper would write it: the score map by FFT
 on block sums, the K best by partition, the cut by dynamic programming a line at a time. It shares
@@ -53,7 +53,7 @@ def score_map(sums: NDArray, overlap: NDArray, mask: NDArray) -> NDArray[np.int6
     overlap : ndarray, shape (n_planes, t, t)
         Block sums B of a tile, looked at only where `mask`.
     mask : ndarray of bool, shape (t, t)
-        Where the overlap lies.
+        Cells of the overlap.
 
     Returns
     -------
@@ -71,7 +71,7 @@ def score_map(sums: NDArray, overlap: NDArray, mask: NDArray) -> NDArray[np.int6
 
 
 def overlap_mask(template: int, overlap: int, left: bool, top: bool) -> NDArray[np.bool_]:
-    """Return where the overlap of a tile lies, shape (template, template).
+    """Return the cells of the overlap of a tile, shape (template, template).
 
     Examples
     --------

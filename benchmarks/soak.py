@@ -31,7 +31,7 @@ from tests.ui.sessions import Session
 TIME_TO_LIVE = 20
 """Seconds that the server keeps the session of a closed tab; 120 where nothing is said."""
 WARMING = 60.0
-"""Seconds of work before the memory is read: what is loaded on demand is loaded then."""
+"""Seconds of work before the memory is read, in which modules are loaded on demand."""
 EVERY = 0.5
 """Seconds between two readings of the memory of the server."""
 PULSE = 0.1
@@ -47,7 +47,7 @@ class Tally:
     Attributes
     ----------
     seconds : dict of str to list of float
-        Times to an answer, by what was asked for.
+        Response times by kind of request.
     errors : Counter of str
     wrong : int
         Pictures that were not those of the core.
@@ -83,7 +83,7 @@ class Tally:
 
 
 class Watcher:
-    """Looks at a server every so many seconds, on a thread, while it is entered."""
+    """Context manager that checks a server at regular intervals on a thread."""
 
     def __init__(self, every: float) -> None:
         self._every = every
@@ -99,7 +99,7 @@ class Watcher:
         self._thread.join()
 
     def look(self) -> None:
-        """Note what there is to see."""
+        """Check the server once."""
         raise NotImplementedError
 
     def _watch(self) -> None:
@@ -108,7 +108,7 @@ class Watcher:
 
 
 class Pulse(Watcher):
-    """Asks a server again and again whether it is well, and notes how long each answer takes."""
+    """Measures the response times of a server's health check."""
 
     def __init__(self, address: str) -> None:
         super().__init__(PULSE)
@@ -130,7 +130,7 @@ class Memory(Watcher):
         self._pid, self.peak = pid, 0.0
 
     def now(self) -> float:
-        """Return the memory now, 0 where the process has ended."""
+        """Return the memory now, 0 if the process has ended."""
         return (used_memory(process=self._pid) or 0) / 2**20
 
     def look(self) -> None:
@@ -172,16 +172,16 @@ def soak(
     ttl: int = TIME_TO_LIVE,
     warming: float = WARMING,
 ) -> Outcome:
-    """Let so many visitors work for so long and return what it came to.
+    """Let visitors work for some minutes and return the outcome.
 
     Parameters
     ----------
     sessions : int
     minutes : float
     seed : int
-        Of what the visitors do.
+        Seed of the visitors' actions.
     log : Path, optional
-        Takes what the server says.
+        Output of the server.
     ttl : int
         Seconds that the server keeps the session of a closed tab.
     warming : float
@@ -190,7 +190,7 @@ def soak(
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         log = log or Path(folder) / "log"
-        log.write_bytes(b"")  # what an earlier soak left is not counted
+        log.write_bytes(b"")  # the log of an earlier soak is not counted
         options = (f"--server.disconnectedSessionTTL={ttl}",)
         with started(ROOT, *options, log=log) as server, Memory(server.process.pid) as memory:
             _warm_up(server, sessions, seed, warming)
@@ -216,7 +216,7 @@ def soak(
 
 
 def _warm_up(server: Server, sessions: int, seed: int, seconds: float) -> None:
-    """Compile, and fill what the server keeps for all sessions: it is not part of any of them."""
+    """Compile, and fill the caches that all sessions share."""
     tally = Tally()
     _visit(server, min(sessions, 4), seconds, seed + 10_000, tally, whole=True)
 
@@ -238,7 +238,7 @@ def _visit(
 
 
 def _all_forgotten(server: Server, ttl: int) -> None:
-    """Wait for the time to live; the server looks for what is over when a tab is closed."""
+    """Wait until sessions are dropped; the server does this when a tab is closed."""
     time.sleep(ttl + 2)
     with Session(server.address, "paper") as last:
         last.open()
@@ -262,7 +262,7 @@ def report(outcome: Outcome) -> str:
     """Return all of it as Markdown."""
     tally = outcome.tally
     lines = [
-        "| what was asked for | times | median (s) | 95 % (s) | longest (s) |",
+        "| request | times | median (s) | 95 % (s) | longest (s) |",
         "|---|---:|---:|---:|---:|",
         *(f"| {' | '.join(row)} |" for row in rows(outcome)),
         "",
@@ -278,13 +278,13 @@ def report(outcome: Outcome) -> str:
 
 
 def alive(seconds: Sequence[float]) -> str:
-    """Say how long the server took to say that it is well."""
+    """Describe the response times of the health check."""
     most, longest = np.percentile(seconds, 99), max(seconds)
     return f"It said that it is well within {most:.2f} s in 99 %, at the longest {longest:.2f} s."
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a soak and print what it came to; 1 where anything went wrong."""
+    """Run a soak and print the outcome; return 1 for any error."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.soak",
         description=__doc__,
@@ -292,8 +292,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--sessions", type=int, default=30)
     parser.add_argument("--minutes", type=float, default=10.0)
-    parser.add_argument("--seed", type=int, default=0, help="of what the visitors do")
-    parser.add_argument("--log", type=Path, help="a file that takes what the server says")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the visitors' actions")
+    parser.add_argument("--log", type=Path, help="file for the output of the server")
     options = parser.parse_args(arguments)
     outcome = soak(options.sessions, options.minutes, options.seed, options.log)
     print(report(outcome))

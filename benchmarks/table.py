@@ -54,7 +54,7 @@ def table(rows: Sequence[Row], before: Sequence[Row] = ()) -> str:
 
 
 def machine() -> str:
-    """Return what the table was measured on, in one line."""
+    """Return the machine of the table in one line."""
     return (
         f"Python {platform.python_version()}, NumPy {np.__version__}, numba {numba.__version__}, "
         f"{platform.machine()}, {os.cpu_count()} cores, one thread used"
@@ -74,7 +74,7 @@ def load(path: Path) -> tuple[str, list[Row]]:
 
 
 def warnings(image: str, rows: Sequence[Row], other: str, before: Sequence[Row]) -> list[str]:
-    """Say what makes two runs hard to compare.
+    """Describe differences that make two runs hard to compare.
 
     Examples
     --------

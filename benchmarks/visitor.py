@@ -1,4 +1,4 @@
-"""A user of the dashboard who does this and that, and looks whether the pictures are right."""
+"""A user of the dashboard who acts at random and checks the pictures."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ HOSTILE = (
     "grid=10000x10000&realizations=1&data=sampled",
     "ti=nowhere&grid=0x-1&template=1e9&seed=-1&data=%00",
 )
-"""Links that are legal and unkind: bounds, long runs, large grids, and one that is nonsense."""
+"""Links with extreme values: bounds, long runs, large grids, and a malformed one."""
 SENT_BYTES = 60 * 10**6
-"""Of a file that no page asked for, which each of these visits leaves on the server."""
+"""Size of an unrequested file that each of these visits leaves on the server."""
 THINKING = 0.5
-"""Mean seconds between an answer and the next wish."""
+"""Mean seconds between an answer and the next request."""
 
 
 class Visitor:
@@ -42,16 +42,16 @@ class Visitor:
     Parameters
     ----------
     address : str
-        Of the server.
+        Address of the server.
     tally : Tally
-        Takes what was seen.
+        Observations of all visitors.
     generator : numpy.random.Generator
     end : float
-        When to go home, on the monotonic clock.
+        End of the visit, on the monotonic clock.
     number : int
-        Tells this visitor from the others.
+        Number of this visitor.
     whole : bool
-        Whether to see every page at least once, whatever the time.
+        Whether to visit every page at least once, regardless of the time.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class Visitor:
                 tab.errors.clear()
             time.sleep(float(self._generator.exponential(THINKING)))
 
-    # what there is to do
+    # actions
 
     def _seed(self, tab: Session) -> None:
         self._simulate(tab)
@@ -221,7 +221,7 @@ def choices_of(query: str) -> Choices:
 
 
 def expected(choices: Choices, image: TrainingImage | None = None) -> str:
-    """Return the first realization of a study as the dashboard draws it, from the core alone."""
+    """Return the first realization of a study, simulated by the core, as the dashboard draws it."""
     image = image or loaded(choices.image.bundled)
     ensemble = simulate(
         image, choices.grid, choices.parameters, n_realizations=1, seed=choices.seed, n_workers=1

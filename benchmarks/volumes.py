@@ -1,13 +1,12 @@
-"""Time, memory and looks of volumes: ``python -m benchmarks.volumes``.
+"""Time, memory and quality of volumes: ``python -m benchmarks.volumes``.
 
 One thread, median of several realizations. Times are also given as ratios to a 512 × 512 map of
 `channels` at level 2, measured in turns with each case, so that machines can be compared. `unseen`
-is the share of patterns of 3 × 3 × 3 cells that the training image never has (of those at data
-after the stroke), `JS` the distance of their histogram to the image's, and in brackets that of
-crops of the image itself as large as the grid. `others` are the same two numbers of other volumes
-that the generator of a bundled one drew: no simulation need come nearer to the image than these do.
-With CCWSIM_DATA set to a folder of published data,
-its volumes are measured too.
+is the share of patterns of 3 × 3 × 3 cells that do not occur in the training image (at data after
+the stroke), `JS` the distance of their histogram to the image's, and in brackets the distance of
+crops of the image as large as the grid. `others` are the same two numbers for other volumes of the
+generator of a bundled one, the best values to expect of a simulation. With CCWSIM_DATA set to a
+folder of published data, its volumes are measured too.
 
 ``--large`` measures images nine times as large as the grid instead, six of each bundled generator,
 with this template and with the one that the diagnosis of the image advises: without data, and with
@@ -38,13 +37,13 @@ LARGEST_JUDGED = 3_000_000
 LARGE, LARGE_GRID = (50, 300, 300), (50, 100, 100)
 N_LARGE = 6
 N_REALIZATIONS_LARGE = 24
-"""As many crops are drawn, so that their mean is as uncertain."""
+"""Realizations, and crops, so that both means are equally uncertain."""
 COLUMNS_LARGE = (
     *("CPU s", "bias, points", "unseen, %", "JS over crops"),
     *("with wells: unseen, %", "at data, %", "with wells: JS over crops"),
 )
 CROPS = "crops of the image"
-"""The row of what distances are taken over."""
+"""The row to which distances are relative."""
 
 
 class Case(NamedTuple):
@@ -56,7 +55,7 @@ class Case(NamedTuple):
 
 
 def cases() -> Iterator[Case]:
-    """Yield what is measured."""
+    """Yield the cases to measure."""
     for image in (*datasets.volume_names(), *(path.stem for path in published())):
         grid = (48, 100, 100) if image in datasets.volume_names() else (50, 100, 100)
         if "alluvial" in image:
@@ -68,7 +67,7 @@ def cases() -> Iterator[Case]:
 
 
 def published() -> list[Path]:
-    """Return the files of published volumes, where there are any."""
+    """Return the files of published volumes, if there are any."""
     folder = Path(os.environ.get("CCWSIM_DATA", "")) / "volumes"
     return sorted(folder.glob("*.npz")) if "CCWSIM_DATA" in os.environ else []
 
@@ -213,7 +212,7 @@ def print_large(only: str) -> None:
 
 
 def ratio(values: list[float], bases: list[float]) -> str:
-    """Return the ratio of two means with its standard error; empty where there are no values."""
+    """Return the ratio of two means with its standard error; empty without values."""
     own, base = np.array(values), np.array(bases)
     of_means = own.mean() / base.mean()
     error = np.std(own - of_means * base, ddof=1) / len(own) ** 0.5 / base.mean()
@@ -221,7 +220,7 @@ def ratio(values: list[float], bases: list[float]) -> str:
 
 
 def crops_of(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> Iterator[np.ndarray]:
-    """Yield pieces of an image, as large as the grid where it is."""
+    """Yield pieces of an image, as large as the grid if they fit."""
     rng = np.random.default_rng(0)
     sides = [min(a, b) for a, b in zip(image.shape, shape, strict=True)]
     for _ in range(n):

@@ -62,7 +62,7 @@ def test_the_scripts_of_the_library_run(capsys):
     assert names["gamma"].shape == (6, 41)
     assert 0 < names["changed"] < 0.05
     assert len(names["many"]) <= 20
-    assert {key[0] for key in names["found"].curves} == {names["sand"]}
+    assert {key[0] for key in names["comparison"].curves} == {names["sand"]}
     assert len(names["swept"].rows) == len(names["tried"].fitting) == 4
     assert "finished" in capsys.readouterr().out
 

@@ -15,6 +15,7 @@ PACKAGE = ROOT / "ccwsim"
 LAYERS = (
     {"model"},
     {"system"},
+    {"jobs"},
     {"engine"},
     {"run"},
     {"metrics", "io"},
@@ -26,7 +27,6 @@ LAYERS = (
     {"cli"},
     {"ui/widgets"},
     {"ui/frontend"},
-    {"jobs"},
     {"ui/session"},
     {"ui/results"},
     {"ui/study"},

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
+import tarfile
 import time
 import tomllib
 import urllib.request
 import venv
+import zipfile
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.version import Version
 
 import ccwsim
 from tools import tutorials
@@ -21,6 +26,7 @@ from tools import tutorials
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
+USED_EXTRAS = [name for name in EXTRAS if name != "dev"]
 
 
 def required(name: str) -> set[str]:
@@ -46,6 +52,15 @@ def test_requirements_are_those_of_the_project(file, wanted):
     assert required(file) == declared(wanted)
 
 
+def test_packages_whose_private_parts_are_used_stay_within_a_minor_version():
+    required = {r.name: r.specifier for r in map(Requirement, PROJECT["dependencies"])}
+    for name in ("streamlit", "numba"):
+        bounds = {bound.operator: Version(bound.version) for bound in required[name]}
+        lower, upper = bounds[">="], bounds["<"]
+        assert (lower.major, lower.minor + 1) == (upper.major, upper.minor)
+        assert Version(version(name)) in required[name], "not the tested version"
+
+
 def test_the_citation_names_this_version_and_the_paper():
     text = (ROOT / "CITATION.cff").read_text("utf-8")
     assert f"\nversion: {ccwsim.__version__}\n" in text
@@ -59,16 +74,28 @@ def test_the_licence_is_the_one_that_is_declared():
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory) -> Path:
-    """The folder of programs of a fresh environment in which the wheel is installed."""
-    folder = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "build", "--wheel", "--outdir", str(folder), str(ROOT)]
+def built(tmp_path_factory) -> Path:
+    """The folder of the source archive and of the wheel that is built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    build = [sys.executable, "-m", "build", "--outdir", str(folder), str(ROOT)]
     subprocess.run(build, check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
+    return folder
+
+
+def install(folder: Path, built: Path, extras: str = "", constraints: str = "") -> Path:
+    """Install the wheel into a fresh environment; return the environment's folder of programs."""
+    (wheel,) = built.glob("*.whl")
+    (folder / "constraints.txt").write_text(constraints)
     venv.create(folder / "env", with_pip=True)
     programs = folder / "env" / ("Scripts" if os.name == "nt" else "bin")
-    subprocess.run([programs / "pip", "install", "-q", wheel], check=True, capture_output=True)
+    pip = [programs / "pip", "install", "-q", "-c", folder / "constraints.txt"]
+    subprocess.run([*pip, f"{wheel}{extras}"], check=True, capture_output=True)
     return programs
+
+
+@pytest.fixture(scope="module")
+def installed(built, tmp_path_factory) -> Path:
+    return install(tmp_path_factory.mktemp("newest"), built)
 
 
 def run(program: Path, *arguments: str, cwd: Path) -> str:
@@ -79,6 +106,59 @@ def run(program: Path, *arguments: str, cwd: Path) -> str:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+@pytest.mark.slow
+def test_the_source_archive_has_every_file_and_can_be_tested_and_documented(built, tmp_path):
+    (archive,) = built.glob("*.tar.gz")
+    with tarfile.open(archive) as packed:
+        packed.extractall(tmp_path, filter="data")
+    (unpacked,) = tmp_path.iterdir()
+    if shutil.which("git") and (ROOT / ".git").exists():
+        git = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached"]
+        listed = subprocess.run(git, check=True, capture_output=True, text=True).stdout
+        tracked = {name for name in listed.split("\0") if name and name != ".gitignore"}
+        assert not {name for name in tracked if not (unpacked / name).is_file()}
+    run(Path(sys.executable), "-m", "pytest", "--collect-only", "-n", "0", cwd=unpacked)
+    run(Path(sys.executable), "-m", "mkdocs", "build", "--strict", cwd=unpacked)
+
+
+@pytest.mark.slow
+def test_the_readme_of_the_package_links_to_no_file(built):
+    (wheel,) = built.glob("*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        (name,) = (name for name in packed.namelist() if name.endswith(".dist-info/METADATA"))
+        text = packed.read(name).decode()
+    assert "# CCWSIM" in text
+    assert not re.findall(r"\]\((?!https?:)[^)]*\)", text)
+
+
+LOWEST = "".join(
+    f"{required.name}{str(bound).replace('>=', '==')}\n"
+    for extra in (PROJECT["dependencies"], *(EXTRAS[name] for name in USED_EXTRAS))
+    for required in map(Requirement, extra)
+    for bound in required.specifier
+    if str(bound).startswith(">=")
+)
+"""Constraints that install the lowest version allowed of each direct dependency."""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="lower bounds hold for Python 3.11")
+def test_all_modules_run_with_the_lowest_versions_allowed(built, tmp_path):
+    programs = install(tmp_path, built, f"[{','.join(USED_EXTRAS)}]", LOWEST)
+    script = """
+import importlib, pkgutil
+import ccwsim
+for module in pkgutil.walk_packages(ccwsim.__path__, "ccwsim."):
+    if not module.name.endswith("__main__"):
+        importlib.import_module(module.name)
+wells = ccwsim.datasets.load_hard_data("channels_60_wells")
+e = ccwsim.simulate(ccwsim.datasets.load("channels"), (512, 512), hard_data=wells, seed=0)
+assert e.n_mismatched.tolist() == [0]
+e.to_xarray()
+"""
+    run(programs / "python", "-c", script, cwd=tmp_path)
 
 
 @pytest.mark.slow

@@ -1,8 +1,8 @@
-"""Write what the tutorials print and show into them: python -m tools.tutorials [NAME …]
+"""Write the output of the tutorials into them: python -m tools.tutorials [NAME …]
 
-A tutorial is a page of Markdown. Its blocks of Python run one after another, as the cells of a
-notebook do: what a block prints follows it as text, and what its last line shows, as a notebook
-would, as a picture. Tests run them again and compare. The site has each one as a notebook too.
+A tutorial is a page of Markdown. Its blocks of Python run one after another, like the cells of a
+notebook: the printed output follows a block as text, and the value of its last line as a picture.
+Tests run them again and compare. The site also has each one as a notebook.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ BLOCK = re.compile(
 )
 CHART_SIZE = 720, 300
 MAX_SIDE = 640
-"""Pixels of the longer side of a map; a smaller one is enlarged by a whole number."""
+"""Pixels of the longer side of a map; smaller ones are enlarged by an integer."""
 
 
 class Shown(NamedTuple):
-    """What a block prints, and what its last line shows: a PNG with words, or nothing."""
+    """Output of a block: its text, and a PNG with words for the value of its last line."""
 
     text: str
     picture: bytes = b""

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 SECONDS_A_LINE = 5.0
 """Between two lines where there is no terminal, such as in the log of a batch system."""
-STARTING = "starting; the first run after an installation compiles the kernels …"
+STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
 
@@ -28,6 +28,7 @@ class ProgressLine:
         self._bar: tqdm | None = None
         self._first: tuple[float, float] | None = None
         self._said: float | None = None
+        self._waiting = ""  # what a terminal shows before the work begins
 
     def __call__(self, fraction: float, n_done: int) -> None:
         """Show that `fraction` of all work is done, and `n_done` units."""
@@ -40,10 +41,12 @@ class ProgressLine:
             self._say_line(fraction, done)
         elif fraction > 0:
             self._show_bar(fraction, done)
-        elif self._said is None:
-            self._said = 0.0
-            self._stream.write(f"\r{STARTING}")
-            self._stream.flush()
+        else:
+            text = starting_text()
+            if text != self._waiting:
+                self._stream.write("\r" + text.ljust(len(self._waiting)))
+                self._stream.flush()
+                self._waiting = text
 
     def write(self, line: str) -> None:
         """Write a line above the bar."""
@@ -55,9 +58,10 @@ class ProgressLine:
         """Take the bar away until the next call."""
         if self._bar is not None:
             self._bar.clear()
-        elif self._is_terminal and self._said is not None:
-            self._stream.write("\r" + " " * len(STARTING) + "\r")
+        elif self._waiting:
+            self._stream.write("\r" + " " * len(self._waiting) + "\r")
             self._stream.flush()
+            self._waiting = ""
 
     def close(self) -> None:
         """Take the bar away for good."""
@@ -78,17 +82,30 @@ class ProgressLine:
 
     def _say_line(self, fraction: float, done: str) -> None:
         now = time.monotonic()
-        self._said = now if self._said is None else self._said
+        compiles = fraction == 0 and starting_text() != STARTING
+        self._said = (now - SECONDS_A_LINE * compiles) if self._said is None else self._said
         if fraction > 0 and self._first is None:
             self._first = now, fraction
         if now - self._said < SECONDS_A_LINE:
             return
         self._said = now
-        line = f"{100 * fraction:.0f} %, {done}" if self._first else STARTING
+        line = f"{100 * fraction:.0f} %, {done}" if self._first else starting_text()
         if self._first and fraction > self._first[1]:
             pace = (fraction - self._first[1]) / (now - self._first[0])
             line += f", {duration((1 - fraction) / pace)} left"
         print(line, file=self._stream, flush=True)
+
+
+def starting_text() -> str:
+    """Say what comes before the work: kernels are compiled, how many, how long the others take."""
+    from ccwsim.engine.compilation import compilation
+
+    progress = compilation()
+    if progress is None:
+        return STARTING
+    text = f"compiling kernels, once for this machine: {progress.n_done} of {progress.n}"
+    left = progress.seconds_left
+    return f"{text}, {duration(left)} left" if left is not None else text
 
 
 def duration(seconds: float) -> str:

@@ -2,83 +2,45 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import click
 
 from ccwsim.cli.options import quiet
 
-if TYPE_CHECKING:
-    from ccwsim.model.ensemble import Ensemble
-    from ccwsim.model.parameters import Parameters
-
-SIZE = 64
-"""Side of the training image and of the grid."""
-
-STUDIES = {
-    "search and local re-simulation, 16-bit scores": (16, 4, 2, "ccwsim"),
-    "search, 32-bit scores": (32, 16, 3, "ccwsim"),
-    "search, levels 4 to 6": (32, 16, 4, "ccwsim"),
-    "finer scales of ms-ccsim": (16, 4, 2, "ms-ccsim"),
-}
-"""Template, overlap, level and method of a study for each set of types that kernels have."""
-
 
 @click.command("warm-up")
+@click.option("--serve", is_flag=True, hidden=True, help="Compile for the process that started it.")
 @quiet
-def command(quiet: bool) -> None:
+def command(quiet: bool, serve: bool) -> None:
     """Compile the kernels now, for instance while an image is built.
 
-    Compiles all kernels that simulations and the first screen of the dashboard need, and keeps
-    them; what is compiled already takes no time.
+    Compiles all kernels that usual studies and the first screen of the dashboard need, side by side
+    on up to three cores, and keeps them; what is compiled already takes no time.
     """
-    from ccwsim.engine.kernels import FOLDER
-    from ccwsim.model.parameters import Parameters
+    from ccwsim.engine import compilation
+
+    if serve:
+        compilation.serve()
+        return
+    from ccwsim.cli.progress import ProgressLine
+    from ccwsim.engine.kernel_cache import FOLDER
+    from ccwsim.experiments.warm_up import usual_work
 
     start = time.perf_counter()
-    ensembles = []
-
-    def timed(name: str, work: Callable[[], object]) -> None:
-        before = time.perf_counter()
-        work()
+    requests = []
+    for name, work in usual_work().items():
+        needed = compilation.ask_for(work, compilation.SOON)
+        requests += [request for request in needed if request not in requests]
         if not quiet:
-            click.echo(f"{time.perf_counter() - before:6.1f} s  {name}", err=True)
-
-    for name, (template, overlap, level, method) in STUDIES.items():
-        p = Parameters(template, overlap, level, method=method)
-        timed(name, lambda p=p: ensembles.append(_simulated(p)))
-    timed("statistics of the first screen", lambda: _measure(ensembles[-1]))
-    if not quiet:
-        total = time.perf_counter() - start
-        click.echo(f"{total:6.1f} s  in all; compiled kernels are kept in {FOLDER}", err=True)
-
-
-def _simulated(parameters: Parameters) -> Ensemble:
-    """Return realizations with contradictory data, so that local re-simulation runs too."""
-    import numpy as np
-
-    from ccwsim.model.hard_data import HardData
-    from ccwsim.model.training_image import TrainingImage
-    from ccwsim.run.simulation import simulate
-
-    rng = np.random.default_rng(0)
-    image = TrainingImage(rng.integers(0, 2, (SIZE, SIZE)))
-    flat = rng.choice(SIZE * SIZE, 200, replace=False)
-    data = HardData(np.stack(np.divmod(flat, SIZE), axis=1), rng.integers(0, 2, len(flat)))
-    return simulate(image, (SIZE, SIZE), parameters, data)
-
-
-def _measure(ensemble: Ensemble) -> None:
-    """Compute the curves and maps that the dashboard shows first."""
-    import numpy as np
-
-    from ccwsim.metrics import connectivity, etype, variogram
-
-    etype(ensemble)
-    image = ensemble.training_image
-    for images in (ensemble, image):
-        for direction in ("E-W", "N-S"):
-            variogram(images, image.codes[1], direction, np.arange(10))
-            connectivity(images, image.codes[1], direction, np.arange(10))
+            click.echo(f"{len(needed):3} kernels to compile  {name}", err=True)
+    line = None if quiet else ProgressLine(1, sys.stderr)
+    compilation.await_all(requests, lambda: line(0.0, 0) if line else None)
+    if line is not None:
+        line.close()
+        seconds = time.perf_counter() - start
+        click.echo(
+            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are kept in {FOLDER}",
+            err=True,
+        )

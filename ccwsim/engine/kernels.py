@@ -1,106 +1,111 @@
-"""How kernels are compiled: one decorator, and a cache that a changed source makes anew.
+"""How kernels are compiled: one decorator for each kind of function.
 
-Numba keeps compiled functions by the date of their own file. A kernel that calls another one from
-another file has that one compiled into it, so that after an update of the other file alone the old
-code would still run. The cache therefore lies in a folder named after the content of all files
-with kernels.
+What is compiled is kept between runs (see `kernel_cache`); what is missing is compiled by other
+processes side by side (see `compilation`).
 """
 
 from __future__ import annotations
 
-import atexit
 import logging
 import os
-import shutil
-import subprocess
-import sys
-import tempfile
-import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from hashlib import blake2b
-from pathlib import Path
+from contextvars import ContextVar
 from typing import Any, ClassVar
 
 from numba import config, njit
-from numba.core import event
 
-_PACKAGE = Path(__file__).parents[1]
+from ccwsim.engine import numba_hooks
+from ccwsim.engine.kernel_cache import FOLDER
+
 _log = logging.getLogger(__name__)
+_walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
+    "walk", default=None
+)
 
 
-def _digest_of_sources() -> str:
-    sums = blake2b(digest_size=8)
-    for source in sorted(_PACKAGE.rglob("*.py")):
-        text = source.read_bytes()
-        has_kernel = b"kernel\n" in text
-        sums.update(text if has_kernel or source.parent.name in ("stages", "corrections") else b"")
-    return sums.hexdigest()
+class _MissingError(Exception):
+    """Ends the call of a kernel that a walk found missing."""
 
 
-SOURCE = _digest_of_sources()
-"""A short name of the content of all files with kernels."""
+@contextmanager
+def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
+    """Only find out which kernels a computation needs: `on_missing(kernel, signature)` gets them.
 
-
-def _cache_folder() -> str:
-    """Return where compiled kernels are kept: beside the package, or where the user may write.
-
-    Where nothing can be written, as in a container whose files are read-only, kernels that were
-    compiled beforehand are copied to a temporary folder, which Numba wants to write to; empty where
-    there is not even that.
+    A missing kernel is not run but counts nothing and leaves its arrays as they are; one that makes
+    arrays runs in plain Python. So a walk over small arrays takes no time.
     """
-    name = f"kernels-{SOURCE}"
-    places = [_PACKAGE / "__pycache__" / name]
-    with suppress(RuntimeError):  # a user without a home, as in some containers
-        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        places.append(home / "ccwsim" / name)
-    for place in places:
-        if _is_writable(place):
-            return str(place)
-    warm = [place for place in places if place.is_dir()]
+    token = _walk.set(on_missing)
     try:
-        temporary = tempfile.mkdtemp(prefix="ccwsim-")
-    except OSError:
-        return ""
-    atexit.register(shutil.rmtree, temporary, ignore_errors=True)
-    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # not shutil.copytree: it copies modes
-        own = Path(temporary) / file.relative_to(warm[0])
-        own.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, own)
-    return temporary
+        yield
+    finally:
+        _walk.reset(token)
 
 
-def _is_writable(place: Path) -> bool:
-    """Return whether a folder can be written to, or made."""
-    there = next(folder for folder in (place, *place.parents) if folder.exists())
-    return os.access(there, os.W_OK | os.X_OK)
+class Kernel:
+    """A compiled function that Python calls; `kernel` and `allocating_kernel` make it."""
+
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        self.dispatcher = _compiled(function, FOLDER, **options)
+        self.__doc__, self.__name__ = function.__doc__, function.__name__
+        self.__module__, self.__wrapped__ = function.__module__, function
+        self._allocates = "_nrt" not in options
+        if FOLDER and numba_hooks.are_known() and hasattr(self.dispatcher, "_cache"):
+            numba_hooks.ask_first(self.dispatcher, self._ask)
+
+    def __call__(self, *values: Any, **named: Any) -> Any:
+        try:
+            return self.dispatcher(*values, **named)
+        except _MissingError:
+            return self.__wrapped__(*values, **named) if self._allocates else 0
+
+    def _ask(self, signature: tuple[Any, ...]) -> None:
+        on_missing = _walk.get()
+        if on_missing is not None:
+            on_missing(self, signature)
+            raise _MissingError
+        from ccwsim.engine.compilation import compile_apart
+
+        compile_apart(self, signature)
+
+    @property
+    def n_functions(self) -> int:
+        """How many functions are compiled into it, with itself."""
+        return len(_functions_in(self.__wrapped__, set()))
 
 
-FOLDER = _cache_folder()
-"""Where compiled kernels are kept; empty where nothing can be written."""
+def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
+    """Return a function and all parts that it calls, as its code names them."""
+    seen.add(function)
+    for name in function.__code__.co_names:
+        part = function.__globals__.get(name)
+        if isinstance(part, part_of_kernel) and part.__wrapped__ not in seen:
+            _functions_in(part.__wrapped__, seen)
+    return seen
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function without the interpreter lock; the result is kept between runs.
 
-    It makes no arrays, and neither do its parts: then Numba need not count at each call who holds
-    the arrays that are handed over, which takes a third of the time of a patch. Of arrays it may
-    take views by slices and `reshape`; `ravel` is a call itself.
+    It makes no arrays, and neither do its parts: without reference counting of the arrays that are
+    handed over (`_nrt=False`) a patch takes a third less time. Of arrays it may take views by
+    slices and `reshape`; `ravel` is a call itself. It changes arrays in place and returns at most a
+    count.
     """
-    return _compiled(function, FOLDER, _nrt=False)
+    return Kernel(function, _nrt=False)
 
 
 def allocating_kernel(function: Callable[..., Any]) -> Any:
-    """As `kernel`, for what makes arrays of its own."""
-    return _compiled(function, FOLDER)
+    """As `kernel`, for functions that make arrays."""
+    return Kernel(function)
 
 
 class part_of_kernel:  # noqa: N801 - a decorator
-    """As `kernel`, for what only other kernels call: compiled into them, not callable by itself.
+    """As `kernel`, for functions that only kernels call: compiled into them, not callable itself.
 
-    Leaving out what a call from Python needs halves the time it takes to compile. A call from
-    Python, as tests make it, compiles the function by itself.
+    Leaving out what a call from Python needs halves the time it takes to compile, and so does
+    leaving it to the kernels to optimize it. A call from Python, as tests make it, compiles the
+    function by itself.
 
     Examples
     --------
@@ -113,7 +118,12 @@ class part_of_kernel:  # noqa: N801 - a decorator
     options: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        self._part = _compiled(function, FOLDER, no_cpython_wrapper=True, **self.options)
+        options = {"no_cpython_wrapper": True, **self.options}
+        if numba_hooks.are_known():
+            options["pipeline_class"] = numba_hooks.LinkedCompiler
+        self._part = _compiled(function, "" if numba_hooks.are_known() else FOLDER, **options)
+        if numba_hooks.are_known() and hasattr(self._part, "get_call_template"):
+            numba_hooks.type_without_literals(self._part)
         self.__doc__, self.__name__, self.__wrapped__ = (
             function.__doc__,
             function.__name__,
@@ -126,13 +136,15 @@ class part_of_kernel:  # noqa: N801 - a decorator
         return self._part._numba_type_
 
     def __call__(self, *values: Any, **named: Any) -> Any:
+        if _walk.get() is not None:
+            return self.__wrapped__(*values, **named)
         if self._alone is None:  # in a folder of its own: the cache does not know the difference
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
         return self._alone(*values, **named)
 
 
 class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
-    """As `part_of_kernel`, for what is called most: put in the place of each call.
+    """As `part_of_kernel`, for the functions called most: put in the place of each call.
 
     A call that hands over a few arrays takes longer than to compare a hundred cells.
     """
@@ -150,125 +162,26 @@ class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
         return self.__wrapped__
 
 
-COMPILE_TIME = "about half a minute"
-"""What the kernels of a first run take to compile on two slow cores that also draw the page."""
-OUTERMOST = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
-"""Kernels of a run that call all others, and are therefore the last to be compiled."""
-COUNT_SECONDS = 0.2
-"""Time between two counts of the kernels on disk."""
-_apart: subprocess.Popen | None = None
-_apart_lock = threading.Lock()
-_engine_kernels: set[str] = set()
-_compilation: tuple[int, int, str] | None = None
-_ready = False
-
-
-def compilation() -> tuple[int, int, str] | None:
-    """Return how many of how many engine kernels are compiled, and the one in work; else None."""
-    return _compilation
-
-
-def is_ready() -> bool:
-    """Return whether this process has compiled, or read from the cache, the kernels of a study."""
-    return _ready
-
-
-def must_compile() -> bool:
-    """Return whether the next run has to wait for the compiler."""
-    return not _ready and not kernels_on_disk() >= OUTERMOST
-
-
-def kernels_on_disk() -> set[str]:
-    """Return the names of the engine kernels in the cache."""
-    files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
-    return {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} & _engine_kernels
-
-
-def compile_apart(is_cancelled: Callable[[], bool]) -> None:
-    """Compile the kernels of a run in another process, where they are not on disk, and wait.
-
-    The compiler holds the interpreter lock: a server that compiles in a thread sends no page
-    meanwhile. The process goes on with the kernels of other runs when those of the first are there;
-    all who call this meanwhile wait for the same one.
-    """
-    global _compilation, _apart
-    if not FOLDER or kernels_on_disk() >= OUTERMOST:
-        return
-    with _apart_lock:
-        if _apart is None or _apart.poll() is not None:
-            _apart = _warm_up_apart()
-        process = _apart
+def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
+    """Return Numba's compiled function; `folder` is where it is kept, empty for nowhere."""
+    options |= {"no_cfunc_wrapper": True, "error_model": "numpy"}
+    if not folder or numba_hooks.are_known():
+        dispatcher = njit(nogil=True, **options)(function)
+        if folder and hasattr(dispatcher, "_cache"):  # none with NUMBA_DISABLE_JIT
+            numba_hooks.keep_in(folder, dispatcher)
+        return _with_robust_cache(dispatcher)
+    others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
+    # Read when a function is decorated; other packages keep their own.
+    setattr(config, "CACHE_DIR", folder)  # noqa: B010
     try:
-        while process.poll() is None and not is_cancelled():
-            done = kernels_on_disk()
-            if done >= OUTERMOST:
-                return
-            _compilation = len(done), len(_engine_kernels), ""
-            time.sleep(COUNT_SECONDS)
+        return _with_robust_cache(njit(nogil=True, cache=True, **options)(function))
     finally:
-        _compilation = None
-
-
-def _warm_up_apart() -> subprocess.Popen:
-    """Start `ccwsim warm-up` in another process; the page and its browser go first."""
-    paths = [str(_PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ccwsim", "warm-up", "--quiet"],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    threading.Thread(target=process.wait, daemon=True).start()  # leaves no defunct process
-    if hasattr(os, "setpriority"):
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, process.pid, 10)
-    return process
-
-
-@contextmanager
-def reported_compilation(on_kernel: Callable[[int, int, str], None] | None) -> Iterator[None]:
-    """Call `on_kernel(n_done, n_total, name)` before each engine kernel this thread compiles.
-
-    Nothing is called where all kernels are read from the cache; else once more at the end, with
-    n_done = n_total. `compilation` says the same to other threads meanwhile.
-    """
-    global _compilation, _ready
-
-    def report(n_done: int, n_total: int, name: str) -> None:
-        global _compilation
-        _compilation = n_done, n_total, name
-        if on_kernel is not None:
-            on_kernel(n_done, n_total, name)
-
-    listener = _Listener(report)
-    try:
-        with event.install_listener("numba:compile", listener):
-            yield
-        if listener.seen:
-            report(len(_engine_kernels), len(_engine_kernels), "")
-        _ready = True
-    finally:
-        _compilation = None
-
-
-class _Listener(event.Listener):
-    def __init__(self, on_kernel: Callable[[int, int, str], None]) -> None:
-        self.on_kernel, self.thread = on_kernel, threading.get_ident()
-        self.seen: set[str] = set()
-
-    def on_start(self, event: event.Event) -> None:
-        name = (event.data or {})["dispatcher"].py_func.__name__
-        if threading.get_ident() == self.thread and name in _engine_kernels - self.seen:
-            self.on_kernel(len(self.seen), len(_engine_kernels), name)
-            self.seen.add(name)
-
-    def on_end(self, event: event.Event) -> None:
-        pass
+        setattr(config, "CACHE_DIR", others)  # noqa: B010
 
 
 def _with_robust_cache(dispatcher: Any) -> Any:
     """Let a kernel whose files are damaged be compiled anew: Numba fails for ever on them."""
-    cache = getattr(dispatcher, "_cache", None)  # none where NUMBA_DISABLE_JIT is set
+    cache = getattr(dispatcher, "_cache", None)  # none with NUMBA_DISABLE_JIT
     if cache is None:
         return dispatcher
     load = cache.load_overload
@@ -285,16 +198,3 @@ def _with_robust_cache(dispatcher: Any) -> Any:
 
     cache.load_overload = load_or_compile
     return dispatcher
-
-
-def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
-    if function.__module__.startswith("ccwsim.engine."):
-        _engine_kernels.add(function.__name__)
-    others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
-    # Read when a function is decorated; other packages keep their own.
-    setattr(config, "CACHE_DIR", folder)  # noqa: B010
-    try:
-        options |= {"cache": bool(folder), "no_cfunc_wrapper": True, "error_model": "numpy"}
-        return _with_robust_cache(njit(nogil=True, **options)(function))
-    finally:
-        setattr(config, "CACHE_DIR", others)  # noqa: B010

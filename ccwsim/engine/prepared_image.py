@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable
 from functools import cached_property
 from math import prod
-from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +25,7 @@ from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.engine.stages.similarity import running_squares, running_sums, score_type
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.study import Study
+from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
 """What the parts of a training image may take that are kept for other realizations."""
@@ -100,8 +99,7 @@ class PreparedImage:
     def __init__(self, study: Study) -> None:
         self.study = study
         self._lengths = lengths_of(study.parameters, study.grid.shape)
-        self._parts: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
-        self._lock = Lock()
+        self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
         """Return the image in one orientation, at the scale that is searched.
@@ -163,26 +161,10 @@ class PreparedImage:
         return self.part(("proportions of data",), make)
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-        """Return what is kept under a name, or make it."""
-        with self._lock:
-            if key in self._parts:
-                self._parts.move_to_end(key)
-                return self._parts[key]
-        part = make()
-        with self._lock:
-            self._parts[key] = part
-            while n_bytes(list(self._parts.values())) > KEPT_BYTES and len(self._parts) > 1:
-                self._parts.popitem(last=False)
-        return part
+        """Return a part of the image by its key, made if it is not kept."""
+        return self._parts.get_or_make(key, make)
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
         """When a datum counts as isolated, by facies index."""
         return isolated_datum_thresholds(self.scaled())
-
-
-def n_bytes(part: Any) -> int:
-    """Return the size of an array, or of all arrays in a tuple or list; numbers count nothing."""
-    if isinstance(part, np.ndarray):
-        return part.nbytes
-    return sum(map(n_bytes, part)) if isinstance(part, list | tuple) else 0

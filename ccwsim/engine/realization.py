@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.compilation import SOON, ask_for, await_all
 from ccwsim.engine.corrections.cell_repair import repair_cells
 from ccwsim.engine.corrections.resimulation import Target, resimulate
 from ccwsim.engine.corrections.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
-from ccwsim.engine.kernels import reported_compilation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
     RASTER_SHARE,
@@ -29,6 +29,7 @@ from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,27 +144,39 @@ def is_compiled(study: Study, image: PreparedImage) -> bool:
     return _ways(study, image) in _compiled
 
 
-def compile_kernels(
-    study: Study,
-    image: PreparedImage,
-    watch: Watch,
-    on_kernel: Callable[[int, int, str], None] | None = None,
-) -> None:
-    """Run each kernel of a study once, on next to nothing, before realizations are timed.
+def is_ready() -> bool:
+    """Return whether this process has compiled, or read from disk, the kernels of any study."""
+    return bool(_compiled)
 
-    Where kernels must be compiled, `on_kernel(n_done, n_total, name)` is called before each of
-    them, and once at the end with n_done = n_total.
-    """
+
+def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
+    """Run each kernel of a study once, on next to nothing, before realizations are timed."""
     if is_compiled(study, image):
         return
+    await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)
+    simulate_realization(_tiny(study), 0, image, False, watch)
+    _compiled.add(_ways(study, image))
+
+
+def walk_through(study: Study, watch: Watch) -> None:
+    """Simulate next to nothing, which calls all kernels of a study: for `ask_for`.
+
+    From a small image, as what is prepared in a walk is of no use.
+    """
+    image, template = study.training_image, study.parameters.along(study.grid.shape).template
+    shape = [min(n, 2 * t) for n, t in zip(in_layers(image.shape), template, strict=True)]
+    cells = np.resize(image.codes, shape[-len(image.shape) :])
+    small = replace(study, training_image=TrainingImage(cells))
+    simulate_realization(_tiny(small), 0, PreparedImage(small), False, watch)
+
+
+def _tiny(study: Study) -> Study:
+    """Return a study of next to nothing, with data that cannot all be honoured if it has data."""
     shape = (8,) * len(study.grid.shape)
     cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
-    codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]  # none can be met at once
-    data = HardData(cells, codes)
-    tiny = Study(study.training_image, Grid.of(shape), study.parameters, data, 0)
-    with reported_compilation(on_kernel):
-        simulate_realization(tiny, 0, image, False, watch)
-    _compiled.add(_ways(study, image))
+    codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]
+    grid = Grid.of(shape)
+    return Study(study.training_image, grid, study.parameters, HardData(cells, codes), 0)
 
 
 def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:

@@ -13,11 +13,12 @@ from ccwsim.engine.corrections.resimulation import resimulate
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import target_of
 from ccwsim.engine.stages.path import in_three
-from ccwsim.jobs.workers import Watch, n_cores, run_all
+from ccwsim.jobs.workers import Watch, run_all
 from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
+from ccwsim.system.machine import n_cores
 
 
 def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:

@@ -1,4 +1,7 @@
-"""Charts (plotly figures) and pictures (PNG bytes) of nouns and results; nothing is computed."""
+"""Charts (plotly figures) and pictures (PNG bytes) of nouns and results; nothing is computed.
+
+Every chart takes a `Theme`; heights are in pixels.
+"""
 
 from ccwsim.figures.curves import (
     Bundle,
@@ -31,7 +34,7 @@ from ccwsim.figures.proportions import (
     proportions_chart,
     proportions_height,
 )
-from ccwsim.figures.slices import Slice, slices_of, slices_png
+from ccwsim.figures.slices import VolumeSlice, slices_of, slices_png
 from ccwsim.figures.style import (
     DARK,
     DASHES,
@@ -70,10 +73,10 @@ __all__ = [
     "Group",
     "LayerData",
     "Line",
-    "Slice",
     "Strip",
     "Theme",
     "TimeSeries",
+    "VolumeSlice",
     "calibration_chart",
     "compared_proportions_chart",
     "compared_times_chart",

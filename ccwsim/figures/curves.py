@@ -1,4 +1,4 @@
-"""Curves: of ensembles against the training image, of methods, and small ones beside a map."""
+"""Curves of ensembles, training images and methods, and sparklines."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13
-"""Of the bands of settings: four of them still show each other."""
+"""Opacity of the bands of settings: four bands remain visible."""
 ROW_HEIGHT = 172
 """Pixels of a row of transiograms."""
 MAX_DISC = 6
 """Pixels of the disc of the layer with the most hard data."""
 SIDE, MARGIN = 100, 4
-"""Of a sparkline, in its own units."""
+"""Side and margin of a sparkline, in its units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Bundle:
     reference : ndarray, shape (m,)
         The training image's curve.
     each : ndarray, shape (n, m)
-        One curve a realization; n may be 0.
+        One curve for each realization; n may be 0.
     low, median, high : ndarray, shape (m,)
         The 5 %, 50 % and 95 % quantiles over the realizations.
     """
@@ -67,7 +67,7 @@ class Line:
     x, y : ndarray
     colour : str
     dash : str
-        "solid", "dash" or "dot"; "none" draws the points alone.
+        "solid", "dash" or "dot"; "none" draws points only.
     points : bool
         Whether each value is marked.
     """
@@ -82,10 +82,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class LayerData:
-    """Hard data by layer: elevation, share of a facies among them, and how many there are.
-
-    Only layers with data count.
-    """
+    """Elevation, share of a facies and number of the hard data of each layer with data."""
 
     at: Floats
     share: Floats
@@ -108,13 +105,10 @@ def curves_chart(
     bundles : Bundle, or mapping of str to Bundle
         One ensemble: realizations and band grey, median dark. Up to four settings by name: a band
         and a median each, in the setting's colour and dash.
-    theme : Theme
     y_title, x_title : str
-        What the axes measure, with the unit.
+        Quantities of the axes, with the unit.
     y_range : pair of float, optional
-        Give the same one to panels that are compared.
-    height : int
-        Pixels.
+        Range of the y axis, equal for panels that are compared.
 
     Examples
     --------
@@ -200,17 +194,16 @@ def transiogram_chart(
     names: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return transiograms, P(head at x + h | tail at x): one panel a pair, tails in rows.
+    """Return transiograms, P(head at x + h | tail at x): one panel for each pair, tails in rows.
 
     Parameters
     ----------
     bundles : mapping
         By (tail, head), indices into `names`.
     tails, heads : sequence of int
-        Which facies have a row and a column.
+        Facies with a row and with a column.
     names : sequence of str
-        Of all facies.
-    theme : Theme
+        Names of all facies.
 
     Examples
     --------
@@ -269,15 +262,12 @@ def vertical_proportions_chart(
     ----------
     bundle : Bundle
         Shares from 0 to 1; its lags are the elevations of the layers of the realizations.
-    theme : Theme
     x_title, y_title : str
-        What is shared out, such as "sand (%)", and what the elevation is in.
+        Titles of the axes, such as "sand (%)" and the elevation with its unit.
     reference_at : ndarray, optional
-        Elevations of the training image's shares, where it has other layers.
+        Elevations of the training image's shares, if it has other layers.
     data : LayerData, optional
-        Shares of the hard data, which are drawn as discs; a larger one stands for more data.
-    height : int
-        Pixels.
+        Shares of the hard data, drawn as discs; larger ones stand for more data.
 
     Examples
     --------
@@ -321,16 +311,13 @@ def vertical_proportions_chart(
 def geobody_sizes_chart(
     bundle: Bundle, theme: Theme, *, y_title: str, height: int = 230
 ) -> go.Figure:
-    """Return the share of a facies in geobodies of at least so many cells, these on a log axis.
+    """Return the share of a facies in geobodies of at least a number of cells, on a log axis.
 
     Parameters
     ----------
     bundle : Bundle
         Its lags are numbers of cells, from 1 on.
-    theme : Theme
     y_title : str
-    height : int
-        Pixels.
 
     Examples
     --------
@@ -356,17 +343,15 @@ def repetition_chart(
     *,
     height: int = 250,
 ) -> go.Figure:
-    """Return the autocorrelation of the facies of a training image, with lengths marked.
+    """Return the autocorrelation of the facies of a training image, with marked lengths.
 
     Parameters
     ----------
     lags : ndarray of int, shape (m,)
     east_west, north_south : ndarray, shape (m,)
-        1 at lag 0, about 0 where cells are independent; a peak is the distance from feature to
-        feature.
+        1 at lag 0, about 0 for independent cells; a peak is the distance from feature to feature.
     marks : mapping of str to int
         Lengths in cells to mark, such as {"T 32": 32}.
-    theme : Theme
 
     Examples
     --------
@@ -393,15 +378,14 @@ def repetition_chart(
 
 
 def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
-    """Return a square SVG picture of curves over equal lags, from zero to the largest value of all.
+    """Return a square SVG picture of curves over equal lags, from zero to the largest value.
 
     Parameters
     ----------
     curves : array_like, shape (n, n_lags)
-        One a realization.
+        Curves of the realizations.
     reference : array_like, shape (n_lags,)
-        That of the training image, which is in front.
-    theme : Theme
+        Curve of the training image, drawn in front.
 
     Examples
     --------
@@ -443,7 +427,7 @@ def _band(bundle: Bundle, name: str, colour: str) -> Any:
 
 
 def _threads(bundle: Bundle, theme: Theme) -> Any:
-    """All realizations as one trace with gaps: one trace each would be slow beyond fifty."""
+    """Return all realizations as one trace with gaps: fifty traces and more would be slow."""
     n = len(bundle.each)
     # lags as float32: exact for whole numbers, and half the bytes to send
     x = np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n)

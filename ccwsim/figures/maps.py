@@ -1,10 +1,11 @@
-"""Maps as pictures: small palette PNGs, with the hard data on them where nothing is hovered."""
+"""Maps as small palette PNGs, with or without hard data."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,10 @@ from ccwsim.model.arrays import check_int
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
-"""Level of compression of pictures that are sent at once and not kept."""
+"""Compression level of pictures that are sent once and not kept."""
 WRONG = "#C8321F"
 STEPS = 101
-"""Of the colours of a map of shares: one a percent."""
+"""Colours of a map of shares: one for each percent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +31,9 @@ class Dots:
     cells : ndarray of int, shape (n, 2)
         Row and column, row 0 at the south.
     colours : list of str
-        One a datum, of its facies.
+        Facies colour of each datum.
     wrong : ndarray of bool, shape (n,)
-        Those that the map does not honour are ringed red.
+        Data that the map does not honour; ringed red.
     """
 
     cells: NDArray[np.integer]
@@ -43,8 +44,8 @@ class Dots:
 def index_png(indices: NDArray[np.uint8]) -> bytes:
     """Return a PNG whose colours are the greys (k, k, k) of the indices k, north at the top.
 
-    It is a palette of the indices that occur, with as few bits a cell as they need: a quarter of
-    the time, at the same size, of a grey picture.
+    Its palette has the indices that occur, with as few bits per cell as possible: this takes a
+    quarter of the time of a grey picture of the same size.
 
     Parameters
     ----------
@@ -65,20 +66,18 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
     picture = Image.fromarray(positions[indices[::-1]], mode="P")
     picture.putpalette(np.repeat(values, 3).astype(np.uint8).tobytes())
     bits = next(b for b in (1, 2, 4, 8) if len(values) <= 2**b)
-    written = BytesIO()
-    picture.save(written, "PNG", bits=bits, compress_level=QUICK)
-    return written.getvalue()
+    return png_of(picture, bits=bits, compress_level=QUICK)
 
 
 def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:
     """Return a map as a palette PNG with square cells of `scale` pixels, north at the top."""
     scale = check_int("scale", scale, 1)
     size = indices.shape[1] * scale, indices.shape[0] * scale
-    return _png(_coloured(indices, colours).resize(size, Image.Resampling.NEAREST))
+    return png_of(_coloured(indices, colours).resize(size, Image.Resampling.NEAREST))
 
 
 def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
-    """Return width and height in pixels of a map whose longer side has `longest` pixels.
+    """Return width and height of a map whose longer side has `longest` pixels.
 
     Examples
     --------
@@ -93,13 +92,13 @@ def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
 def contact_sheet(
     indices: NDArray[np.uint8], colours: Sequence[str], *, longest: int = 96
 ) -> tuple[bytes, int]:
-    """Return all realizations, made small, as one PNG.
+    """Return all realizations as tiles of one PNG.
 
     Parameters
     ----------
     indices : ndarray of uint8, shape (n, ny, nx)
     colours : sequence of str
-        One "#rrggbb" a facies.
+        Colour "#rrggbb" of each facies.
     longest : int
         Pixels of the longer side of a tile.
 
@@ -108,7 +107,7 @@ def contact_sheet(
     bytes
         The PNG; realization r is in row r // columns and column r % columns.
     int
-        How many columns it has.
+        Number of columns.
     """
     width, height = tile_size(indices.shape[1:], longest)
     columns = min(len(indices), MAX_SHEET_SIDE // width)
@@ -118,7 +117,7 @@ def contact_sheet(
         full = _coloured(realization, colours).convert("RGB")
         tile = full.resize((width, height), Image.Resampling.BOX)
         sheet.paste(tile, (r % columns * width, r // columns * height))
-    return _png(sheet), columns
+    return png_of(sheet), columns
 
 
 def data_png(
@@ -129,18 +128,18 @@ def data_png(
     *,
     longest: int,
 ) -> bytes:
-    """Return hard data as dots on a clear ground, north at the top.
+    """Return hard data as dots on a transparent ground, north at the top.
 
     Parameters
     ----------
     cells : ndarray, shape (n, 2)
         Row and column of each datum.
     indices : ndarray, shape (n,)
-        Of their facies among the colours.
+        Index of each datum's facies among the colours.
     shape : pair of int
         Rows and columns of the grid.
     colours : sequence of str
-        One "#rrggbb" a facies.
+        Colour "#rrggbb" of each facies.
     longest : int
         Pixels of the longer side.
 
@@ -159,13 +158,13 @@ def data_png(
         x = (column + 0.5) / shape[1] * width
         y = height - (row + 0.5) / shape[0] * height
         pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[index]))
-    return _png(picture)
+    return png_of(picture)
 
 
 def placement_svg(
     cells: NDArray[np.integer], colours: Sequence[str | None], shape: tuple[int, int]
 ) -> str:
-    """Return where data fall, north at the top: the grid as a frame, data outside it around it.
+    """Return a sketch of data in and around the frame of a grid, north at the top.
 
     Parameters
     ----------
@@ -195,7 +194,7 @@ def placement_svg(
 
     width, height = np.maximum((high - low)[::-1] * scale, _SVG_SIDE / 2) + 2 * pad
     left, top = at(ny, 0)
-    sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # seen however far away the data are
+    sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # visible however distant the data are
     frame = f'x="{left:.2f}" y="{top:.2f}" width="{sides[0]:.2f}" height="{sides[1]:.2f}"'
     parts = [f'<rect {frame} fill="#8881" stroke="#777" stroke-width="1"/>']
     for (row, column), colour in zip(places.tolist(), colours, strict=True):
@@ -208,7 +207,7 @@ def placement_svg(
 
 
 _SVG_SIDE = 480
-"""Units of the longer side of what is drawn."""
+"""Units of the longer side of the sketch."""
 
 
 def data_map_png(
@@ -230,16 +229,14 @@ def data_map_png(
     scale = max(1, round(longest / max(indices.shape)))
     if dots is None or not len(dots.cells):
         return map_png(indices, colours, scale=scale)
-    written = BytesIO()
     picture = data_map(indices, colours, dots, scale)
-    picture.quantize(64, dither=Image.Dither.NONE).save(written, "PNG", optimize=True)
-    return written.getvalue()
+    return png_of(picture.quantize(64, dither=Image.Dither.NONE), optimize=True)
 
 
 def data_map(
     indices: NDArray[np.uint8], colours: Sequence[str], dots: Dots, scale: int
 ) -> Image.Image:
-    """Return a map with cells of `scale` pixels and its hard data; those that are wrong on top."""
+    """Return a map with cells of `scale` pixels and its hard data, wrong ones on top."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
     if not len(dots.cells):
@@ -259,7 +256,7 @@ def data_map(
 
 
 def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]:
-    """Return shares from 0 to 1 as indices of the colours of the cividis ramp, and these."""
+    """Return shares from 0 to 1 as indices of the colours of the cividis ramp, and the colours."""
     steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
     return steps, ramp(CIVIDIS, STEPS)
 
@@ -286,7 +283,8 @@ def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image
     return picture
 
 
-def _png(picture: Image.Image) -> bytes:
+def png_of(picture: Image.Image, **options: Any) -> bytes:
+    """Return a picture as the bytes of a PNG file; `options` are those of Pillow."""
     written = BytesIO()
-    picture.save(written, "PNG")
+    picture.save(written, "PNG", **options)
     return written.getvalue()

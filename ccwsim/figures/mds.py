@@ -1,4 +1,4 @@
-"""The MDS plot: realizations and the training image as points at the distance of their patterns."""
+"""MDS plot: realizations and the training image as points, by the distance of their patterns."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
 
 EDGE = 0.4
-"""From here to the end of the plot there is no room for half a name."""
+"""Position beyond which a centred name would leave the plot."""
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Realizations that are drawn alike.
+    """Realizations drawn with one marker.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class Group:
     colour, symbol : str
         A CSS colour and one of plotly's marker symbols.
     labels : sequence of str
-        One a realization, said on hover with the hint to click; without them only the name.
+        Hover text of each realization, followed by the hint to click; by default the name.
     ringed : int, optional
-        The realization that is shown elsewhere, counted from 0.
+        Index of the realization that is shown elsewhere.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Group:
 
 
 def label_side(place: NDArray[np.float64]) -> str:
-    """Return on which side of a point its name has room; the plot goes from −1 to 1.
+    """Return the side of a point with room for its name; the plot extends from −1 to 1.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def mds_chart(
     *,
     height: int = 400,
 ) -> go.Figure:
-    """Return one series a group (series k of the chart is group k), and the image in red.
+    """Return a series for each group, in their order, and the image in red.
 
     Parameters
     ----------
@@ -69,10 +69,7 @@ def mds_chart(
         Position of the training image.
     groups : sequence of Group
     explained : ndarray, shape (2,)
-        Share of the variance that each axis holds.
-    theme : Theme
-    height : int
-        Pixels.
+        Share of the variance along each axis.
 
     Examples
     --------
@@ -110,7 +107,7 @@ def mds_chart(
 
 
 def mds_title(explained: NDArray[np.float64]) -> str:
-    """Return the title of an MDS plot: how much of the variance its axes hold.
+    """Return the title of an MDS plot with the share of the variance along each axis.
 
     Examples
     --------
@@ -121,7 +118,7 @@ def mds_title(explained: NDArray[np.float64]) -> str:
 
 
 def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:
-    """Points that look the same whether they are selected or not."""
+    """Return points that look the same selected and not selected."""
     x, y = positions.T
     trace = dots(name, x, y, colour, size, marker_symbol=symbol)
     same = {"marker": {"opacity": 1}}

@@ -1,6 +1,6 @@
-"""Images, data and ensembles in a notebook: a picture with a line of words, a chart to zoom in.
+"""Images, data and ensembles in a notebook: a picture with a caption, and a zoomable chart.
 
-Of volumes one layer is drawn, the middle one, and its number said, counted from 0 at the bottom.
+The middle layer of a volume is drawn; layers are counted from 0 at the bottom.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
-"""Pixels of the longer side of a picture, and of each of a few; each of many has half of it."""
+"""Pixels of the longer side of a picture; many pictures have half of it."""
 FEW = 4
 MAX_TILES = 12
 """Realizations in a picture of an ensemble."""
@@ -32,7 +32,7 @@ HEIGHT = 380
 
 
 def image_html(image: TrainingImage) -> str:
-    """Return a picture of a training image, north at the top, and what it is."""
+    """Return a picture of a training image, north at the top, with a caption."""
     name, shares = image.name or "Training image", _facies(image, image.proportions)
     layer, words = _middle(image.shape)
     said = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
@@ -41,7 +41,7 @@ def image_html(image: TrainingImage) -> str:
 
 
 def ensemble_html(ensemble: Ensemble) -> str:
-    """Return a picture of the first realizations and what they are."""
+    """Return a picture of the first realizations with a caption."""
     image, n = ensemble.training_image, ensemble.n
     shown = min(n, MAX_TILES)
     colours = facies_colours(image)
@@ -59,7 +59,7 @@ def ensemble_html(ensemble: Ensemble) -> str:
 
 
 def data_html(data: HardData) -> str:
-    """Return a picture of hard data in the box that holds them, and how many there are."""
+    """Return a picture of hard data in their bounding box, with their number."""
     if not data.n:
         return _html(b"", "no hard data")
     low, high = data.cells.min(axis=0), data.cells.max(axis=0)
@@ -79,7 +79,7 @@ def data_html(data: HardData) -> str:
 
 
 def image_chart(image: TrainingImage) -> go.Figure:
-    """Return a training image as a chart; hovering says the facies.
+    """Return a training image as a chart with the facies as hover text.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def data_chart(data: HardData) -> go.Figure:
 
 
 def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
-    """The index of the middle layer of a volume, and words that say so; none for a map."""
+    """Return the index of the middle layer of a volume, and its description; empty for a map."""
     if len(shape) == 2:
         return (), ""
     layer = shape[0] // 2
@@ -130,7 +130,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 
 def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
-    """Which data are in the middle one of the layers that have some, and words that say so."""
+    """Return which data are in the middle layer among those with data, and its description."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])

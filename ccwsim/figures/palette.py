@@ -1,4 +1,4 @@
-"""Colours: the same facies has the same colour in every map, sheet and chart."""
+"""Colours: a facies has the same colour in every map, sheet and chart."""
 
 from __future__ import annotations
 
@@ -22,18 +22,15 @@ HEX = re.compile(r"#[0-9a-fA-F]{6}")
 def facies_colours(
     training_image: TrainingImage, chosen: Mapping[int, str] | None = None
 ) -> list[str]:
-    """Return one colour a facies, in the order of the codes.
+    """Return the colour of each facies, in the order of the codes.
+
+    Raises `CCWSIMError` for a colour that is not written as "#rrggbb".
 
     Parameters
     ----------
     training_image : TrainingImage
     chosen : mapping of int to str, optional
-        Colours that the user gave to facies codes, as "#rrggbb".
-
-    Raises
-    ------
-    CCWSIMError
-        For a colour that is not written as "#rrggbb".
+        Colours chosen by the user for facies codes, as "#rrggbb".
 
     Examples
     --------
@@ -51,7 +48,7 @@ def facies_colours(
 
 
 def default_colour(index: int) -> str:
-    """Return the colour of a facies by its index in the sorted codes; past six, hues go round."""
+    """Return the colour of a facies by its index in the sorted codes; after six, hues rotate."""
     if index < len(FACIES):
         return FACIES[index]
     hue = (index * GOLDEN_ANGLE) % 1.0
@@ -74,17 +71,17 @@ def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
 DIFFERENCE = ("#2C6FB0", "#F4F2ED", "#B5452C")
 """Below zero, zero and above zero of a difference, on paper."""
 DIFFERENCE_ON_INK = ("#6FB1EE", "#232A33", "#FF8A6B")
-"""The same on ink: zero is as dark as the ground."""
+"""Below zero, zero and above zero of a difference, on ink."""
 
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)
 """Steps of the cividis ramp, for probabilities."""
 
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
-"""Steps of a single-hue ramp, for entropy: pale where all is certain."""
+"""Steps of a single-hue ramp for entropy, pale for certain cells."""
 
 
 def with_opacity(colour: str, opacity: float) -> str:
-    """Return a colour "#rrggbb" that lets what is below show.
+    """Return a colour "#rrggbb" made transparent.
 
     Examples
     --------
@@ -96,7 +93,7 @@ def with_opacity(colour: str, opacity: float) -> str:
 
 
 def ramp(steps: Sequence[str], n: int) -> list[str]:
-    """Return `n` colours that go evenly through `steps`.
+    """Return `n` evenly spaced colours between `steps`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Facies proportions: those of the training image, and how the realizations spread around them."""
+"""Facies proportions of realizations around those of the training image."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 LINE = 18
-"""Pixels of a line of dots."""
+"""Height of a line of dots in pixels."""
 
 
 def proportions_height(n_facies: int) -> int:
-    """Return how high the chart of one ensemble is, in pixels."""
+    """Return the height of the chart of one ensemble in pixels."""
     return 76 + 30 * int(n_facies)
 
 
@@ -36,19 +36,18 @@ def proportions_chart(
     colours: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return one row a facies: a dot a realization, and a red stroke for the training image.
+    """Return a row for each facies: dots for realizations, a red stroke for the training image.
 
     Parameters
     ----------
     names : sequence of str
-        Of the facies.
+        Names of the facies.
     reference : ndarray, shape (n_facies,)
         Shares of cells in the training image, 0 to 1.
     each : ndarray, shape (n, n_facies)
         Shares of cells in each realization.
     colours : sequence of str
-        One "#rrggbb" a facies.
-    theme : Theme
+        Colour "#rrggbb" of each facies.
 
     Examples
     --------
@@ -78,20 +77,16 @@ def proportions_chart(
 def compared_proportions_chart(
     names: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
 ) -> go.Figure:
-    """Return a block of lines a facies, in it one line of dots a setting.
+    """Return a block for each facies with a line of dots for each setting.
 
-    Dots are differences from the training image, which is the red stroke at 0: shares themselves
-    would cover each other.
+    Dots are differences from the training image, the red stroke at 0.
 
     Parameters
     ----------
-    names : sequence of str
-        Of the facies.
-    reference : ndarray, shape (n_facies,)
-        Shares of cells in the training image, 0 to 1.
+    names, reference
+        As in `proportions_chart`.
     settings : mapping of str to ndarray, shape (n, n_facies)
         Shares of cells in the realizations of each setting.
-    theme : Theme
 
     Examples
     --------

@@ -1,28 +1,27 @@
-"""Volumes as pictures: three slices side by side, a layer and a section along x and along y."""
+"""Volumes as pictures: a layer, a section along x and one along y, side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from io import BytesIO
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from ccwsim.figures.maps import WRONG, Dots, data_map
+from ccwsim.figures.maps import WRONG, Dots, data_map, png_of
 from ccwsim.model.errors import CCWSIMError
 
 GAP, LABEL, TEXT = 12, 22, 13
 """Pixels between two slices, of the line above them, and of its letters."""
 GREY = "#6B737C"
-"""Of the letters: read on paper and on ink."""
+"""Colour of the letters, legible on paper and on ink."""
 INK = "#1B1F24"
 AXES = ("layer", "row", "column")
 
 
-class Slice(NamedTuple):
-    """A slice of a volume, what it is called, and its hard data, where there are some."""
+class VolumeSlice(NamedTuple):
+    """A slice of a volume with its label and its hard data."""
 
     indices: NDArray[np.uint8]
     label: str
@@ -31,8 +30,10 @@ class Slice(NamedTuple):
 
 def slices_of(
     indices: NDArray[np.uint8], at: Sequence[int] | None = None, dots: Dots | None = None
-) -> list[Slice]:
+) -> list[VolumeSlice]:
     """Return the slices through a cell of a volume: a map, and sections along x and along y.
+
+    Raises `CCWSIMError` for a map, and for a cell outside the volume.
 
     Parameters
     ----------
@@ -41,12 +42,7 @@ def slices_of(
     at : triple of int, optional
         Layer, row and column; the middle by default.
     dots : Dots, optional
-        Hard data, their cells as layer, row and column; a slice has those that lie in it.
-
-    Raises
-    ------
-    CCWSIMError
-        For a map, and for a cell outside the volume.
+        Hard data, their cells as layer, row and column; a slice has those inside it.
 
     Examples
     --------
@@ -61,13 +57,13 @@ def slices_of(
         raise CCWSIMError(f"cell {tuple(cell)} must lie in a volume of shape {shape}")
     cells, wrong = np.empty((0, len(AXES)), np.int64), np.empty(0, bool)
     data = Dots(cells, [], wrong) if dots is None else dots
-    found = []
+    slices = []
     for axis, (name, k, n) in enumerate(zip(AXES, cell, shape, strict=True)):
         here = np.flatnonzero(data.cells[:, axis] == k)
         flat = np.delete(data.cells[here], axis, axis=1)
         own = Dots(flat, [data.colours[d] for d in here.tolist()], data.wrong[here])
-        found.append(Slice(np.take(indices, k, axis), f"{name} {k} (0 to {n - 1})", own))
-    return found
+        slices.append(VolumeSlice(np.take(indices, k, axis), f"{name} {k} (0 to {n - 1})", own))
+    return slices
 
 
 def slices_png(
@@ -78,19 +74,20 @@ def slices_png(
     dots: Dots | None = None,
     longest: int = 1280,
 ) -> bytes:
-    """Return slices of a volume side by side as a PNG on a clear ground, each with its label.
+    """Return labelled slices of a volume side by side as a PNG with a transparent ground.
 
     Parameters
     ----------
     indices, at, dots
         As in `slices_of`.
     colours : sequence of str
-        One "#rrggbb" an index.
+        Colour "#rrggbb" of each index.
     longest : int
-        Pixels of its width, about; cells are squares of whole pixels, as large in all slices.
+        Approximate width in pixels; cells are squares of whole pixels of one size.
 
     Examples
     --------
+    >>> from io import BytesIO
     >>> volume = np.zeros((5, 40, 40), np.uint8)
     >>> Image.open(BytesIO(slices_png(volume, ["#173F6B"], longest=744))).size
     (744, 262)
@@ -112,13 +109,11 @@ def slices_png(
         pen.text((left, 2), one.label, fill=GREY, font=font)
         picture.paste(shown, (left, LABEL))
         left += width + GAP
-    written = BytesIO()
-    picture.save(written, "PNG", optimize=True)
-    return written.getvalue()
+    return png_of(picture, optimize=True)
 
 
-def _with_wells(section: Slice, colours: Sequence[str], scale: int) -> Image.Image:
-    """A section with its data as cells in a frame: discs of a well would cover each other."""
+def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
+    """Return a section with its data as framed cells: discs of a well would overlap."""
     nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
     picture = data_map(section.indices, colours, nobody, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots

@@ -1,6 +1,6 @@
-"""How charts look: one type, hairlines, transparent ground, on paper and on ink.
+"""Look of charts: one typeface, hairlines, transparent ground, on paper and on ink.
 
-Also the marks that tell settings apart, and charts outside the dashboard.
+Also the marks of compared settings, and charts outside the dashboard.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
 ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Colours, dashes and symbols of four settings; red is left to the training image."""
+"""Colours, dashes and symbols of four settings; red is reserved for the training image."""
 
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours of a chart's own parts; facies colours are the same in every theme."""
+    """Colours of the parts of a chart; facies colours are the same in every theme."""
 
     ink: str
     quiet: str
@@ -60,7 +60,7 @@ DARK = Theme(
 
 
 def theme_named(name: str | None) -> Theme:
-    """Return the theme "dark", or else the light one."""
+    """Return the dark theme for "dark", otherwise the light one."""
     return DARK if name == "dark" else LIGHT
 
 
@@ -76,7 +76,7 @@ def setting_colours(theme: Theme) -> tuple[str, ...]:
 
 
 def difference_colours(theme: Theme) -> tuple[str, str, str]:
-    """Return the colours below zero, at zero, which is as the ground, and above zero.
+    """Return the colours below zero, at zero (the ground) and above zero.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def difference_colours(theme: Theme) -> tuple[str, str, str]:
 
 
 def as_written(names: Sequence[str]) -> list[str]:
-    """Return names for a chart, which takes tags, entities and %{...} for its own.
+    """Return names for a chart with tags, entities and %{...} escaped.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def as_written(names: Sequence[str]) -> list[str]:
 
 
 def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.Figure:
-    """Return an empty chart: axes with their units, and a ground that shows the page."""
+    """Return an empty chart with titled axes and a transparent ground."""
     axis = {
         "showgrid": False,
         "zeroline": False,
@@ -126,12 +126,12 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "xaxis": {**axis, "title": {**axis["title"], "text": x_title}},
         "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": y_title}},
     }
-    # plotly takes ten times as long to validate a layout as to make a chart of it
+    # validation takes plotly ten times as long as the chart itself
     return go.Figure(layout=layout, _validate=False)
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a line as a trace; `more` are plotly's own arguments. It says nothing on hover."""
+    """Return a line as a trace without hover text; `more` are arguments of plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]
@@ -140,7 +140,7 @@ def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **mor
 
 
 def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
-    """Return points as a trace; `more` are plotly's own arguments."""
+    """Return points as a trace; `more` are arguments of plotly."""
     return go.Scatter(
         name=name, x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
     )
@@ -149,7 +149,7 @@ def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: 
 def name_rows(
     chart: go.Figure, theme: Theme, names: Sequence[str], ends: tuple[float, float], at: Any = None
 ) -> None:
-    """Name the rows of a chart on its y axis, which has no line of its own."""
+    """Name the rows of a chart on its y axis, without an axis line."""
     chart.update_yaxes(
         tickvals=list(range(len(names))) if at is None else at,
         ticktext=list(names),
@@ -161,7 +161,7 @@ def name_rows(
 
 
 def figure_json(figure: go.Figure) -> str:
-    """Return a figure as JSON that plotly's script draws, without plotly's own template.
+    """Return a figure as JSON for plotly's script, without plotly's template.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def figure_json(figure: go.Figure) -> str:
 
 @cache
 def plotly_script() -> str:
-    """Return plotly's own script, to be written into a page once.
+    """Return plotly's script, to be written into a page once.
 
     Examples
     --------

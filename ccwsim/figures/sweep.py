@@ -1,4 +1,4 @@
-"""Settings of a sweep by time and error, with the Pareto front."""
+"""Chart of the settings of a sweep by time and error, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ SIDES = {
     "bottom left": (-1, 1),
 }
 NARROW = 400.0
-"""Pixels that the chart has at least on a usual screen, for which labels are placed."""
+"""Width in pixels for which labels are placed: the smallest on a usual screen."""
 SPREAD = 4.0
-"""Where the largest is so many times the smallest, an axis is logarithmic."""
+"""Ratio of the largest to the smallest value from which an axis is logarithmic."""
 
 
 def sweep_chart(
@@ -44,23 +44,22 @@ def sweep_chart(
     spreads: NDArray[np.float64] | None = None,
     height: int = 380,
 ) -> go.Figure:
-    """Return a dot a setting, the Pareto front as steps, and two dots marked.
+    """Return a dot for each setting, the Pareto front as steps, and two marked dots.
 
     Parameters
     ----------
     milliseconds, errors : ndarray, shape (n,)
-        CPU time of a realization, and how far it is off; NaN is not drawn.
+        CPU time and error of a realization; NaN is not drawn.
     labels : sequence of str
-        What the settings are called; written beside the dots where there is room.
-    theme : Theme
+        Names of the settings, written beside the dots if there is room.
     front : iterable of int
         Settings on the front, by time.
     selected, recommended : int or None
-        The setting that is ringed, and the one drawn as a diamond.
+        The ringed setting, and the one drawn as a diamond.
     y_title : str
-        What the error is.
+        Name of the error.
     spreads : ndarray, shape (n,), optional
-        Standard deviation of each error between realizations, drawn up and down; NaN is not drawn.
+        Standard deviation of each error between realizations, drawn as a bar; NaN is not drawn.
 
     Examples
     --------
@@ -116,7 +115,7 @@ def sweep_chart(
 
 
 def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
-    """Return an axis that holds the values: logarithmic where they are far apart, else from 0."""
+    """Return an axis for values: logarithmic if their ratio is large, otherwise from 0."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     if low <= 0 or high / low < SPREAD:
@@ -130,7 +129,7 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
 
 
 def _steps(corners: NDArray[np.float64]) -> list[Box]:
-    """Return the front's lines as boxes: from each point on the right, then to the next one."""
+    """Return the front's lines as boxes: from each point to the right, then down to the next."""
     boxes: list[Box] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
         boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]
@@ -138,7 +137,7 @@ def _steps(corners: NDArray[np.float64]) -> list[Box]:
 
 
 def _shares(values: NDArray[np.float64], axis: dict[str, Any]) -> NDArray[np.float64]:
-    """Return how far along an axis values lie, 0 to 1."""
+    """Return the positions of values along an axis, 0 to 1."""
     along = np.log10(values) if "type" in axis else values
     return (along - axis["range"][0]) / (axis["range"][1] - axis["range"][0])
 
@@ -150,7 +149,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return on which side of its point each label goes, None if there is no room for it.
+    """Return the side of its point for each label, None if there is no room for it.
 
     Examples
     --------

@@ -15,13 +15,13 @@ from ccwsim.figures.style import Theme, blank_chart, dots, line, name_rows, sett
 
 Floats = NDArray[np.float64]
 ROW = 40
-"""Pixels of a bar with the space around it."""
+"""Height in pixels of a bar with the space around it."""
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
-"""Of the markers, by level: the same for measured and published times."""
+"""Symbols of measured and published times by level."""
 LABEL_GAP = 15
-"""Pixels between two labels."""
+"""Distance between two labels in pixels."""
 EMPTY_DECADES = 4.0
-"""Shown below the published times where nothing is measured yet."""
+"""Decades below the published times while nothing is measured."""
 
 
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
@@ -33,9 +33,6 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
         CPU milliseconds of each realization.
     mean : float
         Their mean.
-    theme : Theme
-    height : int
-        Pixels.
 
     Examples
     --------
@@ -59,7 +56,7 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
 def compared_times_chart(
     settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: Theme
 ) -> go.Figure:
-    """Return one bar a setting for the mean, with a dot for each realization.
+    """Return a bar for the mean of each setting, with a dot for each realization.
 
     Parameters
     ----------
@@ -68,8 +65,7 @@ def compared_times_chart(
     means : ndarray, shape (n_settings,)
         Their means.
     labels : sequence of str
-        What is written at each bar.
-    theme : Theme
+        Text at each bar.
 
     Examples
     --------
@@ -111,11 +107,11 @@ class TimeSeries:
     ----------
     name : str
     level : int
-        Decides the marker.
+        Wavelet level, which decides the marker.
     cells, values : ndarray, shape (n,)
-        Cells of the grid, and the time of each.
+        Cells of each grid, and its time.
     dashed : bool
-        Whether its line is dashed, to tell two methods apart.
+        Whether its line is dashed, to distinguish two methods.
     """
 
     name: str
@@ -142,20 +138,17 @@ def timings_chart(
 ) -> go.Figure:
     """Return times on log axes, measured ones as lines, published ones as open red markers.
 
-    A line of slope one is a time that grows linearly with the cells.
+    A line of slope one means that time grows linearly with the cells.
 
     Parameters
     ----------
     measured, published : sequence of TimeSeries
     ticks : mapping of int to str
-        Numbers of cells on the axis, and what they are called.
-    theme : Theme
+        Numbers of cells on the axis, and their labels.
     y_title : str
-        What is shown, with its unit.
+        Quantity with its unit.
     unit : str
-        For the hover.
-    height : int
-        Pixels.
+        Unit in hover texts.
 
     Examples
     --------
@@ -199,7 +192,7 @@ def _hovered(trace: Any, unit: str) -> Any:
 def _label_lines(
     chart: go.Figure, measured: Sequence[TimeSeries], theme: Theme, pixels: float
 ) -> None:
-    """Name each line at its end; names that would meet are moved apart, from the top down."""
+    """Name each line at its end; overlapping names are moved apart, from the top down."""
     lowest = np.inf
     for series in sorted(measured, key=lambda series: -series.values[-1]):
         own = float(np.log10(series.values[-1])) * pixels
@@ -209,7 +202,7 @@ def _label_lines(
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
-    """Name the slowest above its marker, and the others, which nearly meet, below theirs."""
+    """Name the slowest time above its marker, and the others, which nearly coincide, below."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
     place = {"xanchor": "right", "xshift": 24}
     _label(chart, top, top.name, theme.reference, yshift=16, **place)

@@ -1,4 +1,4 @@
-"""Charts of how good realizations are: calibration, data, divergences, lag maps, convergence."""
+"""Charts of the quality of realizations: calibration, data, divergences, lag maps, convergence."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 MAX_DOT, MIN_DOT = 22, 5
-"""Pixels of the dots of a calibration."""
+"""Diameters in pixels of the dots of a calibration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Strip:
     Attributes
     ----------
     title : str
-        What it is, with the unit.
+        Name of the statistic, with the unit.
     each : ndarray, shape (n,)
         NaN if a realization has none.
     reference : float
@@ -45,16 +45,13 @@ class Strip:
 
 
 def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
-    """Return one number a realization as dots along a line, and the image's as a red stroke.
+    """Return the value of each realization as a dot on a line, and the image's as a red stroke.
 
     Parameters
     ----------
     strip : Strip
-    theme : Theme
     colour : str
-        Of the dots, as the facies has it on the maps.
-    height : int
-        Pixels.
+        Colour of the dots, as of the facies on maps.
 
     Examples
     --------
@@ -65,7 +62,7 @@ def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -
     """
     chart = blank_chart(theme, height=height, x_title=strip.title, y_title="")
     n = len(strip.each)
-    spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # so that each can be pointed at
+    spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # so that dots do not overlap
     each = dots("realizations", strip.each, spread, colour, 9)
     each.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
     each.update(text=[f"realization {k + 1}" for k in range(n)])
@@ -87,7 +84,7 @@ def calibration_chart(
     *,
     height: int = 320,
 ) -> go.Figure:
-    """Return observed shares over forecast probabilities; a larger dot stands for more cells.
+    """Return observed shares over forecast probabilities; larger dots stand for more cells.
 
     Parameters
     ----------
@@ -95,9 +92,6 @@ def calibration_chart(
         Mean probability in a bin, and the share that came true; NaN for an empty bin.
     count : ndarray of int, shape (n_bins,)
         Cells in each bin.
-    theme : Theme
-    height : int
-        Pixels.
 
     Examples
     --------
@@ -126,17 +120,14 @@ def calibration_chart(
 def data_status_chart(
     names: Sequence[str], shares: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return one bar a data status: mean share of the hard data over the realizations.
+    """Return a bar for each data status: mean share of the hard data over the realizations.
 
     Parameters
     ----------
     names : sequence of str
-        Such as "raster" and "re-simulated, 8 cells"; the last is drawn in the colour of a warning.
+        Such as "raster" and "re-simulated, 8 cells"; the last one has the colour of a warning.
     shares : ndarray, shape (n_realizations, n_names)
         Shares of the data, from 0 to 1.
-    theme : Theme
-    height : int
-        Pixels.
 
     Examples
     --------
@@ -168,7 +159,7 @@ def data_status_chart(
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return ANODI's between and within as dots joined by a line, one row a resolution.
+    """Return ANODI's between and within as dots joined by a line, a row for each resolution.
 
     Parameters
     ----------
@@ -176,9 +167,6 @@ def divergence_chart(
         Resolution is 1 / factor.
     between, within : ndarray, shape (n_factors,)
         Mean Jensen–Shannon divergence in bits; NaN if there is none.
-    theme : Theme
-    height : int
-        Pixels.
 
     Examples
     --------
@@ -226,17 +214,14 @@ def lag_map_chart(
     lags : ndarray of int, shape (m,)
         −m … m, of the rows and the columns.
     values : ndarray, shape (m, m)
-    theme : Theme
     name : str
-        What the values are, for the hover, such as "γ of sand".
+        Name of the values in hover texts, such as "γ of sand".
     largest : float
         End of the colours, which start at 0, or at −largest for a difference.
     azimuth : float, optional
-        A direction to mark by a line, in degrees from north.
+        Direction marked by a line, in degrees from north.
     difference : bool
-        Colours that part at zero.
-    height : int
-        Pixels.
+        Whether colours diverge from zero.
 
     Examples
     --------
@@ -280,14 +265,11 @@ def convergence_chart(
     Parameters
     ----------
     numbers : sequence of int
-        Realizations so far.
+        Numbers of realizations.
     errors : sequence of float
-        The standard error then, in percentage points.
+        Standard error for each number, in percentage points.
     n_asked : int
-        Where the axis ends.
-    theme : Theme
-    height : int
-        Pixels.
+        End of the axis.
 
     Examples
     --------
@@ -307,7 +289,7 @@ def convergence_chart(
 
 
 def _around(values: Sequence[float]) -> list[float]:
-    """Return an axis range around values, which starts at 0 where none is below."""
+    """Return an axis range around values, from 0 on if none is negative."""
     there = [v for v in values if not np.isnan(v)] or [0.0]
     room = 0.12 * (max(there) - min(there)) or max(abs(there[0]) * 0.1, 0.5)
     low = min(there) - room

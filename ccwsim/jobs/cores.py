@@ -20,24 +20,22 @@ CREDIT_SECONDS = 1.0
 
 
 class Usage:
-    """The core seconds of one user, comparable to those of the others that compute."""
+    """The core seconds that the runs of one user took, comparable to those of other users."""
 
     def __init__(self) -> None:
         self.seconds = float("-inf")
-        self.n_tasks = 0
-        """Tasks that compute or wait."""
+        self.n_tasks = self.n_running = 0  # tasks that compute or wait; that compute
 
 
 class Cores:
     """Lets `n` tasks compute at a time: the task whose user has used least is next.
 
-    Every run has its own `RunSlot`. A task whose slice is over yields its core to a waiting task of
-    a user with less usage and waits itself. `clock` returns the time in seconds.
+    A task whose slice is over yields its core to a waiting task of a user with less usage and
+    waits itself. `clock` returns the time in seconds.
 
     Examples
     --------
-    >>> slot = Cores(2).open_slot()
-    >>> with slot.lease() as lease:
+    >>> with Cores(2).lease(Usage(), Event()) as lease:
     ...     lease.has_core
     True
     """
@@ -50,26 +48,33 @@ class Cores:
         self._present: set[Usage] = set()
         self._lock = Lock()
 
-    def open_slot(self, usage: Usage | None = None) -> RunSlot:
-        """Return a slot for one run; the slots of one usage count together."""
-        return RunSlot(self, usage or Usage())
+    @contextmanager
+    def lease(self, usage: Usage, stop: Event) -> Iterator[CoreLease]:
+        """Wait for a core, or until the run is stopped; release the core at the end."""
+        lease = CoreLease(self, usage, stop)
+        self.request(lease)
+        lease.answered.wait()
+        try:
+            yield lease
+        finally:
+            if lease.has_core:
+                self.release(lease)
 
-    def close_slot(self, slot: RunSlot) -> None:
-        """Stop all waiting of a slot's tasks, now and later."""
+    def let_stopped_go(self) -> None:
+        """End the waiting of tasks whose run was stopped."""
         with self._lock:
-            slot.closed = True
-            for lease in [lease for lease in self._waiting if lease.slot is slot]:
+            for lease in [lease for lease in self._waiting if lease.stop.is_set()]:
                 self._waiting.remove(lease)
-                self._leave(slot.usage)
+                self._leave(lease.usage)
                 lease.answered.set()
 
     def request(self, lease: CoreLease) -> None:
-        """Queue a task for a core, which it may get at once."""
+        """Let a task wait for a core, which it may get at once."""
         with self._lock:
-            if lease.slot.closed:
+            if lease.stop.is_set():
                 lease.answered.set()
             else:
-                self._enter(lease.slot.usage)
+                self._enter(lease.usage)
                 self._waiting.append(lease)
                 self._assign()
 
@@ -77,17 +82,17 @@ class Cores:
         """Take a core back and assign it to the next task."""
         with self._lock:
             self._revoke(lease)
-            self._leave(lease.slot.usage)
+            self._leave(lease.usage)
             self._assign()
 
     def yield_core(self, lease: CoreLease) -> bool:
-        """Pass a core on to a task with less usage; return whether one was waiting."""
+        """Yield a core to a task with less usage; return whether one was waiting."""
         with self._lock:
-            if lease.slot.closed:
+            if lease.stop.is_set():
                 return False
             self._revoke(lease)
-            own = lease.slot.usage.seconds
-            if all(other.slot.usage.seconds >= own for other in self._waiting):
+            used = lease.usage.seconds
+            if all(other.usage.seconds >= used for other in self._waiting):
                 self._grant(lease)
                 return False
             self._waiting.append(lease)
@@ -115,19 +120,19 @@ class Cores:
 
     def _charge(self, lease: CoreLease) -> None:
         now = self.clock()
-        lease.slot.usage.seconds += now - lease.charged_until
+        lease.usage.seconds += now - lease.charged_until
         lease.charged_until = now
 
     def _revoke(self, lease: CoreLease) -> None:
         self._charge(lease)
         self._running.remove(lease)
         lease.has_core = False
-        lease.slot.n_running -= 1
+        lease.usage.n_running -= 1
         self._n_free += 1
 
     def _grant(self, lease: CoreLease) -> None:
         self._n_free -= 1
-        lease.slot.n_running += 1
+        lease.usage.n_running += 1
         self._running.append(lease)
         lease.has_core = True
         lease.since = lease.charged_until = self.clock()
@@ -135,7 +140,7 @@ class Cores:
 
     def _assign(self) -> None:
         def rank(lease: CoreLease) -> float:
-            return lease.slot.usage.seconds + lease.slot.n_running * SLICE_SECONDS
+            return lease.usage.seconds + lease.usage.n_running * SLICE_SECONDS
 
         while self._n_free and self._waiting:
             lease = min(self._waiting, key=rank)  # the first of equals
@@ -143,45 +148,19 @@ class Cores:
             self._grant(lease)
 
 
-class RunSlot:
-    """The tasks of one run; none of them waits any longer once the slot is closed."""
-
-    def __init__(self, cores: Cores, usage: Usage) -> None:
-        self._cores = cores
-        self.usage = usage
-        self.n_running = 0
-        self.closed = False
-
-    @contextmanager
-    def lease(self) -> Iterator[CoreLease]:
-        """Wait for a core, and release it at the end."""
-        lease = CoreLease(self, self._cores)
-        self._cores.request(lease)
-        lease.answered.wait()
-        try:
-            yield lease
-        finally:
-            if lease.has_core:
-                self._cores.release(lease)
-
-    def close(self) -> None:
-        """Let no task wait any longer: the run is stopped."""
-        self._cores.close_slot(self)
-
-
 class CoreLease:
     """The right of one task to compute; `has_core` is False while it waits."""
 
-    def __init__(self, slot: RunSlot, cores: Cores) -> None:
-        self.slot = slot
+    def __init__(self, cores: Cores, usage: Usage, stop: Event) -> None:
+        self.usage, self.stop = usage, stop
         self._cores = cores
         self.has_core = False
         self.since = self.charged_until = 0.0
         self.answered = Event()
-        """Set when the task need not wait: it has a core, or its slot is closed."""
+        """Set when the task need not wait: it has a core, or its run is stopped."""
 
     def yield_if_due(self) -> None:
-        """Pass the core on where the slice is over and a task with less usage waits."""
+        """Yield the core if the slice is over and a task with less usage waits."""
         cores = self._cores
         if not cores.contended or not self.has_core or cores.clock() - self.since < SLICE_SECONDS:
             return

@@ -1,24 +1,22 @@
-"""Long work on a thread, in its turn, with progress and cancel; it knows nothing of the page."""
+"""Long work on threads, in the order of the server's queue, with progress and cancel."""
 
 from __future__ import annotations
 
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable
-from threading import Event, Lock, Thread
+from functools import cache
+from threading import Event, Lock, Thread, Timer
 from typing import Any, Generic, TypeVar
 
-from ccwsim.engine.kernels import COMPILE_TIME, compilation, must_compile
-from ccwsim.jobs.limits import Demand, admit
-from ccwsim.jobs.queue import QueueEntry, current_session, server_queue, session_monitor
-from ccwsim.jobs.workers import stoppable
+from ccwsim.jobs.limits import Demand, admit, limits_of_environment
+from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
 Result = TypeVar("Result")
 Progress = Callable[[float, int], None]
 Cancel = Callable[[], bool]
-SLOW_START = 0.8
-"""Seconds without progress after which the kernels must be compiling."""
 LEAST_SHARE = 0.02
 """Share of the work from which the time left can be estimated."""
 PATIENCE = 0.3
@@ -27,6 +25,8 @@ POLL_SECONDS = 0.25
 """Seconds between two looks at a job that is waited for."""
 MAX_CELLS_AT_ONCE = 4_000_000
 """Cells of a realization that is simulated while a page is drawn: some tenths of a second."""
+MAX_COUNTED_SECONDS = 10.0
+"""Seconds after which an active job does not count against the slots while others wait."""
 NOTHING = Demand(0)
 _admission = Lock()
 """One job at a time is admitted, so that two cannot be promised the same memory."""
@@ -36,9 +36,9 @@ class Job(Generic[Result]):
     """A piece of work that runs on its own thread as soon as the queue of the server lets it.
 
     It is called as work(job): it calls `job.report` with its progress, asks `job.is_cancelled`,
-    and may `job.give` a part of the result. It returns the `result`; what it raises is `error`.
-    `about` is what the caller wants to find on the job again; `n` pieces are called `unit`. Where
-    the server does not have what the job demands, nothing is begun and a CCWSIMError is raised.
+    and may call `job.publish_partial`. It returns the `result`; what it raises is `error`. `about`
+    is for the caller's own use; progress counts `n` pieces, called `unit`. A CCWSIMError is raised,
+    and nothing begins, if the server does not have what the job demands.
 
     Examples
     --------
@@ -61,20 +61,21 @@ class Job(Generic[Result]):
         self.partial: Result | None = None
         self.result: Result | None = None
         self.error: Exception | None = None
+        self.active_since = 0.0  # by the clock of the queue
         self._began: float | None = None
         self._first_report: tuple[float, float] | None = None
         self._cancelled, self._finished, self._first = Event(), Event(), Event()
         self._work: Callable[[Job[Result]], Result] | None = work
         self._n_bytes, self._abandoned = demand.n_bytes, False
-        session, self._queue = current_session(), server_queue()
-        self._entry = QueueEntry(session, self._begin, self.abandon, self._still_to_take)
+        self._queue = server_queue()
+        self.session = self._queue.current_session()
         with _admission:
             if demand is not NOTHING:
                 admit(demand, self._queue.still_to_take)
-            self._queue.enter(self._entry)
-        session_monitor().note(session)
+            self._queue.enter(self)
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Start the work on a thread; the queue calls this."""
         self._began = time.monotonic()
         try:
             Thread(target=self._run, daemon=True).start()
@@ -93,7 +94,7 @@ class Job(Generic[Result]):
             self._end(error)
 
     def _end(self, error: Exception | None) -> None:
-        """Keep what came out and nothing else, and leave the queue."""
+        """Keep only result and error, and leave the queue."""
         self.error, self._work = error, None
         while error is not None:
             # a session keeps its last error: the frames' arrays would stay in memory with it
@@ -104,15 +105,16 @@ class Job(Generic[Result]):
             self.error = Cancelled("stopped, as the page was closed")
         self._finished.set()
         self._first.set()
-        self._queue.leave(self._entry)
+        self._queue.leave(self)
 
-    def _still_to_take(self) -> float:
+    def still_to_take(self) -> float:
+        """Return how many bytes of memory it has asked for and not taken yet."""
         if self.is_cancelled() or self.finished:
             return 0.0
         return self._n_bytes * (1 - min(self.fraction, 1.0))
 
     def report(self, fraction: float, n_done: int) -> None:
-        """Say which share of the work and how many pieces are done; the work calls this."""
+        """Store the share of the work and the number of pieces done; the work calls this."""
         if self._first_report is None:
             self._first_report = time.monotonic(), fraction
         self.fraction, self.n_done = fraction, n_done
@@ -133,13 +135,13 @@ class Job(Generic[Result]):
             raise Cancelled("stopped before it began")
 
     def cancel(self) -> None:
-        """Ask the work to stop; it does so when it next looks, and at once where it waits."""
+        """Ask the work to stop; a job that waits ends at once."""
         self._cancelled.set()
-        if self._queue.withdraw(self._entry):
+        if self._queue.withdraw(self):
             self._end(Cancelled("stopped before it began"))
 
     def abandon(self) -> None:
-        """Stop the work and keep nothing of it: there is nobody to look at it."""
+        """Stop the work and keep no result: nobody is there to look at it."""
         self._abandoned = True
         self.cancel()
 
@@ -149,12 +151,12 @@ class Job(Generic[Result]):
 
     @property
     def position(self) -> int:
-        """Its position among the jobs that wait, 0 where it does not wait."""
-        return self._queue.position(self._entry)
+        """Its position among the jobs that wait, 0 if it does not wait."""
+        return self._queue.position(self)
 
     @property
     def finished(self) -> bool:
-        """Whether it has come to an end, good or bad."""
+        """Whether it has ended, with a result or an error."""
         return self._finished.is_set()
 
     def wait(self, seconds: float) -> bool:
@@ -162,7 +164,7 @@ class Job(Generic[Result]):
         return self._finished.wait(seconds)
 
     def wait_first(self, seconds: float) -> bool:
-        """Wait at most `seconds` for a part of the result or the end; say whether it is there."""
+        """Wait at most `seconds` for a partial result or the end; return whether it is there."""
         return self._first.wait(seconds)
 
     @property
@@ -172,9 +174,9 @@ class Job(Generic[Result]):
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimate of the time left, None where too little is done to tell.
+        """Estimate of the time left, None while too little is done to tell.
 
-        It is made from the first report on, when the kernels are compiled.
+        It counts from the first report, when the kernels are compiled.
         """
         start, share = self._first_report or (0.0, 1.0)
         if self.fraction - share < LEAST_SHARE:
@@ -182,10 +184,142 @@ class Job(Generic[Result]):
         return (time.monotonic() - start) * (1 - self.fraction) / (self.fraction - share)
 
 
+class Queue:
+    """Lets jobs begin: first the session with the fewest active jobs, then the one whose latest
+    turn is longest ago, then the first to come.
+
+    At most `n_slots` short jobs are active at once. A job that has been active for
+    `MAX_COUNTED_SECONDS` continues, and its slot is free for others; all share the cores.
+    `current_session` returns the name of the session that this thread draws, empty for none.
+    """
+
+    def __init__(self, n_slots: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self.current_session: Callable[[], str] = lambda: ""
+        self._n_slots, self._clock = n_slots, clock
+        self._waiting: list[Job] = []
+        self._active: list[Job] = []
+        self._turns: dict[str, int] = {}  # when each session had its latest, while it has jobs
+        self._n_begun = 0
+        self._timer: Timer | None = None
+        self._lock = Lock()
+
+    def enter(self, job: Job) -> None:
+        """Take a position at the end; if a slot is free it begins at once."""
+        with self._lock:
+            self._waiting.append(job)
+        self.look()
+
+    def leave(self, job: Job) -> None:
+        """Leave the queue at the end of a job."""
+        with self._lock:
+            if job in self._active:
+                self._active.remove(job)
+            self._forget(job.session)
+        self.look()
+
+    def withdraw(self, job: Job) -> bool:
+        """Give up waiting; return whether the job waited, and so will never begin."""
+        with self._lock:
+            if job not in self._waiting:
+                return False
+            self._waiting.remove(job)
+            self._forget(job.session)
+        self.look()
+        return True
+
+    def look(self) -> None:
+        """Begin the jobs that may begin by now."""
+        with self._lock:
+            now, begun = self._clock(), []
+            while self._waiting and self._n_counted(now) < self._n_slots:
+                job = self._next(self._waiting, self._busy(), self._turns)
+                self._waiting.remove(job)
+                self._active.append(job)
+                self._n_begun += 1
+                self._turns[job.session] = self._n_begun
+                job.active_since = now
+                begun.append(job)
+            self._look_again(now)
+        for job in begun:
+            job.begin()
+
+    def position(self, job: Job) -> int:
+        """Return how many jobs must begin up to and with this one, 0 if it does not wait."""
+        with self._lock:
+            if job not in self._waiting:
+                return 0
+            ahead, waiting = 1, list(self._waiting)
+            busy, turns = self._busy(), dict(self._turns)
+            while (following := self._next(waiting, busy, turns)) is not job:
+                waiting.remove(following)
+                busy[following.session] += 1
+                turns[following.session] = self._n_begun + ahead
+                ahead += 1
+            return ahead
+
+    def jobs_of(self, session: str) -> list[Job]:
+        """Return the jobs of a session, active and waiting."""
+        with self._lock:
+            return [job for job in (*self._active, *self._waiting) if job.session == session]
+
+    @property
+    def n_active(self) -> int:
+        """How many jobs are active."""
+        return len(self._active)
+
+    @property
+    def n_waiting(self) -> int:
+        """How many jobs wait."""
+        return len(self._waiting)
+
+    @property
+    def still_to_take(self) -> float:
+        """Bytes of memory that all jobs have asked for and not taken yet."""
+        with self._lock:
+            jobs = [*self._active, *self._waiting]
+        return sum(job.still_to_take() for job in jobs)
+
+    def _busy(self) -> Counter[str]:
+        return Counter(job.session for job in self._active)
+
+    def _forget(self, session: str) -> None:
+        if all(job.session != session for job in (*self._active, *self._waiting)):
+            self._turns.pop(session, None)
+
+    @staticmethod
+    def _next(waiting: list[Job], busy: Counter[str], turns: dict[str, int]) -> Job:
+        def rank(job: Job) -> tuple[int, int]:
+            return busy[job.session], turns.get(job.session, 0)
+
+        return min(waiting, key=rank)  # the first of equals
+
+    def _n_counted(self, now: float) -> int:
+        return sum(now - job.active_since < MAX_COUNTED_SECONDS for job in self._active)
+
+    def _look_again(self, now: float) -> None:
+        """Look when the next active job has become a long one, if any job waits for that."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._waiting:
+            times = (job.active_since for job in self._active)
+            first = min(since for since in times if now - since < MAX_COUNTED_SECONDS)
+            self._timer = Timer(max(first + MAX_COUNTED_SECONDS - now, 0.01), self.look)
+            self._timer.daemon = True
+            self._timer.start()
+
+
+@cache
+def server_queue() -> Queue:
+    """Return the one queue of this process, whose runs share its cores from now on."""
+    share_cores()
+    return Queue(limits_of_environment().n_slots)
+
+
 def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
     """Return work(progress=…, cancel=…) that a page cannot be drawn without.
 
-    Little work is done at once; much of it waits for its turn as a job.
+    A small amount of work is done at once; a large one waits for its turn as a job.
     """
     admit(demand, server_queue().still_to_take)
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
@@ -197,60 +331,3 @@ def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
         raise job.error
     assert job.result is not None
     return job.result
-
-
-def progress_text(job: Job, label: str = "") -> str:
-    """Say how far a job is; a `label` takes the place of the number of finished pieces."""
-    if delay := delay_text(job):
-        return f"{label} · {delay}" if label else delay
-    text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
-    left = job.seconds_left
-    return text if left is None else f"{text} · {format_duration(max(left, 1.0))} left"
-
-
-def delay_text(job: Job) -> str:
-    """Say why a job does not get on: it stops, waits, or kernels compile; empty where it does."""
-    if job.is_cancelled():
-        return "Stopping …"
-    if position := job.position:
-        return f"Waiting: {ordinal(position)} in the queue"
-    if job.fraction == 0 and job.seconds > SLOW_START:
-        return compilation_text()
-    return ""
-
-
-def compilation_text() -> str:
-    """Say that kernels compile and how many of them are done, where that is known."""
-    done = compilation()
-    count = f", {done[0]} of {done[1]} done" if done else ""
-    return f"Compiling the kernels for this machine{count}: {COMPILE_TIME}, on the first run only …"
-
-
-def compilation_to_come() -> str:
-    """Say what an estimate of time leaves out on a machine's first run; else nothing."""
-    return f" Before that the kernels compile, once: {COMPILE_TIME}." if must_compile() else ""
-
-
-def format_duration(seconds: float) -> str:
-    """Return a time that is only approximate, without more digits than it deserves.
-
-    Examples
-    --------
-    >>> format_duration(4.7), format_duration(170.0), format_duration(9000.0)
-    ('5 s', '3 min', '2.5 h')
-    """
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
-
-
-def ordinal(number: int) -> str:
-    """Return the word for a position in a row.
-
-    Examples
-    --------
-    >>> [ordinal(n) for n in (1, 2, 3, 4, 11, 22)]
-    ['1st', '2nd', '3rd', '4th', '11th', '22nd']
-    """
-    special = {1: "st", 2: "nd", 3: "rd"} if number % 100 not in (11, 12, 13) else {}
-    return f"{number}{special.get(number % 10, 'th')}"

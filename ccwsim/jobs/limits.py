@@ -1,17 +1,12 @@
-"""What the environment of a server sets: the limits of a run, and the cluster that simulates it."""
+"""The limits of a server, which its environment sets, and what a run demands of it."""
 
 from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from threading import Lock
-from typing import Any
 
-from ccwsim.jobs.workers import n_cores
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.study import Study
-from ccwsim.run.executors import connect
-from ccwsim.run.footprint import footprint
+from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import format_bytes, free_memory, used_memory
 
 MAX_CELLS = "CCWSIM_MAX_CELLS"
@@ -20,18 +15,11 @@ JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
 UPLOADS = "CCWSIM_UPLOADS_MB"
-SCHEDULER = "CCWSIM_SCHEDULER"
-"""Environment variables; the last holds the address of a Dask scheduler: tcp://host:8786."""
+"""Environment variables."""
 DEFAULT_HISTORY = 256
 DEFAULT_UPLOADS = 1024
 RESERVE = 128 * 10**6
 """Bytes that are left for the pages themselves."""
-MAPS_BYTES = 16
-"""Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
-FACIES_BYTES = 12
-
-_clients: dict[str, Any] = {}
-_lock = Lock()
 
 
 @dataclass(frozen=True)
@@ -119,22 +107,6 @@ class Demand:
     n_bytes: int = 0
 
 
-def demand_of(
-    study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
-) -> Demand:
-    """Return what a run of `n` realizations asks for.
-
-    At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment there
-    are so many `copies` of them.
-    """
-    cells, image = study.grid.n_cells, study.training_image
-    kept = n if n_kept is None else min(n, n_kept)
-    in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
-    run = footprint(study, kept, n_workers) + cells * kept * (copies - 1 + in_codes)
-    page = cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies)
-    return Demand(cells * n, study.hard_data.n, run + page)
-
-
 def check_limits(demand: Demand) -> None:
     """Refuse what is larger than the server allows."""
     limits_of_environment().check(demand.n_cells, demand.n_data)
@@ -163,18 +135,3 @@ def free_bytes(limits: Limits) -> int | None:
         own = limits.memory - (used_memory() or 0)
         free = own if free is None else min(own, free)
     return None if free is None else max(free - RESERVE, 0)
-
-
-def executor_of_environment() -> Any:
-    """Return the client of the scheduler that the environment names, None where it names none.
-
-    All sessions share it; call it on the thread of a job, as connecting may take seconds.
-    """
-    address = os.environ.get(SCHEDULER, "").strip()
-    if not address:
-        return None
-    with _lock:
-        client = _clients.get(address)
-        if client is None or client.status != "running":
-            _clients[address] = client = connect(address)
-        return client

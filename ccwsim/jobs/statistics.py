@@ -1,31 +1,25 @@
-"""Statistics computed one after another on a thread, and kept for all who ask again."""
+"""Statistics computed one after another on a thread, and cached for all sessions."""
 
 from __future__ import annotations
 
 import time
-from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass, field, is_dataclass
-from threading import Condition, Lock
+from dataclasses import dataclass, field
+from threading import Condition
 from typing import Any, Generic, TypeVar
 
-import numpy as np
-
-from ccwsim.jobs.job import Job, delay_text
+from ccwsim.jobs.job import Job
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.ui.widgets.errors import reason
+from ccwsim.system.log import reason
+from ccwsim.system.lru_cache import LruCache
 
 Value = TypeVar("Value")
 Fraction = Callable[[float], None]
-MAX_KEPT = 96
-MAX_LARGE = 24
-"""More than a page shows: so many values are kept however large they are."""
-MAX_BYTES = 256 * 10**6
 
 
 @dataclass(frozen=True)
 class Task(Generic[Value]):
-    """Something to be computed from a study; its key is equal for equal contents and settings."""
+    """A value to be computed; the key is equal for equal contents and settings."""
 
     key: tuple
     work: Callable[[Fraction], Value] = field(compare=False, repr=False)  # takes its progress
@@ -38,55 +32,8 @@ class Failure:
     reason: str
 
 
-class LruCache:
-    """The latest values, by the key of their task; the one least lately used goes first."""
-
-    def __init__(self, max_values: int = MAX_KEPT) -> None:
-        self._max_values = max_values
-        self._values: OrderedDict[tuple, Any] = OrderedDict()
-        self._lock = Lock()
-
-    def get(self, key: tuple) -> Any:
-        """Return a value, or None."""
-        with self._lock:
-            if key in self._values:
-                self._values.move_to_end(key)
-            return self._values.get(key)
-
-    def put(self, key: tuple, value: Any) -> None:
-        """Keep a value."""
-        with self._lock:
-            self._values[key] = value
-            self._values.move_to_end(key)
-            while len(self._values) > self._max_values or self._too_large():
-                self._values.popitem(last=False)
-
-    def _too_large(self) -> bool:
-        return len(self._values) > MAX_LARGE and n_bytes(self._values) > MAX_BYTES
-
-
-def n_bytes(value: Any) -> int:
-    """Return the memory of the arrays and pictures in a value.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> n_bytes({"a": np.zeros(10), "b": [b"picture", 3]})
-    87
-    """
-    if isinstance(value, np.ndarray):
-        return value.nbytes
-    if isinstance(value, str | bytes):
-        return len(value)
-    if isinstance(value, dict):
-        return sum(n_bytes(each) for each in list(value.values()))
-    if isinstance(value, list | tuple):
-        return sum(n_bytes(each) for each in value)
-    return n_bytes(vars(value)) if is_dataclass(value) and hasattr(value, "__dict__") else 0
-
-
 class StatisticsWorker:
-    """Computes what is asked for, in order, on one thread that ends when there is no more."""
+    """Computes tasks in order on one thread, which ends after the last."""
 
     def __init__(self, cache: LruCache) -> None:
         self.cache = cache
@@ -99,7 +46,7 @@ class StatisticsWorker:
         self._changed = Condition()
 
     def ask(self, task: Task) -> None:
-        """Put a task at the end of the queue, unless it is there, known, or all is stopped."""
+        """Append a task, unless it is there already, its value is known, or all is stopped."""
         with self._changed:
             if self.stopped or self.cache.get(task.key) is not None:
                 return
@@ -110,12 +57,12 @@ class StatisticsWorker:
                 self._job = Job(self._run)
 
     def forget(self) -> None:
-        """Drop what was not begun yet."""
+        """Drop the tasks that have not begun."""
         with self._changed:
             self._pending.clear()
 
     def stop(self) -> None:
-        """Drop everything, also what is at work, until `go_on`."""
+        """Drop all tasks, also the current one; take no others until `go_on`."""
         with self._changed:
             self.stopped = True
             self._pending.clear()
@@ -123,17 +70,17 @@ class StatisticsWorker:
                 self._job.cancel()
 
     def go_on(self) -> None:
-        """Take questions again."""
+        """Take tasks again."""
         self.stopped = False
 
     def wait_for(self, task: Task[Value], seconds: float) -> Value | Failure | None:
-        """Return a value as soon as it is there, None where it is not within `seconds`."""
+        """Return a value as soon as it is there, None if that takes longer than `seconds`."""
         with self._changed:
             self._changed.wait_for(lambda: self.cache.get(task.key) is not None, seconds)
         return self.cache.get(task.key)
 
     def share_of(self, task: Task) -> float | None:
-        """Return how much of it is done, None where it was not begun."""
+        """Return the share of a task that is done, None if it has not begun."""
         return self._share if task == self._current else None
 
     @property
@@ -142,10 +89,10 @@ class StatisticsWorker:
         return time.monotonic() - self._since if self._job is not None else 0.0
 
     @property
-    def waiting(self) -> str:
-        """Say which place it has in the queue of the server; empty where it does not wait."""
+    def position(self) -> int:
+        """Its position in the queue of the server, 0 if it does not wait."""
         job = self._job
-        return delay_text(job) if job is not None and job.position else ""
+        return job.position if job is not None else 0
 
     def _run(self, job: Job) -> None:
         while True:
@@ -173,7 +120,5 @@ class StatisticsWorker:
             return None
         except CCWSIMError as error:
             return Failure(str(error))
-        except MemoryError:
-            return Failure("this does not fit into memory; ask for fewer realizations")
         except Exception as error:
             return Failure(f"this could not be computed: {reason(error)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, nullcontext
@@ -10,21 +9,15 @@ from contextvars import ContextVar, copy_context
 from threading import Event
 from typing import Protocol
 
-from ccwsim.jobs.cores import CoreLease, Cores, RunSlot, Usage
+from ccwsim.jobs.cores import CoreLease, Cores, Usage
 from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.system.machine import n_cores
 
 POLL_SECONDS = 0.05
 """Seconds between two checks of progress and cancel."""
 
 Progress = Callable[[float, int], None]
 """Called as progress(fraction, n_done): share of all work, and how many tasks are finished."""
-
-
-def n_cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 _shared_cores: Cores | None = None
@@ -60,30 +53,30 @@ def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
 
 
 def check_stop() -> None:
-    """Raise `Cancelled` where the work of this thread was asked to stop; long loops call it."""
+    """Raise `Cancelled` if the work of this thread was asked to stop; long loops call it."""
     asked = _asked_to_stop.get()
     if asked is not None and asked():
         raise Cancelled("stopped")
 
 
-class Stop(Protocol):
-    """Something that tells whether work is to stop, such as a `threading.Event`."""
+class StopFlag(Protocol):
+    """Tells whether work is to stop, such as a `threading.Event`."""
 
     def is_set(self) -> bool: ...
 
 
 class Watch:
-    """What a running task and its caller exchange: progress, stop, the right to compute."""
+    """Progress and stop of a running task, and its right to compute."""
 
-    def __init__(self, stop: Stop) -> None:
+    def __init__(self, stop: StopFlag) -> None:
         self.share = 0.0
-        """How much of the task is done, 0 … 1."""
+        """Share of the task that is done, 0 … 1."""
         self.lease: CoreLease | None = None
-        """Where the task shares the cores with other runs."""
+        """Set if the task shares the cores with other runs."""
         self._stop = stop
 
     def report(self, share: float) -> None:
-        """Store how much of the task is done; raise `Cancelled` where it was asked to stop."""
+        """Store the share that is done; raise `Cancelled` if the task was asked to stop."""
         self.share = share
         self.check()
 
@@ -105,17 +98,27 @@ def run_all(
 ) -> list[int]:
     """Run task(number, watch) for 0 … n − 1 and return the numbers that were finished.
 
-    Fewer than n are finished only where `cancel` returned True. The first error of a task stops
+    Fewer than n are finished only if `cancel` returned True. The first error of a task stops
     the others and is raised. `progress` and `cancel` are called in the caller's own thread.
     A `pool` that is given stays open.
     """
     stop = Event()
-    slot = _shared_cores.open_slot(_usage.get()) if _shared_cores else None
+    cores, usage = _shared_cores, _usage.get() or Usage()
+
+    def run(number: int, watch: Watch) -> None:
+        """Run a task when it has a core; one that was stopped before does not begin."""
+        if cores is None:
+            task(number, watch)
+            return
+        with cores.lease(usage, stop) as watch.lease:
+            watch.check()
+            task(number, watch)
+
     watches = [Watch(stop) for _ in range(n)]
     with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
         futures: list[Future[None]] = []
         try:
-            futures += [_submit(threads, task, k, watches[k], slot) for k in range(n)]
+            futures += [_submit(threads, run, k, watches[k]) for k in range(n)]
             pending = set(futures)
             while pending:
                 finished, pending = wait(pending, POLL_SECONDS)
@@ -127,8 +130,8 @@ def run_all(
                     break
         finally:
             stop.set()
-            if slot:
-                slot.close()
+            if cores:
+                cores.let_stopped_go()
             for future in futures:
                 future.cancel()
             wait(futures)
@@ -136,25 +139,9 @@ def run_all(
 
 
 def _submit(
-    pool: ThreadPoolExecutor,
-    task: Callable[[int, Watch], None],
-    number: int,
-    watch: Watch,
-    slot: RunSlot | None,
+    pool: ThreadPoolExecutor, run: Callable[[int, Watch], None], number: int, watch: Watch
 ) -> Future[None]:
     try:
-        return pool.submit(copy_context().run, _run_with_core, task, number, watch, slot)
+        return pool.submit(copy_context().run, run, number, watch)
     except RuntimeError as error:
         raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
-
-
-def _run_with_core(
-    task: Callable[[int, Watch], None], number: int, watch: Watch, slot: RunSlot | None
-) -> None:
-    """Run a task when it has a core; one that was stopped before does not begin."""
-    if slot is None:
-        task(number, watch)
-        return
-    with slot.lease() as watch.lease:
-        watch.check()
-        task(number, watch)

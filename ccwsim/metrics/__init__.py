@@ -40,6 +40,7 @@ from ccwsim.metrics.patterns import (
     pattern_distance,
     pattern_histogram,
     pyramid_histograms,
+    unseen_patterns,
 )
 from ccwsim.metrics.quality import Quality, differing_share, judge
 from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
@@ -53,7 +54,6 @@ from ccwsim.metrics.reference_band import (
 )
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
-from ccwsim.metrics.unseen import unseen_patterns
 from ccwsim.metrics.variograms import (
     Transiograms,
     Variogram,

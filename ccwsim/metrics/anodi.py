@@ -1,4 +1,4 @@
-"""ANODI: how varied realizations are, and how far from the training image (Tan et al. 2014)."""
+"""ANODI: distances between realizations and to the training image (Tan et al. 2014)."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5
-"""What counting takes of the time, for the progress bar; comparing takes the rest."""
+"""Share of the time taken by counting, for the progress bar; comparing takes the rest."""
 MIN_JACKKNIFE = 3
-"""Realizations of an ensemble of which one can be left out and pairs remain."""
+"""Realizations of an ensemble from which one can be left out and pairs remain."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Positions whose distances are close to the given ones.
+    """Positions that approximate given distances.
 
     Attributes
     ----------
     positions : ndarray, shape (n, n_dimensions)
-        Centred on 0; the axis with the largest spread first.
+        Centred on 0; the axis with the largest variance first.
     explained : ndarray, shape (n_dimensions,)
-        Share of the spread along each axis, of the sum of all positive eigenvalues.
+        Share of the variance along each axis, in the sum of all positive eigenvalues.
     """
 
     positions: NDArray[np.float64]
@@ -54,10 +54,6 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     distances : ndarray, shape (n, n)
         Symmetric, 0 on the diagonal.
     n_dimensions : int
-
-    Returns
-    -------
-    Scaling
 
     Raises
     ------
@@ -90,22 +86,22 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
 
 @dataclass(frozen=True, eq=False)
 class Anodi:
-    """Analysis of distances of ensembles that have one training image.
+    """Analysis of distances of ensembles with one training image.
 
     Attributes
     ----------
     names : tuple of str
-        Of the ensembles.
+        Names of the ensembles.
     factors : tuple of int
         Resolution g is 1 / factors[g] of the full one.
     weights : ndarray, shape (n_factors,)
-        Of the resolutions; they sum to 1.
+        Weights of the resolutions, with sum 1.
     pattern_size : int
         Side of the patterns in cells.
     divergence : ndarray, shape (n_factors, 1 + n_all, 1 + n_all)
         Jensen–Shannon divergence (log₂) of the training image (first) and all realizations.
     owner : ndarray of int, shape (1 + n_all,)
-        Which ensemble each row belongs to; −1 for the training image.
+        Index of the ensemble of each row; −1 for the training image.
     between : ndarray, shape (n_ensembles, n_factors)
         Mean divergence of pairs of realizations; NaN for a single one.
     within : ndarray, shape (n_ensembles, n_factors)
@@ -134,27 +130,17 @@ class Anodi:
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
         """Return Σ w between / between, Σ w within / within, and their ratio, `name` to `other`.
 
-        The ratio is above 1 where `name` is the better one: more varied for its distance to the
-        training image (Tan et al. 2014).
-
-        Raises
-        ------
-        CCWSIMError
-            For a name that is not there.
+        The ratio is above 1 if `name` is the better one: more varied for its distance to the
+        training image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
 
     def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the standard errors of the logarithms of what `relative` returns, by jackknife.
+        """Return the standard errors of the logarithms of the results of `relative`, by jackknife.
 
-        Each realization of both ensembles is left out in turn. NaN where an ensemble has fewer
-        than three.
-
-        Raises
-        ------
-        CCWSIMError
-            For a name that is not there.
+        Each realization of both ensembles is left out in turn. NaN if an ensemble has fewer than
+        three. Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         if a == b:
@@ -196,7 +182,7 @@ class Anodi:
     def scaling(self, n_dimensions: int = 2) -> Scaling:
         """Return positions of the training image (first) and all realizations.
 
-        The distance is √(Σ w · divergence): the root of a Jensen–Shannon divergence is one.
+        The distance is √(Σ w · divergence).
         """
         mixed = np.tensordot(self.weights, self.divergence, axes=1)
         return classical_scaling(np.sqrt(mixed), n_dimensions)
@@ -218,34 +204,30 @@ def anodi(
 ) -> Anodi:
     """Compare ensembles with their training image and among themselves (Tan et al. 2014).
 
-    Histograms of all patterns are exact, for any number of facies, at each resolution of a
-    pyramid (see `coarsened`). Section 5.5 of the paper takes 8 × 8 windows; counting them exactly
-    finds nearly every one once, so 4 × 4 is the default, as in the public code of ANODI.
+    Histograms of all patterns are exact at each resolution of a pyramid (see `coarsened`). Section
+    5.5 of the paper takes 8 × 8 windows, nearly all of which occur once when counted exactly; so
+    4 × 4 is the default, as in the public code of ANODI.
 
     Parameters
     ----------
-    ensembles : Ensemble or array_like, or a mapping of names to such
+    ensembles : Ensemble or array_like, or mapping of str to these
         An array has facies codes, shape (n, ny, nx) or, for volumes, (n, nz, ny, nx).
     training_image, codes, size, factors, progress
         As in `pattern_distance`.
     weights : sequence of float, optional
         Weights of the resolutions, scaled to sum to 1; 2^−g for the g-th by default.
 
-    Returns
-    -------
-    Anodi
-
     Raises
     ------
     CCWSIMError
-        For weights that do not fit the resolutions, images smaller than the patterns, or a cell
-        with another code.
+        For weights that do not fit the resolutions, images smaller than the patterns, or unknown
+        codes.
 
     Examples
     --------
     >>> rng = np.random.default_rng(0)
-    >>> found = anodi(rng.integers(0, 2, (3, 30, 30)), np.eye(30, dtype=int))
-    >>> found.between.shape, found.scaling().positions.shape
+    >>> analysis = anodi(rng.integers(0, 2, (3, 30, 30)), np.eye(30, dtype=int))
+    >>> analysis.between.shape, analysis.scaling().positions.shape
     ((1, 3), (4, 2))
     """
     named = ensembles if isinstance(ensembles, Mapping) else {"realizations": ensembles}

@@ -1,4 +1,4 @@
-"""Curves of an ensemble, and their spread: of all at once or one by one."""
+"""Bands of curves over realizations, from all curves at once or one by one."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Band:
 
 
 def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
-    """Return the band of curves, one a realization, such as `Variogram.gamma`.
+    """Return the band of curves of realizations, such as `Variogram.gamma`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     Returns
     -------
     Band
-        Of the shape of one curve.
+        Arrays of the shape of one curve.
 
     Raises
     ------
@@ -96,13 +96,12 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
 class RunningCurves:
     """Counts the values of each point of a curve in bins, as curves are added.
 
-    Mean, smallest and largest value are exact; a quantile is right to one bin,
-    (high − low) / n_bins.
+    Mean, smallest and largest value are exact; quantiles to one bin, (high − low) / n_bins.
 
     Parameters
     ----------
     n_points : int
-        Of each curve.
+        Points of each curve.
     low, high : float
         Limits of all values.
     n_bins : int
@@ -137,10 +136,7 @@ class RunningCurves:
     def add(self, curve: ArrayLike) -> None:
         """Add one curve, shape (n_points,); NaN counts as missing.
 
-        Raises
-        ------
-        CCWSIMError
-            For another number of points, or a value outside low … high.
+        Raises `CCWSIMError` for another number of points, or a value outside low … high.
         """
         values = np.asarray(curve, dtype=float)
         if values.shape != self._sums.shape:
@@ -179,7 +175,7 @@ class RunningCurves:
         return Band(mean, quantiles[0], quantiles[1], quantiles[2], smallest, largest)
 
     def _quantile(self, p: float, n: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the middle of the bin, or of the two bins, that hold the value of rank p."""
+        """Return the middle of the bin, or two bins, of the value of rank p."""
         ranks = p * np.maximum(n - 1, 0)
         below = np.floor(ranks)
         cumulated = self._counts.cumsum(axis=1)

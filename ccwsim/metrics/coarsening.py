@@ -13,27 +13,27 @@ from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
 TIE = 1e-9
-"""Shares closer than this are equal, so that rounding does not decide."""
+"""Shares that differ by less are equal, so that rounding does not decide."""
 
 
 def coarsened(
     image: Images, factor: int | Sequence[int], codes: Codes | None = None
 ) -> NDArray[np.integer]:
-    """Return an image at 1 / factor of its resolution: the facies with the most weight.
+    """Return an image at 1 / factor of its resolution: the facies with the largest weight.
 
     The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
-    cells, mirrored at the edges, and read at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new
-    cells by linear interpolation (the usual anti-aliased resizing). The largest share wins, a tie
-    goes to the smaller code.
+    cells, mirrored at the edges, and interpolated linearly at the centres of ⌊ny / factor⌋ ×
+    ⌊nx / factor⌋ new cells (the usual anti-aliased resizing). The largest share wins, of equal ones
+    the smaller code.
 
     Parameters
     ----------
     image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
-    factor : int, or three of them for a volume
-        1 returns a copy. Three are those along layers, rows and columns.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur by default.
+    factor : int, or three along layers, rows and columns of a volume
+        1 returns a copy.
+    codes
+        As in `proportions`.
 
     Returns
     -------
@@ -74,10 +74,7 @@ def coarsened_volume(
 ) -> NDArray[np.uint8]:
     """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns.
 
-    Raises
-    ------
-    CCWSIMError
-        For a factor below 1 or larger than the rows or columns.
+    Raises `CCWSIMError` for a factor below 1 or larger than the rows or columns.
 
     Examples
     --------

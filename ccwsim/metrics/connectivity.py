@@ -1,4 +1,4 @@
-"""Connected geobodies of a facies: connectivity function, sizes, percolation, Euler number."""
+"""Geobodies of a facies: connectivity function, sizes, percolation, Euler number."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Connectivity:
     unconditional : ndarray, shape (n, n_lags)
         P(x and x + h in one geobody), over all pairs of cells.
     neighbours : int
-        Which cells count as touching: 4 or 8, in volumes 6, 18 or 26.
+        Number of neighbours of a cell: 4 or 8, in volumes 6, 18 or 26.
     """
 
     lags: NDArray[np.int64]
@@ -47,7 +47,7 @@ class Connectivity:
 def connected_geobodies(
     image: Images, facies: int, neighbours: int | None = None
 ) -> tuple[NDArray[np.int32], int]:
-    """Number the connected geobodies of a facies.
+    """Number the geobodies of a facies.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def connected_geobodies(
     Returns
     -------
     labels : ndarray of int32, shape of the image
-        0 outside the facies, else the number of the geobody from 1 on.
+        0 outside the facies, otherwise the number of the geobody from 1 on.
     n_geobodies : int
 
     Raises
@@ -98,10 +98,6 @@ def connectivity(
     neighbours : int, optional
         In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
         corners); 8 or 26 by default.
-
-    Returns
-    -------
-    Connectivity
 
     Raises
     ------
@@ -151,7 +147,7 @@ def _count_pairs(labels, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Geobodies:
-    """Connected geobodies of one facies, one value for each image.
+    """Geobodies of one facies, one value for each image.
 
     Attributes
     ----------
@@ -159,14 +155,14 @@ class Geobodies:
     sizes : tuple of ndarray
         Cells of each geobody of each image, largest first.
     gamma : ndarray, shape (n,)
-        Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN
-        where the facies does not occur.
+        Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if
+        the facies does not occur.
     percolates_ew, percolates_ns : ndarray of bool, shape (n,)
         Whether one geobody touches the west and the east edge, or the south and the north edge.
     euler_number : ndarray of int, shape (n,)
         Geobodies minus holes; in volumes geobodies − tunnels + cavities.
     neighbours : int
-        Which cells count as touching: 4 or 8, in volumes 6, 18 or 26.
+        Number of neighbours of a cell: 4 or 8, in volumes 6, 18 or 26.
     percolates_vertical : ndarray of bool, shape (n,), or None
         Whether one geobody touches the lowest and the highest layer; None for maps.
     """
@@ -218,16 +214,12 @@ class _ImageGeobodies(NamedTuple):
 def geobody_statistics(
     images: Images, facies: int, neighbours: int | None = None, progress: Fraction | None = None
 ) -> Geobodies:
-    """Return the connected geobodies of a facies in each image (Renard & Allard 2013).
+    """Return the geobodies of a facies in each image (Renard & Allard 2013).
 
     Parameters
     ----------
     images, facies, neighbours, progress
         As in `connectivity`.
-
-    Returns
-    -------
-    Geobodies
 
     Raises
     ------
@@ -236,8 +228,8 @@ def geobody_statistics(
 
     Examples
     --------
-    >>> found = geobody_statistics([[1, 1, 0, 1]], 1)
-    >>> found.n_geobodies, found.sizes[0].tolist(), found.gamma.round(3)
+    >>> geobodies = geobody_statistics([[1, 1, 0, 1]], 1)
+    >>> geobodies.n_geobodies, geobodies.sizes[0].tolist(), geobodies.gamma.round(3)
     (array([2]), [2, 1], array([0.556]))
     """
     stack = as_stack(images)
@@ -275,7 +267,7 @@ def _of_one(inside: NDArray[np.bool_], neighbours: int) -> _ImageGeobodies:
 
 
 def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32], n: int) -> bool:
-    """Return whether two sides of an image have a geobody of the n in common."""
+    """Return whether one of n geobodies touches both sides of an image."""
     touches = np.zeros(n + 1, bool)
     touches[one] = True
     touches[0] = False

@@ -1,4 +1,4 @@
-"""How much of a realization is copied from the training image, and in how large pieces."""
+"""Pieces of a realization that are copied from the training image."""
 
 from __future__ import annotations
 
@@ -9,37 +9,38 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel
-from ccwsim.metrics.stack import N_AXES, as_shape, as_volume
+from ccwsim.metrics.stack import N_AXES, as_volume
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
 class Copying:
-    """Where the cells of a realization came from.
+    """Origin of the cells of a realization in the training image.
 
     Attributes
     ----------
     copied : float
         Share of the pairs of touching cells that touch in the same way in the training image.
     largest_square : int
-        Side of the largest square copied verbatim, in cells; of a volume, of the largest cube.
+        Side in cells of the largest square, in volumes cube, copied verbatim.
     square_at : tuple of int
         Row and column of its south-west cell; in a volume layer, row and column of its lowest one.
     largest_block : int
-        Cells of the largest piece, joined by sides, that was copied verbatim.
+        Cells of the largest piece, joined by sides, copied verbatim.
     uses : ndarray of int, shape of the training image
-        How often each of its cells was used.
+        Number of uses of each of its cells.
     used : float
-        Share of the training image that was used at all.
+        Share of its cells that were used.
     seams : ndarray of bool, shape of the realization
         Cells whose eastern, northern or upper neighbour was not their neighbour in the training
         image.
     n_unknown : int
         Cells without a source (a position below 0).
     seam_sides : ndarray of uint8, shape of the realization
-        Which neighbours of each cell those are: the sum of 1 for the eastern, 2 for the northern
-        and 4 for the upper one.
+        Seams by side: the sum of 1 for the eastern, 2 for the northern and 4 for the upper
+        neighbour.
     """
 
     copied: float
@@ -53,12 +54,12 @@ class Copying:
     seam_sides: NDArray[np.uint8]
 
     def seams_within(self, axis: int) -> NDArray[np.bool_]:
-        """Return the seams of a volume but for those between its slices along an axis.
+        """Return the seams of a volume without those between its slices along an axis.
 
         Examples
         --------
-        >>> found = copying([[[0, 1]], [[0, 1]]], (2, 1, 2))  # the lower layer twice
-        >>> found.seams.any(), found.seams_within(0).any()
+        >>> twice = copying([[[0, 1]], [[0, 1]]], (2, 1, 2))  # the lower layer twice
+        >>> twice.seams.any(), twice.seams_within(0).any()
         (np.True_, np.False_)
         """
         across = (4, 2, 1)[axis]
@@ -66,7 +67,7 @@ class Copying:
 
 
 def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
-    """Return what was copied, from the locations in the training image that the cells came from.
+    """Return the copied pieces, from the locations of the cells in the training image.
 
     Parameters
     ----------
@@ -76,10 +77,6 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     ti_shape : tuple of int
         Rows and columns of the training image; of a volume layers, rows and columns.
 
-    Returns
-    -------
-    Copying
-
     Raises
     ------
     CCWSIMError
@@ -87,11 +84,11 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
 
     Examples
     --------
-    >>> found = copying([[0, 1, 4], [3, 4, 7]], (3, 3))
-    >>> found.largest_square, found.largest_block, round(found.copied, 3)
+    >>> copies = copying([[0, 1, 4], [3, 4, 7]], (3, 3))
+    >>> copies.largest_square, copies.largest_block, round(copies.copied, 3)
     (2, 4, 0.714)
     """
-    source, ti_shape = as_array(positions, "positions"), as_shape(ti_shape)
+    source, ti_shape = as_array(positions, "positions"), Grid.of(ti_shape).shape
     if source.ndim != len(ti_shape) or source.dtype.kind not in "ui" or not source.size:
         shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
         raise CCWSIMError(

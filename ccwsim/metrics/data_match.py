@@ -1,4 +1,4 @@
-"""How realizations honour the hard data."""
+"""Hard data that realizations honour or miss."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class DataMatch:
     wrong : ndarray of bool, shape (n, n_data)
         Which data each realization misses, in the order of the hard data.
     n_wrong : ndarray of int, shape (n,)
-        How many data each realization misses.
+        Number of data that each realization misses.
     times_wrong : ndarray of int, shape (n_data,)
-        How many realizations miss each datum.
+        Number of realizations that miss each datum.
     map : ndarray of int, shape of a realization
         `times_wrong` in the cells with data, −1 elsewhere.
     """
@@ -40,18 +40,14 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     Parameters
     ----------
     realizations : Ensemble or array_like
-        An array has facies codes, as the data have them, shape (ny, nx), (n, ny, nx) or, for
-        volumes, (n, nz, ny, nx); with data in layers (nz, ny, nx) is one volume.
+        An array has facies codes, shape (ny, nx), (n, ny, nx) or (n, nz, ny, nx); (nz, ny, nx) is
+        one volume if data have layers.
     hard_data : HardData
-
-    Returns
-    -------
-    DataMatch
 
     Raises
     ------
     CCWSIMError
-        Where a datum lies outside the realizations, or data in layers meet maps.
+        If a datum is outside the realizations, or has a layer in maps or none in volumes.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a training image is like, and which template, overlap and level suit it."""
+"""Properties of a training image, and the template, overlap and level that suit it."""
 
 from __future__ import annotations
 
@@ -13,28 +13,30 @@ from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import VERTICAL
-from ccwsim.metrics.stack import Stack, as_image, as_shape
+from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.grid import Grid
+from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
-"""So many templates should fit along the smaller side, else realizations repeat the image."""
+"""Templates that should fit along the smaller side; with fewer, realizations repeat the image."""
 MIN_ACROSS_PERIOD = 4
-"""So many should fit where features repeat: smaller patches would lose the period."""
+"""Templates that should fit if features repeat: smaller patches would lose the period."""
 MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
-"""From this level on dense data break shapes: `docs/quality.md` has the figures."""
+"""From this level on, dense data break shapes: `docs/quality.md` has the figures."""
 MIN_HALVED_LAYERS = 16
 """Volumes of fewer layers are simulated with templates that have all of them."""
 MIN_LAYERS = 8
-"""Layers of a template, where the image has so many."""
+"""Least layers of a template, if the image has as many."""
 TREND_WEIGHT = 0.5
 """Location weight along z of volumes with a vertical trend; more changes little."""
 PERIODIC = 0.5
-"""From this strength of the spacing on, the image counts as periodic."""
+"""Strength of the spacing from which the image counts as periodic."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,8 @@ class Advice:
     parameter : str
         Its name in `Parameters`.
     value : int, or tuple of three numbers for a volume
-        Three are those along layers, rows and columns.
+        Three numbers are along layers, rows and columns.
     reason : str
-        One sentence.
     """
 
     parameter: str
@@ -64,18 +65,14 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
     shape : tuple of int
         Rows and columns of the image; of a volume layers, rows and columns.
     template_size : int, or tuple of three for a volume
-        Side of the template in cells, or those along layers, rows and columns.
-
-    Returns
-    -------
-    int
+        Side of the template in cells, or its layers, rows and columns.
 
     Examples
     --------
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    own = as_shape(shape)
+    own = Grid.of(shape).shape
     alike = not isinstance(template_size, tuple) or len(template_size) != len(own)
     sides = (template_size,) * len(own) if alike else template_size
     each = [check_int("template_size", side, 1, 2**31) for side in cast(tuple[int, ...], sides)]
@@ -85,9 +82,9 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     """Return how many cells a template needs to hold a feature, and the reason in words.
 
-    That is the distance from feature to feature where they repeat along an axis: within the largest
-    template to advise for that smaller `side`, or so strongly that it is a period and more than
-    three of them fit. Else it is twice the geometric mean of both ranges.
+    If features repeat along an axis, this is their spacing, unless it is larger than the largest
+    template for that smaller `side` and no clear period of which more than three fit. Otherwise it
+    is twice the geometric mean of both ranges.
 
     Examples
     --------
@@ -107,26 +104,21 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     if spacings:
         return max(spacings), f"Features repeat about every {max(spacings)} cells"
     if ew.range is not None and ns.range is not None:
-        why = f"The variogram reaches its sill after {_cells(ew.range)} east–west and {ns.range} "
-        return round(2 * (ew.range * ns.range) ** 0.5), why + "north–south"
+        lengths = f"{plural(ew.range, 'cell')} east–west and {ns.range} north–south"
+        why = f"The variogram reaches its sill after {lengths}"
+        return round(2 * (ew.range * ns.range) ** 0.5), why
     if ew.range is not None or ns.range is not None:
         return largest, "Features reach across the image along one axis"
     return largest, "The variogram reaches no sill"
 
 
 def largest_template(side: int) -> int:
-    """Return the largest template to advise for an image of that smaller side.
-
-    Examples
-    --------
-    >>> largest_template(256)
-    42
-    """
+    """Return the largest template to advise for an image by its smaller side."""
     return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
 def advise_level(thinnest: int, side: int) -> Advice:
-    """Advise the wavelet level whose blocks are not larger than the thinnest facies.
+    """Advise the wavelet level whose blocks are at most as large as the thinnest facies.
 
     Examples
     --------
@@ -139,16 +131,16 @@ def advise_level(thinnest: int, side: int) -> Advice:
     compared = "single cells must be compared"
     if level:
         compared = f"blocks of 2^{level} = {2**level} cells still resolve it"
-    reason = f"The thinnest facies is {_cells(thinnest)} thick: {compared}."
+    reason = f"The thinnest facies is {plural(thinnest, 'cell')} thick: {compared}."
     return Advice("wavelet_level", level, reason)
 
 
 def advise_template(
     wanted: int, why: str, side: int, level: int, is_period: bool = False
 ) -> Advice:
-    """Advise the smallest template that holds a feature, while enough templates fit.
+    """Advise the smallest template that holds a feature, as long as enough templates fit.
 
-    Fewer need to fit where features repeat, at a period of so many cells.
+    Fewer need to fit if features repeat with a period.
 
     Examples
     --------
@@ -167,7 +159,7 @@ def advise_template(
 
 
 def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
-    """Advise an overlap of a quarter of the template, or the thinnest facies if that is more.
+    """Advise an overlap of a quarter of the template, or the thinnest facies if it is thicker.
 
     Examples
     --------
@@ -178,14 +170,14 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
     reason = (
-        f"A quarter of the template, and where it can be the {_cells(thinnest)} of the thinnest "
-        "facies, lets geobodies continue."
+        "A quarter of the template, and where it can be the "
+        f"{plural(thinnest, 'cell')} of the thinnest facies, lets geobodies continue."
     )
     return Advice("overlap_size", n_blocks * block_size, reason)
 
 
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
-    """Return why a level is too coarse for so many hard data, or an empty text.
+    """Return why a level is too coarse for a number of hard data, or an empty text.
 
     Parameters
     ----------
@@ -197,7 +189,7 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
     Returns
     -------
     str
-        One sentence where a template has more data, on average, than a tile that is not split.
+        One sentence if a template has more data, on average, than a tile that is not split.
 
     Examples
     --------
@@ -221,8 +213,8 @@ def advise_along_z(
 ) -> tuple[tuple[int, int, int], str]:
     """Return level, template and overlap along z of a volume, and the reason in words.
 
-    The level is less than that in layers, as volumes are thin. The template has up to half of the
-    layers, or all of them where they are few.
+    The level is lower than within layers, as volumes are thin. The template has at most half of the
+    layers, or all of them if they are few.
 
     Examples
     --------
@@ -240,7 +232,7 @@ def advise_along_z(
         wanted, why = spacing.spacing, f"features repeat about every {spacing.spacing} layers"
     elif spacing.range is not None:
         wanted = 2 * spacing.range
-        why = f"the variogram reaches its sill after {_layers(spacing.range)}"
+        why = f"the variogram reaches its sill after {plural(spacing.range, 'layer')}"
     block_size = 2**z_level
     template = min(-(-max(wanted, MIN_LAYERS) // block_size), largest // block_size) * block_size
     if template < wanted < n_layers:
@@ -251,49 +243,34 @@ def advise_along_z(
 
 
 def advise_location_weight() -> Advice:
-    """Advise a location weight along z, for volumes with a vertical trend.
-
-    Examples
-    --------
-    >>> advise_location_weight().value
-    (0.5, 0.0, 0.0)
-    """
+    """Advise a location weight along z, for volumes with a vertical trend."""
     reason = "The upper layers differ from the lower ones: patches come from about their height."
     return Advice("location_weight", (TREND_WEIGHT, 0.0, 0.0), reason)
 
 
-def _layers(n: int) -> str:
-    return f"{n} layer" if n == 1 else f"{n} layers"
-
-
-def _cells(n: int) -> str:
-    return f"{n} cell" if n == 1 else f"{n} cells"
-
-
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What a training image is like.
+    """Properties of a training image, and advice.
 
     Attributes
     ----------
     stationarity : Stationarity
     thickness : tuple of int
-        By facies, in the order of the codes: the largest square, in cells, that 95 % of the facies
-        can hold; geobodies that the border cuts go on beyond it.
+        By facies, in the order of the codes: side of the largest square, in cells, that fits into
+        95 % of the facies; geobodies are continued beyond the border.
     spacing_ew, spacing_ns : Spacing
         Range and repetition of the features.
     feature_size : int
-        How many cells a template needs to hold a feature.
+        Cells that a template needs to hold a feature.
     n_templates : int
         Templates of the advised size that fit without overlap.
     advice : tuple of Advice
         For wavelet_level, template_size and overlap_size, which fit each other, and for
-        location_weight where a volume has a vertical trend.
+        location_weight if a volume has a vertical trend.
     warnings : tuple of str
-        What may go wrong, one sentence each.
+        Possible problems, one sentence each.
     vertical_thickness : tuple of int
-        Of a volume, by facies: the most layers that columns of cells, which 95 % of the facies can
-        hold, have; empty for a map.
+        Thickness of each facies of a volume in layers; empty for a map.
     vertical_spacing : Spacing, or None
         Range and repetition of the features of a volume from layer to layer.
     """
@@ -310,7 +287,7 @@ class Diagnosis:
     vertical_spacing: Spacing | None = None
 
     def advised(self, parameter: str) -> Any:
-        """Return the advised value of a parameter, of a volume along (layers, rows, columns)."""
+        """Return the advised value of a parameter; for volumes along (layers, rows, columns)."""
         return next(a.value for a in self.advice if a.parameter == parameter)
 
 
@@ -320,11 +297,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     Parameters
     ----------
     training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes. A volume is looked at in its layers and across them.
-
-    Returns
-    -------
-    Diagnosis
+        An array has facies codes.
 
     Raises
     ------
@@ -335,8 +308,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     --------
     >>> import numpy as np
     >>> rivers = TrainingImage(np.tile(np.arange(192)[:, None] % 24 < 6, (1, 192)).astype(int))
-    >>> found = diagnose(rivers)
-    >>> [(a.parameter, a.value) for a in found.advice]
+    >>> [(a.parameter, a.value) for a in diagnose(rivers).advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
     given = training_image
@@ -375,7 +347,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
 
 
 def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:
-    """Return how thick each facies is, within layers or across them."""
+    """Return the thickness of each facies, within layers or across them."""
     return tuple(
         granulometry(
             image, int(code), down_to=THICK_SHARE, extend=True, vertical=vertical
@@ -422,7 +394,7 @@ def _warnings(
 
 
 def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
-    """Say which facies differs the most between the upper and the lower half of a volume."""
+    """Describe the facies that differs the most between the upper and the lower half."""
     assert found.vertical_differences is not None
     sizes = np.where(found.vertical_trend, np.abs(found.vertical_differences), 0)
     facies = int(sizes.argmax())
@@ -435,7 +407,7 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
 
 
 def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
-    """Say which part differs the most in a proportion, and by how much chance could."""
+    """Describe the part that differs the most in a proportion."""
     p = found.proportions.mean(axis=0)
     sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)

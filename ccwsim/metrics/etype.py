@@ -56,7 +56,7 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
 
 
 def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
-    """Return the share of each facies in each layer of volumes: vertical proportion curves.
+    """Return vertical proportion curves: the share of each facies in each layer of volumes.
 
     Parameters
     ----------
@@ -135,14 +135,14 @@ def proportion_quantiles(
 
 @dataclass(frozen=True, eq=False)
 class EType:
-    """What an ensemble says about each cell.
+    """Probability of each facies in each cell.
 
     Attributes
     ----------
     probability : ndarray, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
         Share of the realizations that have each facies.
     n : int
-        How many realizations.
+        Number of realizations.
     codes : ndarray of int, shape (n_facies,)
         The facies codes, sorted.
     """
@@ -153,12 +153,12 @@ class EType:
 
     @cached_property
     def most_likely(self) -> NDArray[np.integer]:
-        """Code of the most probable facies by cell; of several the smallest."""
+        """Code of the most probable facies by cell, the smallest if there are several."""
         return self.codes[self.most_likely_indices]
 
     @cached_property
     def most_likely_indices(self) -> NDArray[np.uint8]:
-        """Where the most probable facies stands in `codes`, by cell."""
+        """Index in `codes` of the most probable facies, by cell."""
         return self.probability.argmax(axis=0).astype(np.uint8)
 
     @property
@@ -191,14 +191,10 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
     images, codes
         As in `proportions`.
 
-    Returns
-    -------
-    EType
-
     Examples
     --------
-    >>> found = etype([[[0, 1]], [[1, 1]]])
-    >>> found.probability[1], found.most_likely, found.entropy
+    >>> e_type = etype([[[0, 1]], [[1, 1]]])
+    >>> e_type.probability[1], e_type.most_likely, e_type.entropy
     (array([[0.5, 1. ]]), array([[0, 1]]), array([[1., 0.]]))
     """
     stack = as_stack(images, codes)
@@ -206,7 +202,7 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
 
 
 def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int32]:
-    """Return how many realizations have each facies in each cell.
+    """Return the number of realizations with each facies in each cell.
 
     Parameters
     ----------
@@ -231,23 +227,19 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
 
 def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
-    """Return the E-type of counts as `facies_counts` makes them.
+    """Return the E-type of counts.
 
     Parameters
     ----------
     counts : ndarray of int, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
-        Realizations by facies and cell, as `facies_counts` gives them.
+        Realizations by facies and cell, as `facies_counts` returns them.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes, 0 … n_facies − 1 by default.
-
-    Returns
-    -------
-    EType
 
     Raises
     ------
     CCWSIMError
-        Where nothing was counted yet, and for another number of codes.
+        If nothing was counted yet, and for another number of codes.
 
     Examples
     --------
@@ -294,25 +286,17 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
         raise CCWSIMError(f"probabilities of shape (n_facies, ...) are needed, not {p.shape}")
     if len(p) < 2:
         return np.zeros(p.shape[1:])
-    flat, found = p.reshape(len(p), -1), np.empty(p[0].size)
-    for first in range(0, len(found), CELLS_OF_ENTROPY):
+    flat, entropies = p.reshape(len(p), -1), np.empty(p[0].size)
+    for first in range(0, len(entropies), CELLS_OF_ENTROPY):
         check_stop()
         some = flat[:, first : first + CELLS_OF_ENTROPY]
         terms = some * np.log(np.where(some > 0, some, 1.0))
-        found[first : first + CELLS_OF_ENTROPY] = -terms.sum(axis=0) / np.log(len(p)) + 0.0
-    return found.reshape(p.shape[1:])
+        entropies[first : first + CELLS_OF_ENTROPY] = -terms.sum(axis=0) / np.log(len(p)) + 0.0
+    return entropies.reshape(p.shape[1:])
 
 
 def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
-    """Add one realization to counts, shape (n_facies, *image.shape), in place.
-
-    Examples
-    --------
-    >>> counts = np.zeros((2, 1, 3), np.int32)
-    >>> add_counts(np.array([[0, 1, 1]], np.uint8), counts)
-    >>> counts.tolist()
-    [[[1, 0, 0]], [[0, 1, 1]]]
-    """
+    """Add one realization to counts, shape (n_facies, *image.shape), in place."""
     _add_counts(np.ascontiguousarray(image).reshape(-1), counts.reshape(len(counts), -1))
 
 

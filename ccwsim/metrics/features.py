@@ -1,4 +1,4 @@
-"""Features of a training image: range and spacing, thickness."""
+"""Range, spacing and thickness of the features of a training image."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ccwsim.model.arrays import check_int
 
 SILL_SHARE = 0.95
 PROMINENCE = 0.1
-"""A peak of the correlation that stands out less is noise."""
+"""Least prominence of a peak of the correlation; lower peaks are noise."""
 THICK_SHARE = 0.95
-"""A facies is as thick as the squares that keep so much of it."""
+"""Share of a facies that squares of its thickness keep."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spacing:
-    """How far features reach and how they repeat along a direction.
+    """Range and spacing of features along a direction.
 
     Attributes
     ----------
@@ -29,12 +29,12 @@ class Spacing:
     correlation : ndarray, shape (n_lags,)
         1 − Σ γ / Σ sill, pooled over facies.
     range : int or None
-        The first lag where γ reaches 95 % of the sill; None if it does not.
+        First lag at which γ reaches 95 % of the sill; None if it does not.
     spacing : int or None
-        The first lag where the correlation rises to a peak again: the distance from feature to
-        feature; None if there is no such peak.
+        Lag of the first peak of the correlation: the distance from feature to feature; None
+        without a peak.
     strength : float
-        How far that peak stands out, from 0 (no repetition) to about 2 (strict period).
+        Prominence of that peak, from 0 (no repetition) to about 2 (strict period).
     """
 
     lags: NDArray[np.int64]
@@ -49,7 +49,7 @@ def feature_spacing(
 ) -> Spacing:
     """Return range and spacing of the features, from lags up to half the smaller side.
 
-    In a volume that is the smaller one of rows and columns, and for "vertical" the layers.
+    In a volume that side is the smaller one of rows and columns, or the layers for "vertical".
 
     Parameters
     ----------
@@ -58,14 +58,10 @@ def feature_spacing(
     direction : str, float or pair of int
         As in `variogram`.
 
-    Returns
-    -------
-    Spacing
-
     Examples
     --------
-    >>> found = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)))
-    >>> found.range, found.spacing, round(found.strength, 3)
+    >>> stripes = feature_spacing(np.tile(np.arange(60) // 5 % 2, (60, 1)))
+    >>> stripes.range, stripes.spacing, round(stripes.strength, 3)
     (3, 10, 2.0)
     """
     stack = as_image(image, codes)
@@ -77,7 +73,7 @@ def feature_spacing(
         return Spacing(lags, np.ones(len(lags)), None, None, 0.0)
     correlation = 1 - np.sum([part.gamma[0] for part in parts], axis=0) / sill
     reached = np.flatnonzero(correlation <= 1 - SILL_SHARE)
-    from scipy.signal import find_peaks  # late: it takes longer to import than all the rest
+    from scipy.signal import find_peaks  # imported late: it loads slowly
 
     peaks, about = find_peaks(correlation, prominence=PROMINENCE)
     reach = int(reached[0]) if len(reached) else None
@@ -88,14 +84,14 @@ def feature_spacing(
 
 @dataclass(frozen=True, eq=False)
 class Granulometry:
-    """What remains of a facies when all that is thinner than a size is taken away.
+    """Share of a facies that remains when parts thinner than a size are removed.
 
     Attributes
     ----------
     sizes : ndarray of int, shape (n_sizes,)
         1, 2, … cells.
     kept : ndarray, shape (n_sizes,)
-        Share of the facies' cells that lie in a square of that size inside the facies.
+        Share of the facies' cells in squares of that size inside the facies.
     """
 
     sizes: NDArray[np.int64]
@@ -116,34 +112,28 @@ def granulometry(
 ) -> Granulometry:
     """Open a facies with squares of growing size (Matheron 1975), until nothing is left.
 
-    In a volume squares lie within layers; across layers it is opened with columns of cells.
-
-    Squares lie inside the image, so that a geobody cut by its edge counts as thin as it appears,
-    unless the image is extended.
+    Squares are inside the image and, in volumes, within layers; a geobody cut by the edge counts as
+    thin as it appears, unless the image is extended.
 
     Parameters
     ----------
     image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         An array has facies codes.
     facies : int
-        The code of one.
+        Its code.
     max_size : int
         Largest square.
     down_to : float
         Stop after the first size that keeps a smaller share.
     extend : bool
-        Go on beyond the edge with the cells at the edge: what is cut there is not thin.
+        Repeat the cells at the edge beyond it.
     vertical : bool
-        Open a volume with columns of cells, of 1, 2, … layers.
-
-    Returns
-    -------
-    Granulometry
+        Open a volume with columns of 1, 2, … layers.
 
     Raises
     ------
     CCWSIMError
-        For a largest square below one cell, and a facies code that the image does not have.
+        For a largest square below one cell, or an unknown facies code.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Patterns, and proportions by layer, of realizations beside those of crops of their image."""
+"""Patterns and proportions by layer of realizations, compared with crops of their image."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PATTERN_SIZES = (2, 3)
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
-    """Compare how far the patterns of realizations and of crops are from the training image's.
+    """Compare the pattern distances of realizations and of crops from the training image.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     Returns
     -------
     Fit, or None
-        Jensen–Shannon divergences in bits at full resolution, `at` the sizes; what crops have is
-        due to their size alone. None if the training image or the grid is too small for crops.
+        Jensen–Shannon divergences in bits at full resolution, `at` the sizes; those of crops are
+        due to their size only. None if the training image or the grid is too small for crops.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 
     def values(images: Stack) -> NDArray[np.float64]:
         each = (pattern_distance(images, image, None, side, (1,)) for side in sides)
-        return np.column_stack([found[:, 0] for found in each])
+        return np.column_stack([distances[:, 0] for distances in each])
 
     at, least = np.array(sides, float), np.zeros(len(sides))
     return fit_values(ensemble, ("patterns", *sides), at, values, least)
@@ -71,15 +71,15 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     Parameters
     ----------
     ensemble : Ensemble
-        Of volumes.
+        Volumes.
     facies : int
-        The code of one.
+        Its code.
 
     Returns
     -------
     Fit, or None
         `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. None
-        where that has another number of layers, or is too small for crops.
+        if that has another number of layers, or is too small for crops.
 
     Raises
     ------

@@ -20,10 +20,7 @@ _SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
 def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
     """Return how many cells count as touching in images of a shape; 8 or 26 by default.
 
-    Raises
-    ------
-    CCWSIMError
-        For another number than 4 or 8 in maps, or 6, 18 or 26 in volumes.
+    Raises `CCWSIMError` for another number than 4 or 8 in maps, or 6, 18 or 26 in volumes.
 
     Examples
     --------

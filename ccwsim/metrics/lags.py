@@ -1,4 +1,4 @@
-"""Lags: which pairs of cells x, x + h a two-point statistic compares, and sums over them."""
+"""Lags: the pairs of cells x, x + h of two-point statistics, and sums over them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VERTICAL = "vertical"
 """The direction of one layer up, in volumes."""
 
 MAX_STEPS = 1_000_000
-"""Of a lag."""
+"""Largest lag in steps."""
 
 Direction = str | float | tuple[int, ...]
 """A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag; in
@@ -31,7 +31,7 @@ Lags = int | Sequence[int] | NDArray[np.integer]
 
 
 def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the directions along the axes of a map, or of a volume, of that shape.
+    """Return the directions along the axes of a map or volume.
 
     Examples
     --------
@@ -46,9 +46,9 @@ def lag_offsets(
 ) -> NDArray[np.int64]:
     """Return the (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
 
-    A named direction and a pair (rows, columns) take `lag` whole steps; an azimuth goes `lag`
-    cells far and is rounded to the nearest cell. For volumes, `n_axes` = 3, it is (layers, rows,
-    columns), where "vertical" and three numbers go across layers and all others stay in one.
+    A named direction and a pair (rows, columns) take `lag` steps; an azimuth takes `lag` cells,
+    rounded to the nearest cell. For volumes, `n_axes` = 3, offsets are (layers, rows, columns);
+    only "vertical" and three numbers go across layers.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> ND
 
 
 def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
-    """Return the largest lag to look at: half of the side that all `shapes` have, at most 100.
+    """Return the largest useful lag: half of the common side of `shapes`, at most 100.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
 
 
 def as_lags(lags: Lags) -> NDArray[np.int64]:
-    """Return 0 … lags for a number, or the given lags as an array.
+    """Return 0 … lags for a number, otherwise the lags as an array.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def as_lags(lags: Lags) -> NDArray[np.int64]:
 def distinct_lags(
     direction: Direction, n_lags: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the lags from 0 to n_lags that reach different cells, and how far those are.
+    """Return the lags from 0 to n_lags that reach different cells, and their distances.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def lags_within(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return lags and their offsets (layers, rows, columns), shape (n_lags, 3).
 
-    Raises `CCWSIMError` for the first longer than the image.
+    Raises `CCWSIMError` for a lag longer than the image.
     """
     steps = as_lags(lags)
     offsets = lag_offsets(direction, steps, len(shape))
@@ -166,7 +166,7 @@ def lags_within(
 def lags_that_fit(
     shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the lags at which pairs of cells lie in an image.
+    """Return the lags with pairs of cells inside an image.
 
     Examples
     --------
@@ -178,24 +178,12 @@ def lags_that_fit(
 
 
 def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many pairs x, x + h lie in an image, by lag, of offsets as `lags_within` gives.
-
-    Examples
-    --------
-    >>> count_pairs((3, 4), np.array([[0, 0, 1], [0, 2, 2]]))
-    array([9, 2])
-    """
+    """Return the number of pairs x, x + h in an image for each offset of `lags_within`."""
     return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return −max_lag … max_lag; raise `CCWSIMError` where they do not fit the image.
-
-    Examples
-    --------
-    >>> lags_of_map(1, (5, 5))
-    array([-1,  0,  1])
-    """
+    """Return −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image."""
     if len(shape) == N_AXES:
         raise CCWSIMError(
             f"lags of a map need a map, not a volume of {shape[0]} layers; give some of its layers "
@@ -206,7 +194,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def pairs_of_map(shape: tuple[int, ...], max_lag: int) -> NDArray[np.int64]:
-    """Return how many pairs x, x + h lie in an image, by lag; lag 0 is in the middle.
+    """Return the number of pairs x, x + h in an image by lag; lag 0 is in the middle.
 
     Examples
     --------
@@ -233,7 +221,7 @@ def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float
 
 
 def overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return Σ inside(x) over the cells x of a mask (ny, nx) for which x + h is in it too, by lag.
+    """Return, by lag, Σ inside(x) over the cells x of a mask (ny, nx) that also holds x + h.
 
     Examples
     --------

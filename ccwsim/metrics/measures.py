@@ -1,7 +1,7 @@
-"""Measures with one number an image, as one table: realizations beside crops of their image.
+"""Measures with one number for each image, in one table, of realizations and crops of their image.
 
-`MEASURES` is all that there is to a measure: what it is called, how it is counted, and which
-difference means something. The page *Validate*, reports and CSV files show whatever is in it.
+`MEASURES` has the title, the computation and the smallest difference of each; the page *Validate*,
+reports and CSV files show all of them.
 """
 
 from __future__ import annotations
@@ -14,32 +14,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
+from ccwsim.metrics.patterns import unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack
-from ccwsim.metrics.unseen import unseen_patterns
 from ccwsim.model.arrays import ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 
 MAX_IMAGES = 200
-"""The first so many realizations are measured."""
+"""Realizations that are measured at most, from the first on."""
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
-"""Geobodies are counted per so many cells, as images differ in size."""
+"""Cells per which geobodies are counted, as images differ in size."""
 PATTERN_SIDE = 3
 Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class OfFacies:
-    """A facies of some images, as measures see it.
+    """A facies of images, to be measured.
 
     Attributes
     ----------
     images : Stack
     code : int
-        Of the facies.
+        Code of the facies.
     training_image : TrainingImage
-        What the images are to be like.
+        The training image of the images.
     """
 
     images: Stack
@@ -48,18 +48,18 @@ class OfFacies:
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
-        """Which cells are of the facies, shape (n, nz, ny, nx); maps have one layer."""
+        """Cells of the facies, shape (n, nz, ny, nx); maps have one layer."""
         cells = self.images.indices == self.images.index_of(self.code)
         return cells if self.images.is_volumes else cells[:, None]
 
     @cached_property
     def geobodies(self) -> Geobodies:
-        """Its geobodies; cells that touch at corners are joined."""
+        """Geobodies of the facies; cells that touch at corners are joined."""
         return geobody_statistics(self.images, self.code)
 
     @property
     def n_cells(self) -> int:
-        """Of one image."""
+        """Cells of one image."""
         return self.inside[0].size
 
 
@@ -70,21 +70,21 @@ class Measure:
     Attributes
     ----------
     title : str
-        What it is called, with its unit.
+        Name, with the unit.
     definition : str
         One sentence.
     values : callable
-        Takes an `OfFacies`, returns one value an image, shape (n,); NaN if there is none.
+        Takes an `OfFacies`, returns one value for each image, shape (n,), which may be NaN.
     least : float
-        A smaller difference is never called one, in units of the value.
+        Smallest difference that is reported, in units of the value.
     words : pair of str
-        What a value below that of crops is called, and one above.
+        Verdicts on a value below that of crops, and above it.
     factor : float
-        What values are multiplied by to be shown.
+        Factor by which shown values are multiplied.
     digits : int
-        Decimals that are shown.
+        Decimals shown.
     volumes : bool, or None
-        Whether it is one of volumes alone, or of maps alone; None for both.
+        True for volumes only, False for maps only, None for both.
     """
 
     title: str
@@ -97,7 +97,7 @@ class Measure:
     volumes: bool | None = None
 
     def text(self, value: float) -> str:
-        """Return a value as it is shown.
+        """Return a value as shown.
 
         Examples
         --------
@@ -114,7 +114,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Count unequal pairs of cells side by side, along all axes; a single cell has none."""
+    """Return the share of unequal pairs of cells side by side; NaN for a single cell."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
@@ -124,7 +124,7 @@ def _boundary(of: OfFacies) -> Values:
 
 
 def _chord(axis: int) -> Callable[[OfFacies], Values]:
-    """Return how to measure the mean chord along an axis of (n, nz, ny, nx)."""
+    """Return the measure of the mean chord along an axis of (n, nz, ny, nx)."""
 
     def values(of: OfFacies) -> Values:
         lines = np.moveaxis(of.inside, axis, -1)
@@ -152,7 +152,7 @@ def _counted(
     count: Callable[[OfFacies], NDArray[np.int64]],
     words: tuple[str, str],
 ) -> tuple[Measure, Measure]:
-    """Return a count by the cells of a map, and by those of a volume."""
+    """Return a count per cells of maps, and one per cells of volumes."""
 
     def entry(per: int, volumes: bool) -> Measure:
         def values(of: OfFacies) -> Values:
@@ -218,7 +218,7 @@ MEASURES = (
         _unseen, 0.01, ("", "too many"), 100,
     ),
 )  # fmt: skip
-"""In the order in which they are shown."""
+"""All measures in the order in which they are shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,11 +228,11 @@ class Measured:
     Attributes
     ----------
     measures : tuple of Measure
-        Those of maps, or of volumes.
+        The measures of maps, or of volumes.
     each : ndarray, shape (n, m)
-        By realization and measure.
+        Values by realization and measure.
     reference : ndarray, shape (m,)
-        Of the whole training image.
+        Values of the whole training image.
     fit : Fit, or None
         Means over pieces of the realizations beside crops of the training image, by measure.
     """
@@ -244,20 +244,14 @@ class Measured:
 
 
 def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> Measured:
-    """Return all measures of a facies of realizations, and how crops of their image compare.
+    """Return all measures of a facies of realizations, beside crops of their image.
 
     Parameters
     ----------
     ensemble : Ensemble
-        Of which the first 200 realizations are measured.
-    facies : int
-        The code of one.
-    progress : callable, optional
-        Called with the share that is done.
-
-    Returns
-    -------
-    Measured
+        At most 200 realizations are measured.
+    facies, progress
+        As in `variogram`.
 
     Raises
     ------
@@ -269,8 +263,9 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
     >>> from ccwsim import Parameters, TrainingImage, simulate
     >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> found = measure(simulate(stripes, (40, 50), p), 1)
-    >>> float(dict(zip([m.title for m in found.measures], found.each[0]))["Largest geobody, %"])
+    >>> measured = measure(simulate(stripes, (40, 50), p), 1)
+    >>> values = dict(zip([m.title for m in measured.measures], measured.each[0].tolist()))
+    >>> values["Largest geobody, %"]
     0.1
     """
     image = ensemble.training_image

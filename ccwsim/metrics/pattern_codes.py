@@ -1,4 +1,4 @@
-"""Patterns of cells as numbers, which of them occur, and how often."""
+"""Codes of patterns of cells, and their counts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ccwsim.jobs.workers import check_stop
 CELLS_OF_STRIP = 4_000_000
 """Cells whose patterns are counted at a time."""
 MAX_TABLE = 2**20
-"""Up to so many possible patterns are counted in a table of all, more by sorting."""
+"""Largest number of possible patterns that are counted in a table; more are sorted."""
 
 
 def count_patterns(
@@ -21,8 +21,7 @@ def count_patterns(
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
     """Return the codes of the patterns of height × size × size cells, sorted, and their counts.
 
-    A code is the pattern's cells as digits in base n_facies where they fit 64 bits, else a 64-bit
-    hash of them.
+    See `PatternHistogram` for the codes.
 
     Examples
     --------
@@ -49,13 +48,7 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, some layers and rows at a time: they take much memory.
-
-    Examples
-    --------
-    >>> [codes.shape for codes in codes_in(np.zeros((4, 5, 6), np.uint8), 2, 2, 3)]
-    [(3, 3, 4)]
-    """
+    """Yield the codes of all patterns, some layers and rows at a time to save memory."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)
@@ -143,7 +136,7 @@ def _add_to(sums, values, weight):
 
 
 def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
-    """Return different codes in a table in which `are_unknown` finds them, and its full places.
+    """Return a hash table of different codes for `are_unknown`, and which places are taken.
 
     Examples
     --------
@@ -159,7 +152,7 @@ def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.
 
 @part_of_kernel
 def _place(code, keys, full):
-    """Return the place of a code in a table whose size is a power of two, or a free one for it."""
+    """Return the place of a code in a table whose size is a power of two, or its free place."""
     last = np.uint64(len(keys) - 1)
     place = _mixed(code) & last
     while full[place] and keys[place] != code:
@@ -176,7 +169,7 @@ def _fill(codes, keys, full):
 
 @allocating_kernel
 def are_unknown(codes, keys, full):
-    """Return which codes a table does not have."""
+    """Return which codes are not in a table."""
     unknown = np.empty(len(codes), np.bool_)
     for k in range(len(codes)):
         if k and codes[k] == codes[k - 1]:

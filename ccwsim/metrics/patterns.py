@@ -1,4 +1,4 @@
-"""Pattern histograms on a pyramid of resolutions, and their Jensen–Shannon divergence."""
+"""Patterns: histograms on a pyramid of resolutions, their divergence, and unseen patterns."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.metrics.coarsening import coarsened_volume
-from ccwsim.metrics.pattern_codes import count_patterns
+from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
 from ccwsim.metrics.stack import (
     Codes,
     Fraction,
@@ -37,17 +37,17 @@ class PatternHistogram:
     Attributes
     ----------
     codes : ndarray of uint64, shape (n_different,)
-        The patterns that occur, sorted. A code is the pattern's cells as digits in base n_facies
-        where they fit 64 bits, else a 64-bit hash of them.
+        The patterns that occur, sorted. A code has the pattern's cells as digits in base n_facies
+        if these fit 64 bits; otherwise it is a 64-bit hash.
     frequencies : ndarray, shape (n_different,)
-        Their shares; they sum to 1.
+        Their shares, with sum 1.
     size : int
         Side of the patterns in cells.
     facies : tuple of int
-        Facies codes that the digits stand for, sorted.
+        Facies codes of the digits, sorted.
     layers : int
-        Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers of a thinner
-        one.
+        Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers if there are
+        fewer.
     """
 
     codes: NDArray[np.uint64]
@@ -62,7 +62,7 @@ def pattern_histogram(
 ) -> PatternHistogram:
     """Count the patterns of size × size (× size) cells at every location of an image, exactly.
 
-    In a volume of fewer layers patterns are as high as the volume.
+    In a volume with fewer layers, patterns are as high as the volume.
 
     Parameters
     ----------
@@ -71,16 +71,12 @@ def pattern_histogram(
     codes : array_like of int, optional
         The facies codes, where an array may lack some; those that occur by default.
     size : int, optional
-        Side of the patterns; 4 in maps and 3 in volumes by default.
-
-    Returns
-    -------
-    PatternHistogram
+        Side of the patterns in cells; 4 in maps and 3 in volumes by default.
 
     Raises
     ------
     CCWSIMError
-        Where the pattern does not fit the image.
+        If the pattern does not fit the image.
 
     Examples
     --------
@@ -103,10 +99,7 @@ def size_of(stack: Stack, size: int | None) -> int:
 def layers_of(stack: Stack, *others: Stack) -> int:
     """Return the layers of the thinnest of volumes, 1 for maps.
 
-    Raises
-    ------
-    CCWSIMError
-        Where some are maps and others volumes.
+    Raises `CCWSIMError` if some are maps and others volumes.
     """
     for other in others:
         if other.is_volumes != stack.is_volumes:
@@ -146,7 +139,7 @@ def pyramid_histograms(
     factors : sequence of int
         Resolutions are 1 / factor; see `coarsened`.
     layers : int, optional
-        Layers of the thinnest volume to compare these with, where they have more.
+        Layers of the thinnest volume with which these are compared.
 
     Returns
     -------
@@ -184,12 +177,12 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     Parameters
     ----------
     a, b : PatternHistogram
-        Of patterns of the same size.
+        With the same size of patterns.
 
     Returns
     -------
     float
-        In bits; 0 for equal histograms, 1 for those without a common pattern.
+        In bits; 0 for equal histograms, 1 without a common pattern.
 
     Raises
     ------
@@ -244,7 +237,7 @@ def pattern_distance(
     Raises
     ------
     CCWSIMError
-        For a cell with another code, and where patterns do not fit.
+        For an unknown code, or patterns that do not fit.
 
     Examples
     --------
@@ -260,6 +253,80 @@ def pattern_distance(
     return np.array(
         [[js_divergence(h, t) for h, t in zip(row, target, strict=True)] for row in found]
     )
+
+
+def unseen_patterns(
+    images: Images,
+    training_image: TrainingImage | ArrayLike,
+    size: int = 3,
+    mask: NDArray[np.bool_] | None = None,
+    codes: Codes | None = None,
+    progress: Fraction | None = None,
+) -> NDArray[np.float64]:
+    """Return the share of the patterns of each image that do not occur in the training image.
+
+    Patterns have size × size cells, in volumes size × size × size, or as many layers as the thinner
+    image.
+
+    Parameters
+    ----------
+    images, training_image, codes, progress
+        As in `pattern_distance`.
+    size : int
+        Side of the patterns in cells.
+    mask : ndarray of bool, shape of one image, optional
+        Only patterns with one of these cells count, for example cells with hard data.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        From 0 to 1; NaN for a mask without cells.
+
+    Raises
+    ------
+    CCWSIMError
+        For unknown codes, patterns that do not fit, maps with a volume or the reverse, and a mask
+        of another shape.
+
+    Examples
+    --------
+    >>> stripes = np.tile([0, 0, 1, 1], (8, 2))
+    >>> unseen_patterns([stripes, stripes.T], stripes)
+    array([0., 1.])
+    """
+    own = as_image(training_image, codes)
+    stack = as_stack(images, own.codes)
+    sides = min(own.shape[-2:] + stack.shape[-2:])
+    size = check_int("pattern size", size, 1, sides)
+    how = own.n_facies, min(size, layers_of(own, stack)), size
+    chosen = None if mask is None else _containing(mask, stack.shape, how[1], size)
+    table = table_of(count_patterns(own.volume(0), *how)[0])
+
+    def one(k: int) -> float:
+        strips = [are_unknown(c.ravel(), *table) for c in codes_in(stack.volume(k), *how)]
+        unknown = np.concatenate(strips)
+        if chosen is not None:
+            unknown = unknown[chosen]
+        return float(unknown.mean()) if len(unknown) else float("nan")
+
+    return np.array(map_parallel(one, len(stack), progress))
+
+
+def _containing(
+    mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
+) -> NDArray[np.bool_]:
+    """Return, flat like the codes, which patterns have a cell of the mask."""
+    mask = as_array(mask, "mask")
+    if mask.shape != shape or mask.dtype != np.bool_:
+        raise CCWSIMError(
+            f"mask must be of type bool and shape {shape}, not of type {mask.dtype} and shape "
+            f"{mask.shape}"
+        )
+    chosen = mask.reshape(-1, *shape[-2:])
+    for axis, side in enumerate((height, size, size)):
+        windows = np.lib.stride_tricks.sliding_window_view(chosen, side, axis)
+        chosen = windows.any(axis=-1)
+    return chosen.ravel()
 
 
 def divergences(
@@ -315,7 +382,7 @@ def _fill_row(codes, shares, starts, row, result):
 
 @kernel
 def js_of_frequencies(codes_a, shares_a, codes_b, shares_b):
-    """Merge two sorted histograms; a pattern that only one has adds half its share."""
+    """Merge two sorted histograms; a pattern in only one of them adds half its share."""
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):
         if codes_a[i] == codes_b[j]:

@@ -1,4 +1,4 @@
-"""How good an ensemble is, in a few numbers that settings and methods can be compared by."""
+"""Quality of an ensemble in a few numbers, to compare settings and methods."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
 
 CELLS_COMPARED = 1_000_000
-"""Cells in which realizations are compared at a time."""
+"""Cells of each realization that are compared at a time."""
 
 
 @dataclass(frozen=True)
 class Quality:
-    """How close an ensemble comes to its training image, its data, and at what cost.
+    """How close an ensemble comes to its training image and its data, and at what cost.
 
     Attributes
     ----------
     n : int
-        How many realizations were judged.
+        Number of realizations.
     pattern_distances : tuple of 3 float
         Jensen–Shannon divergence in bits between the 4 × 4 patterns, in volumes 3 × 3 × 3, of
         realizations and training image at full, half and third resolution, mean over realizations.
@@ -39,7 +39,7 @@ class Quality:
         |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
         both are known, E–W, N–S and, in volumes, vertically; NaN if there is no such lag.
     facies : int
-        Code of the facies that τ is of.
+        Code of the facies of τ.
     differing : float
         Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
     n_resimulated, n_forced, n_mismatched : float
@@ -49,11 +49,11 @@ class Quality:
         CPU time of a realization, median.
     proportion_error : float
         (Mean proportion of the realizations − proportion of the training image) / the latter, of
-        the facies for which it is the largest in size: −0.4 for 40 % too little.
+        the facies with the largest error: −0.4 for 40 % too little.
     proportion_facies : int
         Code of that facies.
     proportion_spread : float
-        Standard deviation of it between realizations; NaN for one.
+        Standard deviation of the error between realizations; NaN for one.
     tau_spreads : tuple of float
         Standard deviation of τ(h) between realizations, mean over the lags, along the same axes;
         NaN for one.
@@ -61,7 +61,7 @@ class Quality:
         Cells of the largest piece copied verbatim from the training image, mean over
         realizations; NaN if the ensemble does not keep its sources.
     copied_spread : float
-        Standard deviation of it between realizations.
+        Standard deviation of the cells copied between realizations.
     """
 
     n: int
@@ -88,12 +88,12 @@ class Quality:
 
     @property
     def tau_error(self) -> float:
-        """The largest of the errors along all axes: one does not make up for another."""
+        """The largest of the errors along all axes."""
         return self._of_worse_axis(self.tau_errors)
 
     @property
     def tau_spread(self) -> float:
-        """The spread along the axis that `tau_error` is of."""
+        """The spread along the axis of `tau_error`."""
         return self._of_worse_axis(self.tau_spreads)
 
     def _of_worse_axis(self, values: tuple[float, ...]) -> float:
@@ -107,13 +107,9 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     Parameters
     ----------
     ensemble : Ensemble
-        With `keep_sources` for what was copied.
+        With `keep_sources` to measure copied pieces.
     facies : int, optional
         Code of the facies whose connectivity counts; the last one by default.
-
-    Returns
-    -------
-    Quality
 
     Raises
     ------
@@ -125,18 +121,14 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     >>> from ccwsim import Parameters, TrainingImage, simulate
     >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> found = judge(simulate(stripes, (40, 50), p, n_realizations=2))
-    >>> found.tau_errors, found.n_mismatched
+    >>> quality = judge(simulate(stripes, (40, 50), p, n_realizations=2))
+    >>> quality.tau_errors, quality.n_mismatched
     ((0.0, 0.0), 0.0)
     """
     image = ensemble.training_image
     code = int(image.codes[-1 if facies is None else image.index_of(facies)])
     each = pattern_distance(ensemble, image)
-    lags = lags_of(ensemble)
-    tau = [
-        _tau_error(ensemble, code, way, lags if way != VERTICAL else vertical_lags_of(ensemble))
-        for way in axes_of(image.shape)
-    ]
+    tau = [_tau_error(ensemble, code, way) for way in axes_of(image.shape)]
     relative = proportions(ensemble) / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())
     copied = _copied(ensemble)
@@ -166,7 +158,7 @@ def _spread(each: NDArray[np.floating]) -> float:
 
 
 def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
-    """Return the cells of the largest copied piece of each realization whose sources are kept."""
+    """Return the cells of the largest copied piece of each realization, if sources are kept."""
     sources = () if ensemble.sources is None else ensemble.sources
     shape = ensemble.training_image.array.shape
     return np.array([copying(one, shape).largest_block for one in sources], float)
@@ -175,7 +167,7 @@ def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
 def differing_share(images: Images, codes: Codes | None = None) -> float:
     """Return the share of cells in which two realizations differ, mean over all pairs.
 
-    Counted by cell: of n realizations, Σ c (c − 1) / 2 pairs agree where c have each facies.
+    Counted by cell: Σ c (c − 1) / 2 pairs agree if c realizations have each facies.
 
     Parameters
     ----------
@@ -190,7 +182,7 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     Raises
     ------
     CCWSIMError
-        For another shape or type, and for codes that the images go beyond.
+        For another shape or type, and for unknown codes in the images.
 
     Examples
     --------
@@ -211,31 +203,25 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     return 1 - agree / (n * (n - 1) * lines.shape[1] * nx)
 
 
-def lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
-    """Return the lags at which τ(h) is compared, 1 up to half of the smaller side of layers."""
+def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> NDArray[np.int64]:
+    """Return the lags at which τ(h) is compared, 1 up to half of the smaller side or the layers."""
     shapes = ensemble.indices.shape[1:], ensemble.training_image.array.shape
-    return np.arange(1, min(max_lag(way, *shapes) for way in ("E-W", "N-S")) + 1)
+    ways = (VERTICAL,) if way == VERTICAL else ("E-W", "N-S")
+    return np.arange(1, min(max_lag(way, *shapes) for way in ways) + 1)
 
 
-def vertical_lags_of(ensemble: Ensemble) -> NDArray[np.int64]:
-    """Return the same along z of volumes, 1 up to half of the layers."""
-    shapes = ensemble.indices.shape[1:], ensemble.training_image.array.shape
-    return np.arange(1, max_lag(VERTICAL, *shapes) + 1)
-
-
-def _tau_error(
-    ensemble: Ensemble, facies: int, way: Direction, lags: NDArray[np.int64]
-) -> tuple[float, float]:
+def _tau_error(ensemble: Ensemble, facies: int, way: Direction) -> tuple[float, float]:
     """Return the error of the mean τ(h) and the spread of τ(h), each mean over the lags."""
+    lags = lags_of(ensemble, way)
     if not len(lags):
         return nan, nan
     reference = connectivity(ensemble.training_image, facies, way, lags).tau[0]
-    found = connectivity(ensemble, facies, way, lags).tau
-    there = ~np.isnan(found)
-    known = there.any(axis=0) & ~np.isnan(reference)
+    tau = connectivity(ensemble, facies, way, lags).tau
+    n_known = np.count_nonzero(~np.isnan(tau), axis=0)
+    known = (n_known > 0) & ~np.isnan(reference)
     if not known.any():
         return nan, nan
-    mean = np.where(there, found, 0.0).sum(axis=0)[known] / there.sum(axis=0)[known]
-    several = there.sum(axis=0) > 1
-    spread = float(np.nanstd(found[:, several], axis=0, ddof=1).mean()) if several.any() else nan
+    mean = np.nansum(tau, axis=0)[known] / n_known[known]
+    several = n_known > 1
+    spread = float(np.nanstd(tau[:, several], axis=0, ddof=1).mean()) if several.any() else nan
     return float(np.abs(mean - reference[known]).mean()), spread

@@ -16,7 +16,7 @@ from ccwsim.model.training_image import TrainingImage
 
 @dataclass(frozen=True, eq=False)
 class ReferenceScores:
-    """How well probabilities predicted the reference field.
+    """Scores of probabilities against the reference field.
 
     Attributes
     ----------
@@ -26,11 +26,11 @@ class ReferenceScores:
         Mean of Σ (p − o)² over facies, o = 1 for the true one; 0 is perfect, 2 the worst.
     log_score : float
         Mean of −ln p of the true facies; 0 is perfect. A share of n realizations counts as
-        (n p + ½) / (n + n_facies / 2), so that a facies that no realization has is not impossible.
+        (n p + ½) / (n + n_facies / 2), so that p is never 0.
     n_cells : int
-        How many cells were scored.
+        Number of scored cells.
     right : ndarray of bool, shape of the reference field
-        Where the most likely facies is the true one, also in cells that were not scored.
+        Cells whose most likely facies is the true one, also those that are not scored.
     """
 
     accuracy: float
@@ -42,7 +42,7 @@ class ReferenceScores:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Whether what has probability p is observed in a share p of the cells.
+    """Predicted probabilities and the shares of cells in which they came true.
 
     Attributes
     ----------
@@ -51,11 +51,11 @@ class Calibration:
     forecast : ndarray, shape (n_bins,)
         Mean probability in each bin; NaN for an empty one.
     observed : ndarray, shape (n_bins,)
-        Share that was observed; NaN for an empty one.
+        Share that came true; NaN for an empty one.
     count : ndarray of int, shape (n_bins,)
         Cells (times facies) in each bin.
     error : float
-        Mean of |forecast − observed| over all cells: the expected calibration error.
+        Expected calibration error: mean of |forecast − observed| over all cells.
     """
 
     edges: NDArray[np.float64]
@@ -77,25 +77,21 @@ def score_reference(
     Parameters
     ----------
     probability : EType or array_like, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
-        They sum to 1 in each cell.
+        The sum in each cell is 1.
     truth : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
         The reference field; an array has facies codes.
     n_realizations : int, optional
-        How many the probabilities are shares of; an `EType` says it itself.
+        Number of realizations; known for an `EType`.
     scored : ndarray of bool, shape of `truth`, optional
-        Which cells count; exclude those with hard data, which every realization honours.
+        Cells that count; exclude those with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes of an array of probabilities, 0 … n_facies − 1 by default.
-
-    Returns
-    -------
-    ReferenceScores
 
     Raises
     ------
     CCWSIMError
-        For shapes that do not fit, no realization, no scored cell, or a facies code in the
-        reference field that the probabilities do not have.
+        For shapes that do not fit, no realization, no scored cell, or an unknown facies code in
+        the reference field.
 
     Examples
     --------
@@ -135,12 +131,8 @@ def calibration(
     probability, truth, scored, codes
         As in `score_reference`.
     facies : int, optional
-        The code of one; all facies pooled by default.
+        Its code; all facies are pooled by default.
     n_bins : int
-
-    Returns
-    -------
-    Calibration
 
     Raises
     ------
@@ -175,7 +167,7 @@ def _checked(
     scored: NDArray[np.bool_] | None,
     codes: Codes | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.integer], NDArray[np.int64], NDArray[np.bool_]]:
-    """Return probabilities, codes, where the true ones stand among these, and what is scored."""
+    """Return probabilities, codes, indices of the true facies, and the mask of scored cells."""
     if isinstance(probability, EType):
         p, codes = probability.probability, probability.codes
     else:

@@ -271,7 +271,7 @@ def fit_curve(
     statistic : str
         "variogram" or "connectivity".
     facies : int
-        The code of one.
+        Its code.
     direction : str, float or pair of int
         As in `variogram`.
 
@@ -337,7 +337,7 @@ def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None
     ----------
     ensemble : Ensemble
     facies : int
-        The code of one.
+        Its code.
     neighbours : int, optional
         As in `geobody_statistics`.
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.jobs.workers import Watch, check_stop, n_cores, run_all
-from ccwsim.model.arrays import as_array, as_integers, check_int, codes_of, is_whole
+from ccwsim.jobs.workers import Watch, check_stop, run_all
+from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.system.machine import n_cores
 
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
@@ -61,13 +61,7 @@ class Stack:
 
 
 def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int:
-    """Return the index of a code among codes, or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> index_of(np.array([3, 7]), 7)
-    1
-    """
+    """Return the index of a code among codes, or raise `CCWSIMError`."""
     indices = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
     if not len(indices):
         raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {listed(codes)}")
@@ -84,11 +78,7 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
     """Return images as a stack, with `codes` or their own.
 
     An array of two axes is a map, one of three a stack of maps, one of four a stack of volumes.
-
-    Raises
-    ------
-    CCWSIMError
-        For another shape or type, and for a cell with none of the given codes.
+    Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
 
     Examples
     --------
@@ -115,13 +105,7 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
 
 
 def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = None) -> Stack:
-    """Return a stack of one image; an array of several layers, or with `n_axes` = 3, is a volume.
-
-    Examples
-    --------
-    >>> as_image([[0, 1], [1, 1]]).shape, as_image(np.ones((2, 5, 6), int)).shape
-    ((2, 2), (2, 5, 6))
-    """
+    """Return a stack of one image; an array of layers, or with `n_axes` = 3, is a volume."""
     if not isinstance(image, (Stack, Ensemble, TrainingImage)):
         image = as_array(image, "images")
         if image.ndim == N_AXES and (len(image) > 1 or n_axes == N_AXES):
@@ -135,13 +119,7 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = Non
 
 
 def as_values(images: Images) -> NDArray[np.integer]:
-    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> as_values([[0, 1], [1, 1]]).shape
-    (1, 2, 2)
-    """
+    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`."""
     if isinstance(images, Stack):
         return images.codes[images.indices]
     if isinstance(images, Ensemble):
@@ -163,28 +141,8 @@ def as_values(images: Images) -> NDArray[np.integer]:
 
 
 def as_volume(image: NDArray) -> NDArray:
-    """Return a map or volume as a volume: a map has one layer.
-
-    Examples
-    --------
-    >>> as_volume(np.zeros((5, 6))).shape
-    (1, 5, 6)
-    """
+    """Return a map or volume as a volume: a map has one layer."""
     return image if image.ndim == N_AXES else image[None]
-
-
-def as_shape(shape: Any, name: str = "shape") -> tuple[int, ...]:
-    """Return rows and columns, or layers, rows and columns, or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> as_shape((30, 40)), as_shape([5, 30, 40])
-    ((30, 40), (5, 30, 40))
-    """
-    if isinstance(shape, Grid) or as_array(shape, name).shape != (N_AXES,):
-        return Grid.of(shape).shape
-    nz, ny, nx = shape
-    return check_int(f"layers of {name}", nz, 1), *Grid.of((ny, nx)).shape
 
 
 def listed(codes: NDArray[np.integer]) -> str:
@@ -199,13 +157,7 @@ def listed(codes: NDArray[np.integer]) -> str:
 
 
 def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
-    """Return the codes of `n_facies` facies, 0 … n_facies − 1 by default.
-
-    Examples
-    --------
-    >>> codes_or_places(None, 3)
-    array([0, 1, 2])
-    """
+    """Return the codes of `n_facies` facies, 0 … n_facies − 1 by default."""
     known = np.arange(n_facies) if codes is None else checked_codes(codes)
     if len(known) != n_facies or not (codes is None or np.array_equal(known, codes)):
         raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} facies codes that ascend")
@@ -258,11 +210,6 @@ def in_pieces(
     """Return function(rows), computed in pieces of rows, between which it can be cancelled.
 
     `function` returns one row for each row, and reads `cells` for it.
-
-    Examples
-    --------
-    >>> in_pieces(lambda rows: 2 * rows, np.arange(3), cells=CELLS_A_PIECE)
-    array([0, 2, 4])
     """
     at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
     if len(rows) <= at_once:
@@ -277,13 +224,7 @@ def in_pieces(
 def map_parallel(
     function: Callable[[int], Result], n: int, progress: Fraction | None = None
 ) -> list[Result]:
-    """Return function(0) … function(n − 1), computed in threads on all cores.
-
-    Examples
-    --------
-    >>> map_parallel(lambda k: k * k, 4)
-    [0, 1, 4, 9]
-    """
+    """Return function(0) … function(n − 1), computed in threads on all cores."""
     if n == 1:  # no threads for a single image
         only = [function(0)]
         if progress:

@@ -25,30 +25,30 @@ WEIGHTS = (
     np.array([*np.eye(4), *np.array([[1, 1, 0, 0], [0, 0, 1, 1], [1, 0, 1, 0], [0, 1, 0, 1]]) / 2])
     - 0.25
 )
-"""Shape (8, 4): of the quarters' means in the difference of each part from the whole."""
+"""Weights of the quarters' means in the difference of each part from the whole, shape (8, 4)."""
 PROPORTION_LIMIT = 0.15
-"""A part's proportion may differ by so many √(p (1 − p)), the spread of the indicator."""
+"""Allowed difference of a part's proportion in √(p (1 − p)), the spread of the indicator."""
 VARIOGRAM_LIMIT = 0.2
-"""A quarter's variogram may differ by so much of the sill, as a root mean square over lags."""
+"""Allowed difference of a quarter's variogram in sills, as a root mean square over lags."""
 PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
-"""Standard errors that a difference must exceed beside its limit: 90 % and more of stationary
-images then count as stationary, those whose features are an eighth of the image included."""
+"""Standard errors that a difference must also exceed: 90 % and more of stationary images then count
+as stationary, even if their features are an eighth of the image."""
 LEAST = 0.1
-"""Correlations below this are not told from noise."""
+"""Smallest correlation that is not noise."""
 BLOCKS = 32
-"""Blocks along a side of a quarter by which its covariance is worked out."""
+"""Largest number of blocks along a side of a quarter, for its covariance."""
 SLOPES = 0.5
 """Degrees of freedom of a plane's two slopes, shared by four quarters."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stationarity:
-    """Proportions and variograms of the quarters of an image, and what chance explains.
+    """Proportions and variograms of the quarters of an image, and their standard errors.
 
     Attributes
     ----------
     proportions : ndarray, shape (4, n_facies)
-        Of the quarters in the order of `QUARTERS`.
+        Proportions of the quarters in the order of `QUARTERS`.
     proportion_shift : ndarray, shape (4, n_facies)
         |p of the quarter − p| / √(p (1 − p)).
     lags : ndarray of int, shape (n_lags,)
@@ -63,9 +63,9 @@ class Stationarity:
     variogram_scores : ndarray, shape (8, n_facies, 2)
         |Difference of the variogram's mean over lags| of each part, in standard errors.
     vertical_differences : ndarray, shape (n_facies,), or None
-        Of a volume: proportion of the upper half of the layers − mean of both halves.
+        Proportion of the upper half of the layers − mean of both halves; None for maps.
     vertical_errors : ndarray, shape (n_facies,), or None
-        Standard errors of these differences, from how they change from column to column.
+        Standard errors of these differences, from their variation between columns.
     """
 
     proportions: NDArray[np.float64]
@@ -81,20 +81,21 @@ class Stationarity:
 
     @property
     def vertical_trend(self) -> NDArray[np.bool_]:
-        """Which proportions of a volume differ by as much between its halves, shape (n_facies,)."""
-        p = self.proportions.mean(axis=0)
+        """Which proportions differ between the halves of a volume, shape (n_facies,)."""
         if self.vertical_differences is None or self.vertical_errors is None:
-            return np.zeros(len(p), bool)
-        chance = PROPORTION_DOUBT * self.vertical_errors
-        limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), chance)
-        return np.abs(self.vertical_differences) > limit
+            return np.zeros(self.proportions.shape[1], bool)
+        return self._differ(self.vertical_differences, self.vertical_errors)
 
     @property
     def drifting(self) -> NDArray[np.bool_]:
         """Which proportions differ by more than limit and chance, shape (8, n_facies)."""
+        return self._differ(self.differences, self.errors)
+
+    def _differ(self, differences: NDArray, errors: NDArray) -> NDArray[np.bool_]:
+        """Return which differences of proportions exceed both limits."""
         p = self.proportions.mean(axis=0)
-        limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * self.errors)
-        return np.abs(self.differences) > limit
+        limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * errors)
+        return np.abs(differences) > limit
 
     @property
     def changing(self) -> NDArray[np.bool_]:
@@ -104,7 +105,7 @@ class Stationarity:
 
     @property
     def stationary(self) -> bool:
-        """Whether no part differs by more than the limits and than chance explains."""
+        """Whether no part differs."""
         drifts = self.drifting.any() or self.vertical_trend.any()
         return not drifts and not self.changing.any()
 
@@ -114,25 +115,20 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
 
     The standard error of a mean over a quarter follows from the covariance within the quarters,
     less their means and a common plane, summed over the lags around 0 at which the correlation is
-    at least 0.1: few cells are independent where it reaches far. For variograms the mean is that
-    of ½ (I(x) − I(x + h))², averaged over lags.
+    at least 0.1. For variograms it is the mean of ½ (I(x) − I(x + h))², averaged over lags.
 
-    Quarters of a volume have all layers, and its covariance is that of means over columns of cells.
-    The upper half of its layers is compared with the lower one in the same way.
+    Quarters of a volume have all layers; means over columns of cells are compared. The upper half
+    of the layers is compared with the lower one in the same way.
 
     Parameters
     ----------
     image, codes
         As in `pattern_histogram`.
 
-    Returns
-    -------
-    Stationarity
-
     Raises
     ------
     CCWSIMError
-        For an image of fewer than 8 rows or columns, and for codes that it goes beyond.
+        For an image of fewer than 8 rows or columns, or with unknown codes.
 
     Examples
     --------
@@ -178,18 +174,16 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
 def _compare_halves(
     facies: Sequence[NDArray[np.bool_]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return by how much the upper halves differ from the whole, and the standard errors of it."""
-    found = []
-    for one in facies:
-        middle = len(one) // 2
-        lower, upper = one[:middle], one[len(one) - middle :]
-        if not middle:
-            found.append((0.0, 0.0))
-            continue
-        field = (upper.mean(axis=0, dtype=float) - lower.mean(axis=0, dtype=float)) / 2
-        found.append((field.mean(), np.sqrt(_mean_variance(field) / 4)))  # four quarters
-    differences, errors = np.array(found).T
-    return differences, errors
+    """Return the differences of the upper halves from the whole, and their standard errors."""
+    middle = len(facies[0]) // 2
+    if not middle:
+        return np.zeros(len(facies)), np.zeros(len(facies))
+    fields = [
+        (one[-middle:].mean(axis=0, dtype=float) - one[:middle].mean(axis=0, dtype=float)) / 2
+        for one in facies
+    ]
+    variances = np.array([_mean_variance(field) for field in fields]) / 4  # four quarters
+    return np.array([field.mean() for field in fields]), np.sqrt(variances)
 
 
 def _quarters(image: NDArray) -> list[NDArray]:
@@ -199,7 +193,7 @@ def _quarters(image: NDArray) -> list[NDArray]:
 
 
 def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
-    """Return ½ (I(x) − I(x + h))² of each cell, mean over both ways and lags 1, 2, 4, …"""
+    """Return ½ (I(x) − I(x + h))² of each cell, mean over ±h and lags 1, 2, 4, …"""
     image = facies.T if axis == 0 else facies
     n, total = image.shape[1], np.zeros(image.shape, np.float32)
     lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
@@ -227,10 +221,10 @@ def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.floa
 def _mean_variance(field: NDArray) -> float:
     """Return the variance of the mean of a field over a quarter, from its own covariance.
 
-    Taking away the quarters' means makes the covariance smaller by this variance, and a common
-    plane by half as much again; what is summed is corrected for it.
+    The sum is corrected for the quarters' means and the common plane, which are removed and make
+    the covariance smaller by this variance and by half of it.
     """
-    from scipy.ndimage import label  # late: it takes longer to import than all the rest
+    from scipy.ndimage import label  # imported late: it loads slowly
 
     parts = [_blocks(quarter) for quarter in _quarters(field)]
     ny, nx = (min(part.shape[axis] for part in parts) for axis in range(2))
@@ -251,7 +245,7 @@ def _mean_variance(field: NDArray) -> float:
 
 
 def _blocks(quarter: NDArray) -> NDArray[np.float64]:
-    """Return means of blocks, at most `BLOCKS` a side: the mean over all stays the same."""
+    """Return means of blocks, at most `BLOCKS` along a side."""
     ny, nx = quarter.shape
     down, along = -(-ny // BLOCKS), -(-nx // BLOCKS)
     whole = quarter[: ny // down * down, : nx // along * along]
@@ -259,7 +253,7 @@ def _blocks(quarter: NDArray) -> NDArray[np.float64]:
 
 
 def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return quarters, shape (4, ny, nx), less their own means and their common slopes."""
+    """Return quarters, shape (4, ny, nx), less their means and their common slopes."""
     centred = parts - parts.mean(axis=(1, 2), keepdims=True)
     for axis in (1, 2):
         shape = [1, 1, 1]

@@ -20,20 +20,18 @@ from ccwsim.model.errors import CCWSIMError
 
 @dataclass(frozen=True, eq=False)
 class RunningSummary:
-    """What is known after n realizations.
+    """Statistics of the first n realizations.
 
     Attributes
     ----------
     n : int
-        Realizations so far.
     etype : EType
         Probability, most likely facies and entropy of each cell.
     proportions : Band
-        Of the share of each facies, shape (n_facies,), in the order of the sorted codes.
+        Band of the share of each facies, shape (n_facies,), in the order of the sorted codes.
     lags : ndarray of int, shape (n_lags,)
     variograms, connectivity : dict
-        Band of γ(h) and of τ(h), by (facies code, direction), over the first of the lags: as many
-        as fit the volume, all of them in a map.
+        Bands of γ(h) and τ(h) by (facies code, direction), over the lags that fit the images.
     """
 
     n: int
@@ -45,10 +43,10 @@ class RunningSummary:
 
 
 class RunningStatistics:
-    """Takes realizations one by one and forgets them; memory does not grow with their number.
+    """Statistics of realizations that are added one by one, in memory of constant size.
 
-    E-type, entropy, means and extremes are exact; quantiles of the curves are right to 1/2048 (γ)
-    or 1/1024 (proportions, τ). One thread at a time may add.
+    E-type, entropy, means and extremes are exact; quantiles of the curves to 1/2048 (γ) or 1/1024
+    (proportions, τ). Not for several threads at a time.
 
     Parameters
     ----------
@@ -57,13 +55,11 @@ class RunningStatistics:
     codes : array_like of int
         The codes of all facies.
     facies : sequence of int, optional
-        Codes of the facies whose curves are followed; all of them, or the second one of two,
-        by default.
+        Codes of the facies with curves; by default all, or the second one of two.
     directions : sequence of str, optional
-        Of the curves; "E-W" and "N-S", in volumes also "vertical", by default.
+        Directions of the curves; by default "E-W", "N-S" and, in volumes, "vertical".
     max_lag : int
-        Of the curves; made to fit the rows and columns. A curve ends where its lags leave the
-        volume.
+        Largest lag of the curves, reduced to fit the images.
     neighbours : int, optional
         For the connectivity function, as in `connectivity`.
 
@@ -115,15 +111,12 @@ class RunningStatistics:
     def add(self, realization: Images) -> None:
         """Add one realization of facies codes.
 
-        Raises
-        ------
-        CCWSIMError
-            For another shape or an unknown facies.
+        Raises `CCWSIMError` for another shape or an unknown facies.
         """
         image = as_image(realization, self.codes, len(self.shape))
         if image.shape != self.shape:
             raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {image.shape}")
-        curves = [  # first of all: it may be stopped on the way, and then nothing is added
+        curves = [  # computed first: if cancelled on the way, nothing is added
             (
                 key,
                 variogram(image, *key, self._fitting[key[1]]).gamma[0],
@@ -139,12 +132,9 @@ class RunningStatistics:
         self.n += 1
 
     def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:
-        """Return what is known so far, with bands from the `low` to the `high` quantile.
+        """Return the statistics so far, with bands from the `low` to the `high` quantile.
 
-        Raises
-        ------
-        CCWSIMError
-            Where no realization was added yet.
+        Raises `CCWSIMError` if no realization was added yet.
         """
         return RunningSummary(
             n=self.n,

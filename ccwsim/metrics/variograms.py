@@ -33,7 +33,7 @@ class Variogram:
     gamma : ndarray, shape (n, n_lags)
         γ(h) of each image.
     sill : ndarray, shape (n,)
-        p (1 − p), which γ reaches where cells far apart are independent.
+        p (1 − p), the value of γ for independent cells.
     """
 
     lags: NDArray[np.int64]
@@ -80,10 +80,6 @@ def variogram(
     progress : callable, optional
         Called with the share that is done.
 
-    Returns
-    -------
-    Variogram
-
     Raises
     ------
     CCWSIMError
@@ -123,10 +119,6 @@ def variogram_map(
         As in `variogram`; maps only.
     max_lag : int
 
-    Returns
-    -------
-    VariogramMap
-
     Raises
     ------
     CCWSIMError
@@ -152,7 +144,7 @@ def variogram_map(
 
 @allocating_kernel
 def _count_unequal(inside, offsets):
-    """Return how many pairs have one cell in the facies and one outside, by lag."""
+    """Return the number of pairs with one cell in the facies and one outside, by lag."""
     nz, ny, nx = inside.shape
     counts = np.zeros(len(offsets), np.int64)
     for lag in range(len(offsets)):
@@ -195,8 +187,7 @@ def transiograms(
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
-    x + h lies to the east or the north of x, or above it, so the matrix of a lag need not be
-    symmetric.
+    x + h is east or north of x, or above it, so the matrix of a lag need not be symmetric.
 
     Parameters
     ----------
@@ -204,10 +195,6 @@ def transiograms(
         As in `proportions`.
     direction, lags, progress
         As in `variogram`.
-
-    Returns
-    -------
-    Transiograms
 
     Raises
     ------
@@ -274,7 +261,7 @@ def transition_map(
 
 @allocating_kernel
 def _count_transitions(image, n_facies, offsets):
-    """Return how many pairs go from each facies to each, shape (n_lags, n_facies, n_facies)."""
+    """Return the number of pairs from facies to facies, shape (n_lags, n_facies, n_facies)."""
     nz, ny, nx = image.shape
     counts = np.zeros((len(offsets), n_facies, n_facies), np.int64)
     for lag in range(len(offsets)):

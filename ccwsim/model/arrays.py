@@ -13,15 +13,15 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = Any
-"""(ny, nx) of a map, (nz, ny, nx) of a volume; not written out: what takes maps has a pair."""
+"""(ny, nx) of a map, (nz, ny, nx) of a volume; `Any`, as functions of maps take a pair."""
 MAX_INT = 2**63 - 1
-"""The largest whole number of an array."""
+"""The largest integer of an array."""
 AXES = "x", "y", "z"
-"""The axes of world coordinates; an array has them the other way round, without z for a map."""
+"""Axes of world coordinates; arrays have them in reverse order, and maps have no z."""
 
 
 def describe_shape(shape: Sequence[int]) -> str:
-    """Return the cells along x, y and, for a volume, z, as messages name them.
+    """Return the cells along x, y and, for a volume, z as text.
 
     Examples
     --------
@@ -32,7 +32,7 @@ def describe_shape(shape: Sequence[int]) -> str:
 
 
 def listing(words: Iterable[str]) -> str:
-    """Return words as a sentence lists them.
+    """Return words joined by commas and "and".
 
     Examples
     --------
@@ -44,7 +44,7 @@ def listing(words: Iterable[str]) -> str:
 
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
-    """Return `values` as an array, or say that they are not a regular one."""
+    """Return `values` as an array, or raise `CCWSIMError`."""
     if np.ma.is_masked(values):
         raise CCWSIMError(f"{what}: some values are masked; every value must be known")
     try:
@@ -70,7 +70,7 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is a whole number; True and False are none.
+    """Return whether a value is an integer; True and False are not.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def is_whole(value: object) -> TypeGuard[int]:
 
 
 def check_int(name: str, value: object, low: int, high: int | None = None) -> int:
-    """Return a whole number of at least `low` and, where it is given, at most `high`.
+    """Return an integer from `low` to `high`, or raise `CCWSIMError`.
 
     Examples
     --------
@@ -97,15 +97,15 @@ def check_int(name: str, value: object, low: int, high: int | None = None) -> in
 
 
 def check_callable(name: str, value: object) -> None:
-    """Say that an argument that is to be called cannot be; None stands for none."""
+    """Raise `CCWSIMError` for an argument that is neither callable nor None."""
     if value is not None and not callable(value):
         raise CCWSIMError(f"{name} = {shown(value)} must be a function, or None")
 
 
 def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
-    """Return `values` as int64, or say which value is not a whole number.
+    """Return `values` as int64, or raise `CCWSIMError` for a value that is not an integer.
 
-    MATLAB files carry codes such as 0.9999 and 1.1e-16: within 1e-3 of a whole number counts as it.
+    Values within 1e-3 of an integer are rounded: MATLAB files have codes such as 0.9999.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
 
 
 def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the different values, sorted; close together, as nearly always, they are counted.
+    """Return the different values, sorted.
 
     Examples
     --------
@@ -164,21 +164,21 @@ def ratio(
 
 
 def frozen(array: NDArray) -> NDArray:
-    """Return a contiguous, read-only array that nobody else can write to."""
+    """Return a contiguous, read-only copy."""
     own = np.array(array, order="C", copy=True)
     own.setflags(write=False)
     return own
 
 
 def readonly(array: NDArray) -> NDArray:
-    """Return a read-only view, without a copy, of an array that its maker gives away."""
+    """Return a read-only view, without a copy."""
     view = array.view()
     view.setflags(write=False)
     return view
 
 
 def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
-    """Return `array` in the smallest integer type that holds its values."""
+    """Return `array` in the smallest integer type for its values."""
     if not array.size:
         return array.astype(np.uint8)
     low, high = array.min(), array.max()
@@ -187,7 +187,7 @@ def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
 
 
 def digest(*parts: object) -> str:
-    """Return a short name of the content of arrays and plain values.
+    """Return a short hash of the content of arrays and plain values.
 
     Examples
     --------
@@ -198,9 +198,9 @@ def digest(*parts: object) -> str:
     for part in parts:
         if isinstance(part, (np.ndarray, LazyStack)):
             sums.update(repr((part.shape, part.dtype.str)).encode())
-            for piece in part if part.ndim > 2 else (part,):  # a stack may lie on disk
+            for piece in part if part.ndim > 2 else (part,):  # a stack may be on disk
                 sums.update(np.ascontiguousarray(piece).tobytes())
-        elif isinstance(part, bytes):  # as they are: written out they take four times the room
+        elif isinstance(part, bytes):  # unchanged: repr would take four times the memory
             sums.update(b"%d:" % len(part))
             sums.update(part)
         else:

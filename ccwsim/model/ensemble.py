@@ -1,4 +1,4 @@
-"""What a simulation returns: realizations and how they came about."""
+"""The result of a simulation: realizations and their history."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 FORCED = -1
-"""The value of `Ensemble.data_status` where no window fitted and the datum's cell was set."""
+"""Value of `Ensemble.data_status` for a datum whose cell was set, as no window fitted."""
 WRONG = -2
-"""The value of `Ensemble.data_status` where the datum is not honoured: `exact_data` is off."""
+"""Value of `Ensemble.data_status` for a datum not honoured, with `exact_data` off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,25 +32,24 @@ class Ensemble:
     Attributes
     ----------
     training_image, grid, parameters, hard_data, seed
-        What they were simulated from.
+        The study.
     indices : ndarray of uint8, shape (n, ny, nx) or (n, nz, ny, nx)
-        Facies as places in `training_image.codes`; read-only. Realizations that `simulate` sent to
-        disk are read from there.
+        Indices of the facies in `training_image.codes`; read-only. Realizations that `simulate`
+        wrote to disk are read from there.
     cpu_seconds : ndarray, shape (n,)
         CPU time of each realization in seconds.
     wall_seconds : float
-        Time from the call to the answer in seconds.
+        Time from call to return in seconds.
     data_status : ndarray of int16, shape (n, n_data)
         How each realization honours each datum: 0 in the raster pass, the window's side in cells
-        by local re-simulation, FORCED (−1) by setting the cell; WRONG (−2) where it does not, with
-        `exact_data` off.
+        by local re-simulation, FORCED (−1) by setting the cell; WRONG (−2) if not honoured.
     numbers : ndarray of int64, shape (n,)
-        Which realization of the study each one is.
+        Number of each realization in the study.
     sources : ndarray of int32, shape of `indices`, optional
-        Flat index of the TI cell that each cell came from, −1 where a cell was set alone, by force
-        or by seam repair; None where `simulate` was not asked to keep it.
+        Flat index of the TI cell of each cell, −1 for single cells set by force or seam repair;
+        None unless `simulate` was asked to keep it.
     revised : bool
-        Whether `revise` changed it for edited data: the seed alone does not give it again.
+        Whether `revise` changed it for edited data, so that the seed does not reproduce it.
     """
 
     training_image: TrainingImage
@@ -68,7 +67,7 @@ class Ensemble:
 
     @property
     def n(self) -> int:
-        """How many realizations there are."""
+        """Number of realizations."""
         return len(self.indices)
 
     def __len__(self) -> int:
@@ -100,7 +99,7 @@ class Ensemble:
 
     @cached_property
     def realizations(self) -> NDArray[np.integer]:
-        """The realizations in the TI's own codes, shape of `indices`, read-only."""
+        """The realizations in the TI's codes, shape of `indices`, read-only."""
         codes = self.training_image.codes
         if isinstance(self.indices, LazyStack):
             return self.indices.stack
@@ -146,18 +145,15 @@ class Ensemble:
     def probability(self, code: int) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations that have it, by cell.
 
+        Raises `CCWSIMError` for an unknown facies.
+
         Returns
         -------
         ndarray, shape (ny, nx) or (nz, ny, nx)
-
-        Raises
-        ------
-        CCWSIMError
-            Where the training image has no such facies.
         """
         index = self.training_image.index_of(code)
         counts = np.zeros(self.grid.shape, np.int64)
-        for realization in self.indices:  # one by one: they may lie on disk
+        for realization in self.indices:  # one by one: they may be on disk
             counts += realization == index
         return counts / self.n
 
@@ -167,23 +163,18 @@ class Ensemble:
         return digest(self.training_image.codes.tolist(), self.indices)
 
     def plot(self, realizations: Sequence[int] | None = None) -> Any:
-        """Return realizations, the first three by default, as a chart (a plotly Figure).
+        """Return realizations, by default the first three, as a plotly Figure.
 
-        Of volumes it shows the middle layer.
+        It shows the middle layer of volumes.
         """
         return notebook().ensemble_chart(self, realizations)
 
     def to_xarray(self) -> Any:
         """Return the realizations as an xarray DataArray of facies codes.
 
-        Its dimensions are realization, y and x, of volumes realization, z, y and x; z, y and x are
-        those of the centres of cells, in world units. Codes and names of facies stand in the
-        attributes as the CF conventions have them.
-
-        Raises
-        ------
-        CCWSIMError
-            Where xarray is not installed.
+        Its dimensions are realization, (z,) y and x, with the centres of cells in world units. The
+        attributes hold codes and names of facies by the CF conventions. Raises `CCWSIMError` if
+        xarray is not installed.
 
         Examples
         --------

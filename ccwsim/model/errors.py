@@ -1,4 +1,4 @@
-"""Errors whose messages name the value and the fix."""
+"""Errors with messages that name the value and the remedy."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class CCWSIMError(ValueError):
-    """Bad input: the message names the value and what to do about it."""
+    """Invalid input; the message names the value and the remedy."""
 
 
 class Cancelled(CCWSIMError):
@@ -30,7 +30,7 @@ _SHORT.maxtuple = _SHORT.maxlist = 10
 
 
 def shown(value: object) -> str:
-    """Return a value as messages name it: as in Python, on one line, cut where it is long.
+    """Return a value for messages: its `repr` on one line, shortened.
 
     Examples
     --------
@@ -41,5 +41,5 @@ def shown(value: object) -> str:
         value = bytes(value[:60])
     try:
         return " ".join(_SHORT.repr(value).split())
-    except Exception:  # such as a whole number of more digits than Python writes
+    except Exception:  # such as an integer with more digits than Python prints
         return f"a value of type {type(value).__name__}"

@@ -1,4 +1,4 @@
-"""The simulation grid: how many cells, how large, and where in the world."""
+"""The simulation grid: number, size and position of its cells."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class Grid:
     ny, nx : int
         Rows (y, from the south) and columns (x, from the west).
     cell_size : pair or triple of float
-        Width of a cell along x, y and, for a volume, z, in world units; 1 where z is left out.
+        Width of a cell along x, y and, for a volume, z, in world units; 1 along z by default.
     origin : pair or triple of float
-        x, y and, for a volume, z of the outer corner of the first cell, in world units; 0 where z
-        is left out.
+        x, y and, for a volume, z of the outer corner of the first cell, in world units; z is 0 by
+        default.
     nz : int, optional
         Layers (z, from the bottom) of a volume; None for a map.
 
@@ -82,12 +82,9 @@ class Grid:
 
     @classmethod
     def of(cls, shape: Grid | Sequence[int]) -> Grid:
-        """Return a grid as it is, or that of unit cells with these (layers,) rows and columns.
+        """Return a grid unchanged, or one of unit cells with these (layers,) rows and columns.
 
-        Raises
-        ------
-        CCWSIMError
-            For anything but two or three whole numbers.
+        Raises `CCWSIMError` for anything but two or three whole numbers.
 
         Examples
         --------
@@ -114,27 +111,24 @@ class Grid:
     ) -> Grid:
         """Return a grid whose cells hold all points, with a margin around them.
 
+        Raises `CCWSIMError` for no points, unknown or too distant ones, and if `shape` and
+        `cell_size` together do not hold the points.
+
         Parameters
         ----------
         places : array_like, shape (n, 2) or (n, 3)
             x, y and, for a volume, z in world coordinates, at least one point.
         shape : pair or triple of int, optional
-            (Layers,) rows and columns to keep. Without it the longer horizontal side has 100 to
-            300 cells and z 20 to 60 layers, or as many as `cell_size` asks for.
+            (Layers,) rows and columns. By default the longer horizontal side has 100 to 300 cells
+            and z 20 to 60 layers, or the number that follows from `cell_size`.
         cell_size : float, pair or triple of float, optional
-            World units, along x, y and z. Without it cells are squares of 1, 2 or 5 times a power
-            of ten, and as high as another of these numbers.
+            World units, along x, y and z. By default cells are squares of 1, 2 or 5 times a power
+            of ten, and their height is another of these numbers.
 
         Returns
         -------
         Grid
-            Its origin is rounded to whole cells, to tens of them where the margin allows.
-
-        Raises
-        ------
-        CCWSIMError
-            For no points, points that are not known numbers or too far apart to tell cells, and
-            where `shape` and `cell_size` together do not hold the points.
+            Its origin is rounded to whole cells, or tens of them if the margin allows.
 
         Examples
         --------
@@ -174,7 +168,7 @@ class Grid:
 
     @property
     def shape(self) -> Shape:
-        """Rows and columns of a map; layers, rows and columns of a volume; as arrays have them."""
+        """Rows and columns of a map; layers, rows and columns of a volume."""
         return (self.ny, self.nx) if self.nz is None else (self.nz, self.ny, self.nx)
 
     @property
@@ -184,17 +178,20 @@ class Grid:
 
     @property
     def n_cells(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         return self.ny * self.nx * (self.nz or 1)
 
     @property
     def axes(self) -> tuple[NDArray[np.floating], ...]:
-        """x of the centres of columns, y of those of rows and, for a volume, z of layers."""
+        """x of the centres of columns, y of rows and, for a volume, z of layers."""
         sides = zip(self.origin, self.cell_size, reversed(self.shape), strict=True)
         return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
 
     def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
-        """Return the (row, col) or (layer, row, col) of world points, also outside the grid.
+        """Return the (row, column) or (layer, row, column) of world points, also outside the grid.
+
+        Raises `CCWSIMError` for coordinates that are not numbers, and for z of a map or none of a
+        volume.
 
         Parameters
         ----------
@@ -207,11 +204,6 @@ class Grid:
         -------
         ndarray, shape (n, 2) or (n, 3)
             (Layer,) row and column; a point on the far edge of the grid belongs to the last cell.
-
-        Raises
-        ------
-        CCWSIMError
-            For coordinates that are not numbers, and for z of a map or none of a volume.
         """
         given = (x, y) if z is None else (x, y, z)
         names = AXES[: len(given)]
@@ -244,13 +236,13 @@ class Grid:
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
     def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return which cells, (row, col) or (layer, row, col), lie in the grid, shape (n,)."""
+        """Return which cells, as (layer,) row and column, are in the grid, shape (n,)."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
     def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Cells with as many numbers as the grid has dimensions."""
+        """Return cells as an array, or raise `CCWSIMError` for another number of dimensions."""
         places = np.asarray(cells)
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
             return places
@@ -263,11 +255,11 @@ class Grid:
 
 _MAX_PLACE = 1e12
 _MARGIN = 0.05
-"""Free space on each side of fitted points, of their extent."""
+"""Free space on each side of fitted points, as a share of their extent."""
 _FITTED_CELLS = 250
-"""About as many along the longer horizontal side of a fitted grid."""
+"""Approximate number of cells along the longer horizontal side of a fitted grid."""
 _FITTED_LAYERS = 50
-"""About as many layers: volumes are low for their width, so z has a cell size of its own."""
+"""Approximate number of its layers: volumes are flat, so z has a cell size of its own."""
 
 
 def _fitting(
@@ -276,9 +268,9 @@ def _fitting(
     shape: Shape | None,
     cell_size: tuple[float, ...] | None,
 ) -> Grid:
-    """A grid around the points from `low` to `high`; `shape` is along x, y and z here."""
+    """Return a grid around the points from `low` to `high`; `shape` is along x, y and z."""
     extent = (high - low) * (1 + 2 * _MARGIN)
-    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # what numbers of this size can tell
+    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # precision of numbers of this size
     if cell_size is None:
         usual = (_FITTED_CELLS, _FITTED_CELLS, _FITTED_LAYERS)
         needed = extent / np.array(shape or usual[: len(low)], float)
@@ -296,21 +288,21 @@ def _fitting(
 
 
 def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Multiples of a step, without the noise of multiplying."""
+    """Return values rounded to multiples of a step, without rounding errors."""
     digits = np.clip(2 - np.floor(np.log10(step)), 0, 300).astype(int)
     multiples = np.round(values / step) * step
     return np.array([round(float(v), int(d)) for v, d in zip(multiples, digits, strict=True)])
 
 
 def _nice(least: float) -> float:
-    """The smallest of 1, 2 and 5 times a power of ten that is not less."""
+    """Return the smallest of 1, 2 and 5 times a power of ten that is at least `least`."""
     power = float(np.floor(np.log10(least)))
     steps = (float(f"{k}e{power:.0f}") for k in (1, 2, 5, 10))
     return next((step for step in steps if step >= least * (1 - 1e-9)), least)
 
 
 def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, ...]:
-    """Two numbers for a map, three for a volume; the third may be left out."""
+    """Return two numbers for a map, three for a volume; the third is optional."""
     try:
         numbers = tuple(float(value) for value in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError):

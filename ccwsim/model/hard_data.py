@@ -1,4 +1,4 @@
-"""Hard data: cells whose facies is known."""
+"""Hard data: cells with a known facies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ccwsim.model.training_image import TrainingImage
 
 
 class HardData:
-    """Cells whose facies is known, at most one facies a cell.
+    """Cells with a known facies, one for each cell.
 
     Parameters
     ----------
@@ -24,13 +24,13 @@ class HardData:
         Row (from the south) and column of each datum; in a volume layer (from the bottom), row and
         column.
     facies : array_like, shape (n,)
-        Its facies code.
+        Facies code of each datum.
 
     Attributes
     ----------
     cells : ndarray of int64, shape (n, 2) or (n, 3)
-        Sorted by layer, row, then column; a datum given twice with the same facies is kept once.
-        No data go with maps and volumes, be their shape (0, 2) or (0, 3).
+        Sorted by layer, row, then column, without duplicates. Empty data, of shape (0, 2) or
+        (0, 3), suit maps and volumes.
     facies : ndarray of int64, shape (n,)
         The codes, read-only.
 
@@ -67,24 +67,21 @@ class HardData:
 
     @classmethod
     def of(cls, data: Any, grid: Grid, training_image: TrainingImage | None = None) -> HardData:
-        """Return hard data as they are, or those that another object has.
+        """Return hard data unchanged, or made from another object.
+
+        Raises `CCWSIMError` for other objects or an unknown name, and as for `HardData`.
 
         Parameters
         ----------
         data : HardData, None, pair, DataFrame or array_like
-            A pair is (cells, facies), as `HardData` takes them. A table, of pandas or whatever has
-            named `columns`, has x, y and facies, in world coordinates, or row, column and facies;
-            for a volume x, y, z and facies or layer, row, column and facies. An array has the shape
-            of the grid, facies codes where they are known and NaN elsewhere.
+            A pair is (cells, facies), as `HardData` takes them. A table with named `columns`, such
+            as a DataFrame, has x, y and facies in world coordinates, or row, column and facies; for
+            a volume also z or layer. An array has the shape of the grid, with facies codes of the
+            data and NaN elsewhere.
         grid : Grid
-            Which the data lie on.
+            Grid of the data.
         training_image : TrainingImage, optional
-            Its names of facies may stand in a pair or a table for their codes, in any case.
-
-        Raises
-        ------
-        CCWSIMError
-            For anything else, for a name that the image does not have, and as for `HardData`.
+            Its names of facies, in upper or lower case, may replace codes in a pair or a table.
 
         Examples
         --------
@@ -111,7 +108,7 @@ class HardData:
             world = "x, y" if grid.nz is None else "x, y, z"
             raise CCWSIMError(
                 f"hard data: an array of shape {values.shape} is not one of the grid's "
-                f"{grid.shape} with NaN if nothing is known; give that, (cells, facies) or a "
+                f"{grid.shape} with NaN in other cells; give that, (cells, facies) or a "
                 f"table with {world} and facies"
             )
         cells = np.argwhere(~np.isnan(values))
@@ -119,12 +116,12 @@ class HardData:
 
     @property
     def n(self) -> int:
-        """How many data there are."""
+        """Number of data."""
         return len(self.facies)
 
     @property
     def n_dimensions(self) -> int:
-        """2 for data of a map, 3 for those of a volume; no data go with both."""
+        """2 for data of a map, 3 for data of a volume; empty data suit both."""
         return self.cells.shape[1]
 
     @cached_property
@@ -134,7 +131,7 @@ class HardData:
 
     @cached_property
     def triples(self) -> tuple[tuple[int, ...], ...]:
-        """Each datum as ((layer,) row, column, facies), to look for it among others.
+        """Each datum as ((layer,) row, column, facies), for comparisons.
 
         Examples
         --------
@@ -144,14 +141,12 @@ class HardData:
         return tuple(map(tuple, np.column_stack([self.cells, self.facies]).tolist()))
 
     def check(self, grid: Grid, training_image: TrainingImage) -> None:
-        """Say which data lie outside the grid or have a facies that the TI does not have.
-
-        Data of a map do not go with a volume, nor the reverse, unless there are none.
+        """Check that data are inside the grid, of its dimension, and of facies of the TI.
 
         Raises
         ------
         CCWSIMError
-            The message names the first such data.
+            The message names the first wrong data.
         """
         if self.n and self.n_dimensions != grid.n_dimensions:
             raise CCWSIMError(
@@ -178,13 +173,13 @@ class HardData:
             )
 
     def n_mismatched(self, realization: NDArray[np.integer]) -> int:
-        """Return how many data a realization, of the grid's shape in codes, does not honour."""
+        """Return the number of data that a realization, in codes, does not honour."""
         if not self.n:
             return 0
         return int(np.count_nonzero(realization[tuple(self.cells.T)] != self.facies))
 
     def plot(self) -> Any:
-        """Return the data as points at their columns and rows (a plotly Figure)."""
+        """Return the data as points at their columns and rows, as a plotly Figure."""
         return notebook().data_chart(self)
 
     def _repr_html_(self) -> str:
@@ -196,27 +191,27 @@ class HardData:
 
 def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
     """Return cells and facies of a table with named columns."""
-    found = {str(name).strip().lower(): name for name in table.columns}
-    facies = next((found[name] for name in ("facies", "code", "class") if name in found), None)
+    given = {str(name).strip().lower(): name for name in table.columns}
+    facies = next((given[name] for name in ("facies", "code", "class") if name in given), None)
     world, own = ("x", "y", "z"), ("layer", "row", "column")
     if grid.nz is None:
         world, own = world[:2], own[1:]
     known = (world, own, (*own[:-1], "col"))
-    names = next((names for names in known if {*names} <= {*found}), None)
+    names = next((names for names in known if {*names} <= {*given}), None)
     if facies is None or names is None:
         there = ", ".join(map(str, table.columns))
         raise CCWSIMError(
             f"hard data: a table needs columns {', '.join(world)} and facies, or "
             f"{', '.join(own)} and facies; it has {there}: rename some"
         )
-    columns = [np.asarray(table[found[name]]) for name in names]
+    columns = [np.asarray(table[given[name]]) for name in names]
     if names == world:
         return grid.cells_of(*columns), np.asarray(table[facies])
     return np.column_stack(columns), np.asarray(table[facies])
 
 
 def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
-    """Codes of facies that may be names; numbers as they are."""
+    """Return the codes of facies given as codes or names."""
     values = facies.tolist() if isinstance(facies, np.ndarray) else facies
     if not isinstance(values, (list, tuple)) or not any(isinstance(v, str) for v in values):
         return facies
@@ -244,7 +239,7 @@ def _listed(data: HardData, which: NDArray[np.integer]) -> str:
 
 
 def _named(cell: NDArray[np.integer]) -> str:
-    """A cell as messages name it: row and column, in a volume the layer too."""
+    """Return the (layer,) row and column of a cell as text."""
     names = ("layer", "row", "column")[-len(cell) :]
     return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))
 

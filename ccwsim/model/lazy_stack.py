@@ -1,4 +1,4 @@
-"""Realizations on disk, as facies indices, read when they are looked at."""
+"""Realizations on disk as facies indices, read on access."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 
 class LazyStack:
-    """A stack of facies codes that gives facies indices, as the array of them would.
+    """A stack of facies codes that behaves like an array of facies indices.
 
-    Whatever part is asked for is read and renumbered; as an array it is all of them.
+    Each part is read and converted on access.
 
     Examples
     --------
@@ -35,7 +35,7 @@ class LazyStack:
     def __getitem__(self, which: Any) -> NDArray[np.uint8]:
         part = np.asarray(self.stack[which])
         indices = np.zeros(part.shape, np.uint8)
-        for k, code in enumerate(self._codes):  # a search would take eight bytes a cell
+        for k, code in enumerate(self._codes):  # searchsorted would take eight bytes per cell
             np.copyto(indices, k, where=part == code)
         return indices
 
@@ -46,5 +46,5 @@ class LazyStack:
         return self[:].astype(dtype or self.dtype, copy=False)
 
     def copy(self) -> NDArray[np.uint8]:
-        """Return all of them, in memory."""
+        """Return all indices, in memory."""
         return self[:]

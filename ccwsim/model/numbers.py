@@ -5,7 +5,18 @@ from __future__ import annotations
 import math
 
 THREE_DIGITS = 999.5
-"""From here on three significant digits are whole numbers."""
+"""From this value on three significant digits are integers."""
+
+
+def plural(n: int, noun: str) -> str:
+    """Return a count with its noun.
+
+    Examples
+    --------
+    >>> plural(1, "cell"), plural(3, "cell")
+    ('1 cell', '3 cells')
+    """
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
 def three_digits(value: float) -> str:

@@ -27,17 +27,16 @@ from ccwsim.model.errors import CCWSIMError, shown
 class TrainingImage:
     """A map or volume of facies codes, in which patches are searched (the TI).
 
-    Facies are categories: any integer codes, in any number up to 254; nothing depends on how they
-    are numbered.
+    Facies are categories: at most 254 integer codes, whose order has no meaning.
 
     Parameters
     ----------
     array : array_like, shape (ny, nx) or (nz, ny, nx)
         Facies codes, row 0 at the south, layer 0 at the bottom. A volume of one layer stays one.
     name : str
-        What to call it on screen and in files.
+        Name on screen and in files.
     facies_names : sequence of str, optional
-        One name a facies, in the order of the sorted codes.
+        Name of each facies, in the order of the sorted codes.
 
     Attributes
     ----------
@@ -46,7 +45,7 @@ class TrainingImage:
     codes : ndarray, shape (n_facies,)
         The codes that occur, sorted.
     indices : ndarray of uint8, shape of `array`
-        Where the code of each cell stands in `codes`.
+        Index in `codes` of each cell's code.
     digest : str
         A short name of the content.
 
@@ -91,12 +90,9 @@ class TrainingImage:
 
     @classmethod
     def of(cls, image: TrainingImage | ArrayLike) -> TrainingImage:
-        """Return a training image as it is, or that of an array of facies codes.
+        """Return a training image unchanged, or the one of an array of facies codes.
 
-        Raises
-        ------
-        CCWSIMError
-            As for `TrainingImage`.
+        Raises `CCWSIMError` as for `TrainingImage`.
 
         Examples
         --------
@@ -129,7 +125,7 @@ class TrainingImage:
 
     @property
     def n_facies(self) -> int:
-        """How many facies occur."""
+        """Number of facies that occur."""
         return len(self.codes)
 
     @cached_property
@@ -143,21 +139,18 @@ class TrainingImage:
         return digest(self.array.shape, self.codes.tolist(), self.indices)
 
     def index_of(self, code: int) -> int:
-        """Return where `code` stands in `codes`, or say which codes there are.
+        """Return the index of `code` in `codes`.
 
-        Raises
-        ------
-        CCWSIMError
-            Where the image has no such facies.
+        Raises `CCWSIMError` for an unknown facies.
         """
-        found = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
-        if not len(found):
+        indices = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
+        if not len(indices):
             there = ", ".join(map(str, self.codes))
             raise CCWSIMError(f"facies {shown(code)} is not in the training image; it has {there}")
-        return int(found[0])
+        return int(indices[0])
 
     def plot(self) -> Any:
-        """Return the image as a chart (a plotly Figure), of a volume the middle layer."""
+        """Return the image, or the middle layer of a volume, as a plotly Figure."""
         return notebook().image_chart(self)
 
     def _repr_html_(self) -> str:
@@ -169,7 +162,7 @@ class TrainingImage:
 
 
 def _coded(integers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.integer]]:
-    """Return the sorted codes and where the code of each cell stands among them."""
+    """Return the sorted codes and the index of each cell's code."""
     low, high = int(integers.min()), int(integers.max())
     if high - low >= 2**16:
         codes, indices = np.unique(integers, return_inverse=True)

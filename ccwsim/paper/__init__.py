@@ -1,7 +1,7 @@
 """The experiments of the paper, run again, and their report."""
 
-from ccwsim.paper.experiment import FULL, QUICK, Experiment, Extent, Outcome, Run
-from ccwsim.paper.inputs import Inputs, inputs_in
+from ccwsim.paper.experiment import FULL, QUICK, Experiment, ExperimentRun, Extent, Outcome
+from ccwsim.paper.inputs import PaperInputs, inputs_in
 from ccwsim.paper.reproduction import (
     EXPERIMENTS,
     Finished,
@@ -18,12 +18,12 @@ __all__ = [
     "FULL",
     "QUICK",
     "Experiment",
+    "ExperimentRun",
     "Extent",
     "Finished",
-    "Inputs",
     "Outcome",
+    "PaperInputs",
     "Reproduction",
-    "Run",
     "document_of",
     "inputs_in",
     "reproduce",

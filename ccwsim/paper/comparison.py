@@ -16,7 +16,7 @@ from ccwsim.metrics.stack import Stack
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.experiment import Outcome, Run
+from ccwsim.paper.experiment import ExperimentRun, Outcome
 from ccwsim.paper.methods import (
     DEFAULT,
     DEFAULT_WORDS,
@@ -30,25 +30,23 @@ from ccwsim.paper.methods import (
     mean_distances,
     median_seconds,
     paper_map,
+    paper_parameters,
     published,
     relative_tau,
-    settings,
     wrong_share,
 )
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import (
-    AGREES,
-    BEHIND,
-    BETTER,
-    DIFFERS,
     PART,
     compared,
     judged,
     of_both,
+    of_claim,
     of_data,
     of_ratio,
     order_of,
     percent,
+    word_of,
 )
 from ccwsim.report import Block, Chart, Judgement, Row, Table, Text
 
@@ -56,14 +54,14 @@ METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000
 LEVELS = (1, 3)
 LIKE_TAU = 0.02
-"""Two relative connectivities are alike where they differ by less."""
+"""Largest difference of two relative connectivities that are alike."""
 LIKE_SHARE = 0.03
-"""Two shares of wrong data are alike where they differ by less."""
+"""Largest difference of two shares of wrong data that are alike."""
 LIKE_DISTANCE = 1.1
-"""A pattern distance up to this times another one is like it."""
+"""Largest ratio of two pattern distances that are alike."""
 ANODI_LEVEL = 2
 COMPARABLE = 1.15
-"""Ratios from 1 / this to this count as comparable."""
+"""Largest ratio that counts as comparable, and the inverse of the smallest."""
 SYMBOLS = (
     "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
 )  # fmt: skip
@@ -73,8 +71,8 @@ WHOSE = ("ours", "exact", "default")
 class Case(NamedTuple):
     """Realizations of one method at one level.
 
-    Whose is "ours", as published; ours with data "exact"; the same by "default", see
-    `DEFAULT_WORDS`; or "published", by the authors' code.
+    `whose` is "ours", as published, "exact", with all data honoured, "default", see
+    `DEFAULT_WORDS`, or "published", by the authors' code.
     """
 
     method: str
@@ -84,7 +82,7 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it is called in charts."""
+        """Name in charts."""
         who = "published " if self.whose == "published" else ""
         tail = {"exact": ", data exact", "default": f", {DEFAULT}"}.get(self.whose, "")
         return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
@@ -122,7 +120,7 @@ class Sampled(NamedTuple):
         return wrong_share(case.images, self.image, self.data)
 
 
-def sampled_data(run: Run) -> Outcome:
+def sampled_data(run: ExperimentRun) -> Outcome:
     """Simulate both methods at levels 1 and 3: as published, with exact data, and by default."""
     run.expect(14)
     image, side = run.inputs.image("channel"), run.extent.side(512)
@@ -132,7 +130,9 @@ def sampled_data(run: Run) -> Outcome:
     for method in METHODS:
         for level in LEVELS:
             for whose in WHOSE:
-                p = settings(method, level, exact=whose != "ours", default=whose == "default")
+                p = paper_parameters(
+                    method, level, exact=whose != "ours", default=whose == "default"
+                )
                 e = run.simulate(image, shape, p, data, run.extent.n_few)
                 cases.append(Case(method, level, whose, e.indices))
             name = f"{TITLES[method]}_channel512_t2_1000_L{level}"
@@ -156,12 +156,12 @@ def sampled_data(run: Run) -> Outcome:
     return Outcome(blocks, judgements)
 
 
-def data_of(run: Run, image: TrainingImage, shape: tuple[int, int]) -> HardData:
-    """Return the data of the folder, or as many sampled from a realization of the bundled image."""
+def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) -> HardData:
+    """Return the authors' data, or as many sampled from a realization of the bundled image."""
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
-    other = Run(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
-    field = other.simulate(image, shape, settings("ccwsim", 1)).realizations[0]
+    other = ExperimentRun(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
+    field = other.simulate(image, shape, paper_parameters("ccwsim", 1)).realizations[0]
     return sample_random(field, max(round(N_DATA * field.size / 512**2), 1), run.seed)
 
 
@@ -183,7 +183,7 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
 
 
 def _methods(study: Sampled) -> list[Judgement]:
-    """Judge whether CCWSIM connects and repeats patterns better than MS-CCSIM, as stated."""
+    """Judge whether CCWSIM is better than MS-CCSIM in connectivity and patterns, as stated."""
     judgements = []
     for whose, who in (
         ("published", "The authors' codes"),
@@ -222,7 +222,7 @@ def _against_published(study: Sampled) -> list[Judgement]:
         )
         orders = *study.compare(pair), int(wrong < theirs) - int(wrong > theirs)
         low, high = min(orders), max(orders)
-        word = PART if low < 0 < high else BEHIND if low < 0 else BETTER if high > 0 else AGREES
+        word = PART if low < 0 < high else word_of(low or high)
         judgements.append(
             judged(f"The authors' CCWSIM code at level {level}, same data.", found, word)
         )
@@ -230,7 +230,7 @@ def _against_published(study: Sampled) -> list[Judgement]:
 
 
 def _in_search_only(study: Sampled) -> list[Judgement]:
-    """Judge whether our engine, with data in the search only, misses as many as the codes."""
+    """Judge whether our engine, with data in the search only, misses as many data as the codes."""
     judgements = []
     for method in METHODS:
         for level in LEVELS:
@@ -240,12 +240,12 @@ def _in_search_only(study: Sampled) -> list[Judgement]:
             ours, theirs = map(study.wrong, pair)
             claim = f"The published {TITLES[method]} code at level {level} misses {percent(theirs)}"
             found = f"Our engine, as published, misses {percent(ours)}."
-            word = AGREES if abs(ours - theirs) <= LIKE_SHARE else DIFFERS
-            judgements.append(judged(f"{claim} of the data.", found, word))
+            alike = abs(ours - theirs) <= LIKE_SHARE
+            judgements.append(of_claim(f"{claim} of the data.", found, alike))
     return judgements
 
 
-def stone_wall(run: Run) -> Outcome:
+def stone_wall(run: ExperimentRun) -> Outcome:
     """Simulate both methods with about 300 data at levels 1 and 3, as published and by default."""
     run.expect(9)
     image, side = run.inputs.image("stone wall"), run.extent.side(512)
@@ -253,7 +253,7 @@ def stone_wall(run: Run) -> Outcome:
     data = run.inputs.data("stone wall", 300, shape)
     rows, pictures, distance, shares = [], [], {}, []
     for default, method, level in product((False, True), METHODS, LEVELS):
-        p = settings(method, level, default=default)
+        p = paper_parameters(method, level, default=default)
         e = run.simulate(image, shape, p, data, n, workers=1)
         distance[method, level, default] = near = mean_distances(e.indices, image)
         name = f"{TITLES[method]}, level {level}" + (f", {DEFAULT}" if default else "")
@@ -302,8 +302,7 @@ def _patterns(distance: dict, theirs: dict) -> list[Judgement]:
     for who, own, other in pairs:
         near, far = float(own.mean()), float(other.mean())
         found = f"Mean pattern distance, {who}: {near:.4f} against {far:.4f} bits."
-        word = AGREES if near <= LIKE_DISTANCE * far else DIFFERS
-        judgements.append(judged(claim, found, word))
+        judgements.append(of_claim(claim, found, near <= LIKE_DISTANCE * far))
     if "ccwsim" in theirs:
         near, far = float(distance["ccwsim", 1, False].mean()), float(theirs["ccwsim"].mean())
         found = f"Mean pattern distance {near:.4f} against {far:.4f} bits."
@@ -333,7 +332,7 @@ STUDIES = (
 )
 
 
-def variability(run: Run) -> Outcome:
+def variability(run: ExperimentRun) -> Outcome:
     """Simulate both methods on each image and compare them with those of the published codes."""
     run.expect(5 * len(STUDIES))
     blocks: list[Block] = []
@@ -356,11 +355,11 @@ def variability(run: Run) -> Outcome:
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
 
 
-def _distances(run: Run, study: DistanceStudy) -> Anodi:
+def _distances(run: ExperimentRun, study: DistanceStudy) -> Anodi:
     image, n, side = run.inputs.image(study.image), run.extent.n_anodi, run.extent.side(study.side)
     stacks: dict[str, NDArray] = {}
     for default, method in product((False, True), METHODS):
-        p = settings(method, ANODI_LEVEL, default=default)
+        p = paper_parameters(method, ANODI_LEVEL, default=default)
         e = run.simulate(image, (side, side), p, n=n)
         stacks[TITLES[method] + (f", {DEFAULT}" if default else "")] = e.indices
     for file in study.files:
@@ -395,7 +394,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
 
 
 def table_1(found: Anodi, image: str) -> Table:
-    """Return CCWSIM divided by MS-CCSIM at each resolution: the paper's Table 1, and found here."""
+    """Return Table 1, CCWSIM divided by MS-CCSIM, of the paper and of this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
     for who, name, other in _pairs(found):
@@ -415,7 +414,7 @@ def _each(values: Sequence[float]) -> str:
 
 
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return whose engine it is and the names of both methods, for those that are there."""
+    """Return whose engine it is and the names of both methods, for each complete pair."""
     pairs = [
         (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
         for whose, name in (
@@ -447,7 +446,7 @@ def _mds(found: Anodi, image: str) -> Chart:
 
 def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
     """Judge Table 1 for each pair, and our CCWSIM against the authors' code."""
-    judgements, low, paper = [], 1 / COMPARABLE, TABLE_1[image]
+    judgements, paper = [], TABLE_1[image]
     stated = float(np.mean(paper.within))
     for whose, name, other in _pairs(found):
         a, b = found.names.index(name), found.names.index(other)
@@ -461,6 +460,6 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
     if "published CCWSIM" in found.names:
         ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
         words = f"r = {ratio:.2f} relative to theirs: variety for the distance to the image."
-        word = BETTER if ratio > COMPARABLE else AGREES if ratio >= low else BEHIND
+        word = word_of(order_of(ratio, COMPARABLE))
         judgements.append(judged(f"The authors' CCWSIM code on the {image} image.", words, word))
     return judgements

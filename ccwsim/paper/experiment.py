@@ -1,4 +1,4 @@
-"""What an experiment of the paper is, how much of it is run, and what comes out of it."""
+"""An experiment of the paper, its extent, its run and its outcome."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from ccwsim.model.errors import Cancelled
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.inputs import Inputs
+from ccwsim.paper.inputs import PaperInputs
 from ccwsim.report import Block, Judgement
 from ccwsim.run.simulation import simulate
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How much of the paper is run: everything in minutes, or a little of everything in seconds.
+    """Size of the experiments: full in minutes, or quick in seconds.
 
     Attributes
     ----------
     name : str
         "full" or "quick".
     n_many : int
-        Realizations where the paper has 100.
+        Realizations if the paper has 100.
     n_few : int
-        Realizations where methods are compared in pictures and curves.
+        Realizations to compare methods in pictures and curves.
     n_anodi : int
         Realizations of each method for the analysis of distances.
     n_timed : int
         Realizations whose times are averaged.
     largest_side : int
-        Longest side of a grid that is not about time, in cells.
+        Longest side, in cells, of a grid that is not timed.
     timed_sides : tuple of int
-        Sides of the square grids whose time is measured.
+        Sides of the square grids that are timed.
     largest_lag : int
-        Of variograms and connectivity, in cells.
+        Largest lag of variograms and connectivity, in cells.
     """
 
     name: str
@@ -50,11 +50,11 @@ class Extent:
 
     @property
     def is_full(self) -> bool:
-        """Whether grids are the paper's, so that its seconds can stand beside ours."""
+        """Whether grids are the paper's, so that times can be compared."""
         return self.name != "quick"
 
     def side(self, wanted: int) -> int:
-        """Return a side that the paper uses, made smaller where this extent asks for it.
+        """Return a side of the paper's grids, limited to the largest side.
 
         Examples
         --------
@@ -69,14 +69,13 @@ QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
 
 
 @dataclass
-class Run:
-    """What an experiment is given: inputs, extent, seed, and ways to report and to be stopped.
+class ExperimentRun:
+    """Inputs, extent and seed of an experiment, and how it reports and is cancelled.
 
-    `progress` is called with the share of the experiment that is done; `cancel` says whether to
-    stop.
+    `progress` is called with the share that is done; `cancel` returns whether to stop.
     """
 
-    inputs: Inputs
+    inputs: PaperInputs
     extent: Extent
     seed: int
     progress: Callable[[float], None] = lambda share: None
@@ -85,18 +84,18 @@ class Run:
     _done: int = field(default=0, init=False)
 
     def expect(self, steps: int) -> None:
-        """Say in how many steps the experiment will be done; each simulation is one."""
+        """Set the number of steps of the experiment; each simulation is one."""
         self._steps, self._done = max(steps, 1), 0
 
     def step(self) -> None:
-        """Note that a step is done; raise Cancelled where the user has asked to stop."""
+        """Count a step as done; raise Cancelled if the user has asked to stop."""
         self._done += 1
         self.progress(min(self._done / self._steps, 1.0))
         if self.cancel():
             raise Cancelled("stopped")
 
     def report(self, share: float, n_done: int) -> None:
-        """Tell the share of an experiment that counts what is done by itself."""
+        """Report the share that is done, in an experiment that counts its steps itself."""
         self.progress(share)
 
     def simulate(
@@ -122,7 +121,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What an experiment gave: blocks of the report, and judgements of the paper's statements."""
+    """Blocks of the report, and judgements of the paper's statements."""
 
     blocks: tuple[Block, ...]
     judgements: tuple[Judgement, ...]
@@ -137,20 +136,20 @@ class Experiment:
     name : str
         Short, for tests and files.
     title : str
-        What it shows.
+        Subject.
     place : str
         Section, figure or table of the paper.
     shows : str
-        What the paper shows there; nothing that is not known.
+        Content of the paper there, as far as it is known.
     run : callable
-        Called as run(Run), returns an Outcome.
+        Called as run(ExperimentRun), returns an Outcome.
     weight : float
-        How long it takes relative to most others, for the progress.
+        Duration relative to most others, for the progress.
     """
 
     name: str
     title: str
     place: str
     shows: str
-    run: Callable[[Run], Outcome]
+    run: Callable[[ExperimentRun], Outcome]
     weight: float = 1.0

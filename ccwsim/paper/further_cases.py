@@ -9,27 +9,25 @@ from ccwsim import datasets
 from ccwsim.metrics import Stationarity, etype, stationarity
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.experiment import Outcome, Run
+from ccwsim.paper.experiment import ExperimentRun, Outcome
 from ccwsim.paper.methods import (
     image_picture,
     median_seconds,
     paper_map,
+    paper_parameters,
     published,
     relative_tau,
-    settings,
     wrong_share,
 )
 from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import (
-    AGREES,
-    BEHIND,
-    BETTER,
-    DIFFERS,
     judged,
     not_comparable,
+    of_claim,
     of_data,
     of_time,
     percent,
+    word_of,
 )
 from ccwsim.report import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import share_picture
@@ -39,20 +37,20 @@ RECOVERED = 0.9
 """Share of the cells of the reference image that dense data must recover."""
 TEMPLATE = 48
 CLOSE = 0.03
-"""How far a proportion may be from the training image's."""
+"""Allowed difference of a proportion from the training image's."""
 NONSTATIONARY = ("delta", "bend")
 KEPT = 0.5
-"""A trend of which realizations keep less than this share on average is lost."""
+"""A trend is lost if realizations keep a smaller share of it on average."""
 
 
-def dense_data(run: Run) -> Outcome:
+def dense_data(run: ExperimentRun) -> Outcome:
     """Simulate the channel image with dense data and compare cells with the reference image."""
     run.expect(2)
     image, side = run.inputs.image("channel"), run.extent.side(256)
     shape = side, side
     data, reference = run.inputs.dense_reference(shape)
     truth = np.searchsorted(image.codes, reference.array).astype(np.uint8)
-    p = settings("ccwsim", LEVEL)
+    p = paper_parameters("ccwsim", LEVEL)
     e = run.simulate(image, shape, p, data, run.extent.n_few, workers=1)
     other = published(run, image, f"CCWSIM_channel256_dense4000_L{LEVEL}", shape)
     pictures = [
@@ -91,20 +89,20 @@ def recovered(images: NDArray, reference: NDArray) -> float:
 
 
 def _dense_judgements(
-    run: Run, e: Ensemble, reference: NDArray, other: NDArray | None
+    run: ExperimentRun, e: Ensemble, reference: NDArray, other: NDArray | None
 ) -> tuple[Judgement, ...]:
     image, data = e.training_image, e.hard_data
     share = recovered(e.indices, reference)
     wrong = float(e.n_mismatched.mean() / data.n)
     found = f"{percent(share)} of the cells are those of the reference image."
     claim = "Fig. 14: a simulation with 4000 data beside its reference image."
-    word = AGREES if share >= RECOVERED else DIFFERS
-    if other is not None:
-        theirs = recovered(other, reference)
+    if other is None:
+        judgements = of_claim(claim, found, share >= RECOVERED), of_data(wrong, data.n, None)
+    else:
+        theirs, missed = recovered(other, reference), wrong_share(other, image, data)
         found += f" With the authors' code {percent(theirs)}."
-        word = BETTER if share > theirs else BEHIND
-    missed = None if other is None else wrong_share(other, image, data)
-    judgements = (judged(claim, found, word), of_data(wrong, data.n, missed))
+        word = word_of(1 if share > theirs else -1)
+        judgements = judged(claim, found, word), of_data(wrong, data.n, missed)
     ours = median_seconds(e)
     if not run.extent.is_full:
         return (*judgements, not_comparable("Fig. 14: 1.06 s for a realization.", ours))
@@ -112,12 +110,12 @@ def _dense_judgements(
     return (*judgements, of_time(what, ours, stated_seconds("Fig. 14"), "Fig. 14"))
 
 
-def three_facies(run: Run) -> Outcome:
+def three_facies(run: ExperimentRun) -> Outcome:
     """Simulate the three-facies image with the authors' template of 48."""
     run.expect(2)
     image, side = run.inputs.image("three facies"), run.extent.side(1000)
     data = run.inputs.data("three facies", 400, (side, side))
-    p = settings("ccwsim", LEVEL, template=TEMPLATE)
+    p = paper_parameters("ccwsim", LEVEL, template=TEMPLATE)
     e = run.simulate(image, (side, side), p, data, run.extent.n_few, workers=1)
     entropy = etype(e).entropy
     pictures = (
@@ -140,7 +138,7 @@ def _proportions(e: Ensemble) -> Table:
     return Table(header, tuple(rows), caption)
 
 
-def _facies_judgements(run: Run, e: Ensemble) -> tuple[Judgement, ...]:
+def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]:
     image, ours = e.training_image, median_seconds(e)
     off = float(np.abs(e.proportions.mean(axis=0) - image.proportions).max())
     wrong = float(e.n_mismatched.mean() / e.hard_data.n)
@@ -149,7 +147,7 @@ def _facies_judgements(run: Run, e: Ensemble) -> tuple[Judgement, ...]:
     claim = "Section 5.8: more than two facies can be simulated."
     found = f"All {image.n_facies} facies occur, each within {percent(off)} of its share of the "
     judgements = (
-        judged(claim, f"{found}image.", AGREES if off <= CLOSE else DIFFERS),
+        of_claim(claim, f"{found}image.", off <= CLOSE),
         of_data(wrong, e.hard_data.n, theirs),
     )
     if not run.extent.is_full:
@@ -161,8 +159,8 @@ def _facies_judgements(run: Run, e: Ensemble) -> tuple[Judgement, ...]:
     return (*judgements, of_time(what, ours, stated_seconds("Fig. 16"), "Fig. 16"))
 
 
-def limits(run: Run) -> Outcome:
-    """Simulate bundled images whose quarters differ, and see what is left of the difference."""
+def limits(run: ExperimentRun) -> Outcome:
+    """Simulate bundled images whose quarters differ, and measure the difference that remains."""
     run.expect(2 * len(NONSTATIONARY))
     blocks: list[Block] = []
     judgements: list[Judgement] = []
@@ -170,7 +168,7 @@ def limits(run: Run) -> Outcome:
     for name in NONSTATIONARY:
         image = datasets.load(name)
         ny, nx = (run.extent.side(side) for side in image.shape)
-        e = run.simulate(image, (ny, nx), settings("ccwsim", LEVEL), n=run.extent.n_few)
+        e = run.simulate(image, (ny, nx), paper_parameters("ccwsim", LEVEL), n=run.extent.n_few)
         own = stationarity(image)
         each = [stationarity(one, image.codes) for one in e]
         blocks.append(_quarter_maps(e, name))
@@ -206,10 +204,10 @@ def _quarters(
 
 
 def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
-    """Return how much of what sets the image's quarters apart realizations keep, mean.
+    """Return the share of the differences between the image's quarters that realizations keep.
 
-    The variograms of the quarters, along both axes, less their mean over the quarters: what of the
-    image's the realizations' contain, as the slope of the one over the other.
+    It is the slope of the realizations' mean variograms of the quarters over the image's, both less
+    their mean over the quarters, along both axes.
 
     Examples
     --------
@@ -230,4 +228,4 @@ def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
         "quarters apart."
     )
     claim = "Section 5.9: nonstationary training images are a limit of the method."
-    return judged(claim, found, AGREES if kept < KEPT else DIFFERS)
+    return of_claim(claim, found, kept < KEPT)

@@ -1,4 +1,4 @@
-"""What the experiments are run on: the authors' files where they are at hand, ours otherwise."""
+"""Inputs of the experiments: the authors' files if they are at hand, ours otherwise."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ IMAGES = {
     "stone wall": ("ti_stonewall_200x200", "stone_wall"),
     "three facies": ("ti_three_facies_400x400", "barchans"),
 }
-"""The authors' file, and the bundled image that takes its place."""
+"""The authors' file, and the bundled image used without it."""
 FACIES = {"channel": ("mud", "sand"), "stone wall": ("stone", "mortar")}
 DATA = {
     ("channel", 100): "paper/hd_channel_100_grid512x512",
@@ -38,13 +38,13 @@ DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
 
 
 @dataclass(frozen=True)
-class Inputs:
-    """Where training images, hard data and published realizations come from.
+class PaperInputs:
+    """Training images, hard data and published realizations of a folder.
 
     Attributes
     ----------
     folder : Path or None
-        With the folders `paper` and `reference`; None for the bundled images alone.
+        Holds the folders `paper` and `reference`; None for the bundled images only.
     """
 
     folder: Path | None = None
@@ -62,7 +62,7 @@ class Inputs:
         return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
-        """Return a phrase that says which image stands for one of the paper's."""
+        """Return a phrase that names the image used for one of the paper's."""
         file, bundled = IMAGES[name]
         if self._file(f"paper/{file}.npy") is not None:
             return f"the authors' {name} training image"
@@ -75,8 +75,8 @@ class Inputs:
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         """Return about `n` hard data for an image on a grid.
 
-        The authors' data where they are at hand and those of them that are in the grid; else data
-        read off an image of the same kind, as many as the grid's share of the paper's one.
+        The authors' data inside the grid if they are at hand; otherwise data sampled from an image
+        of the same kind, in the same density.
         """
         stem = DATA.get((name, n))
         path = self._file(f"{stem}.csv") if stem is not None and self.is_own(name) else None
@@ -86,7 +86,7 @@ class Inputs:
         return inside(read_hard_data(path, Grid(ny, nx)), shape)
 
     def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
-        """Return dense data and the image that they were read from, cut to a grid."""
+        """Return dense data and the image from which they were sampled, cut to a grid."""
         path = self._file(f"{DENSE_REFERENCE}.npy") if self.is_own("channel") else None
         if path is not None and self._file(f"{DATA['channel', 4000]}.csv") is not None:
             truth = read_training_image(path).array
@@ -98,10 +98,7 @@ class Inputs:
     def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
         """Return realizations of a published code as facies indices, None if there are none.
 
-        Raises
-        ------
-        CCWSIMError
-            For a file that holds something else.
+        Raises `CCWSIMError` for a file with other content.
         """
         path = self._file(f"reference/{name}.npz")
         if path is None:
@@ -137,13 +134,10 @@ class Inputs:
         return sample_random(truth, max(round(n * share), 1), seed=n)
 
 
-def inputs_in(folder: str | Path | None) -> Inputs:
-    """Return the inputs of a folder, of its parent where the folder is `paper` itself.
+def inputs_in(folder: str | Path | None) -> PaperInputs:
+    """Return the inputs of a folder, or of its parent if the folder is `paper` itself.
 
-    Raises
-    ------
-    CCWSIMError
-        For a folder that is not there or has none of the authors' training images.
+    Raises `CCWSIMError` for a missing folder, or one without the authors' training images.
 
     Examples
     --------
@@ -151,12 +145,12 @@ def inputs_in(folder: str | Path | None) -> Inputs:
     'channels'
     """
     if folder is None:
-        return Inputs()
+        return PaperInputs()
     given = Path(folder)
     if not given.is_dir():
         raise CCWSIMError(f"{folder}: there is no such folder; leave it out for the bundled images")
     for candidate in (given, given.parent):
-        found = Inputs(candidate.resolve())
+        found = PaperInputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):
             return found
     raise CCWSIMError(
@@ -166,6 +160,6 @@ def inputs_in(folder: str | Path | None) -> Inputs:
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:
-    """Return the data that are in a grid."""
+    """Return the data inside a grid."""
     kept = (data.cells < shape).all(axis=1)
     return HardData(data.cells[kept], data.facies[kept])

@@ -16,20 +16,20 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.experiment import Run
+from ccwsim.paper.experiment import ExperimentRun
 from ccwsim.report import Chart, Picture
 from ccwsim.report.pictures import map_picture
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
-"""Of the authors' script."""
+"""Settings of the authors' script."""
 DEFAULT = "by default"
 DEFAULT_WORDS = (
     "“By default”: the first patch begins at a random offset, candidates are drawn towards target "
     "proportions, and seams are repaired, for both methods alike. Elsewhere both are run as they "
     "were published."
 )
-"""What this program does on top of the published methods, and the paper's own runs leave out."""
+"""Additions of this program, which runs as published leave out."""
 COLOURS = {
     "training image": LIGHT.reference,
     "CCWSIM": "#173F6B",
@@ -42,22 +42,21 @@ COLOURS = {
     "DeeSse": "#A78BD0",
     "SNESIM": "#7A7F86",
 }
-"""One colour a method, in every chart of the report."""
+"""Colour of each method, in every chart of the report."""
 LAGS = (21, 41, 61, 81)
-"""At which connectivity is given in numbers."""
+"""Lags of connectivity in tables."""
 
 
-def settings(
+def paper_parameters(
     method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
 ) -> Parameters:
     """Return the settings of the authors' script; with `exact` every datum is honoured.
 
-    Patches are drawn as published and seams are not repaired, so that methods are compared as they
-    are described; with `default` as this program does both where nothing else is asked for.
+    Patches are drawn as published and seams are not repaired, except with `default`.
 
     Examples
     --------
-    >>> settings("ccwsim", 1).overlap_size
+    >>> paper_parameters("ccwsim", 1).overlap_size
     8
     """
     own = {"method": method, "exact_data": exact}
@@ -65,8 +64,10 @@ def settings(
     return Parameters(template, 8, level, **own)
 
 
-def published(run: Run, image: TrainingImage, name: str, shape: tuple[int, int]) -> NDArray | None:
-    """Return realizations of a published code where they are of this very study."""
+def published(
+    run: ExperimentRun, image: TrainingImage, name: str, shape: tuple[int, int]
+) -> NDArray | None:
+    """Return realizations of a published code if they are of the same study."""
     if not run.inputs.is_own(image_named(name)):
         return None
     found = run.inputs.published(name, image)
@@ -74,7 +75,7 @@ def published(run: Run, image: TrainingImage, name: str, shape: tuple[int, int])
 
 
 def image_named(name: str) -> str:
-    """Return which training image a file of published realizations is of.
+    """Return the training image of a file of published realizations.
 
     Examples
     --------
@@ -128,7 +129,7 @@ def relative_tau(
 
 
 def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
-    """Return the lags 0 … up to half of the smallest side of some images, at most `largest`.
+    """Return the lags from 0 to half of the smallest side of images, at most `largest`.
 
     Examples
     --------
@@ -175,5 +176,5 @@ def connectivity_chart(
 
 
 def colour_of(name: str) -> str:
-    """Return the colour of a method; what else follows a comma does not matter."""
+    """Return the colour of a method, by its whole name or the part before a comma."""
     return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))

@@ -1,7 +1,7 @@
-"""Numbers that the paper and the published codes report, each with its source.
+"""Numbers of the paper and the published codes, each with its source.
 
-Seconds of another machine and another language cannot be compared with seconds measured here; the
-ratios within one source can: of two levels, two methods, two numbers of data.
+Seconds on another machine and in another language cannot be compared with seconds measured here,
+but ratios within one source can: of two levels, methods or numbers of data.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 @dataclass(frozen=True)
 class Source:
-    """Where times come from."""
+    """Source of times."""
 
     name: str  # short, for a legend or the head of a table
-    reference: str  # where they can be looked up, or how they were measured
+    reference: str  # publication or measurement
     machine: str  # language and machine, as far as they are known
 
 
@@ -61,7 +61,7 @@ class PublishedTime:
 
 
 SOURCES = {"paper": PAPER, "octave": OCTAVE, "engines": OTHER_ENGINES}
-"""By their names in the table of times."""
+"""Sources by their names in the table of times."""
 
 
 def _read_times() -> tuple[PublishedTime, ...]:
@@ -124,7 +124,7 @@ def published_time(
 
 
 def stated_seconds(where: str) -> float:
-    """Return a time that the paper states for one figure.
+    """Return the time that the paper states for a figure.
 
     Examples
     --------

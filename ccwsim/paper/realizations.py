@@ -13,7 +13,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.experiment import Outcome, Run
+from ccwsim.paper.experiment import ExperimentRun, Outcome
 from ccwsim.paper.methods import (
     SETTINGS,
     connectivity_chart,
@@ -23,23 +23,21 @@ from ccwsim.paper.methods import (
     mean_distances,
     median_seconds,
     paper_map,
+    paper_parameters,
     published,
     relative_tau,
-    settings,
     wrong_share,
 )
 from ccwsim.paper.published_times import stated_seconds
 from ccwsim.paper.verdicts import (
-    AGREES,
-    BEHIND,
-    BETTER,
-    DIFFERS,
     judged,
     not_comparable,
+    of_claim,
     of_data,
     of_ratio,
     of_time,
     percent,
+    word_of,
 )
 from ccwsim.report import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
@@ -48,18 +46,20 @@ STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 SHOWN = 3
 LEVEL = 2
 CLOSE_SHARE, CLOSE_TAU = 0.03, 0.85
-"""Proportions and connectivity count as reproduced within these."""
+"""Limits of a reproduced proportion (difference) and connectivity (ratio)."""
 ENOUGH = 0.8
 """Share of the lags at which the image's curve must be among the realizations'."""
 SLACK = 0.02
 
 
-def unconditional(run: Run) -> Outcome:
+def unconditional(run: ExperimentRun) -> Outcome:
     """Simulate at levels 1 to 3, and compare proportions, patterns and connectivity."""
     run.expect(4)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     runs = [
-        run.simulate(image, (side, side), settings("ccwsim", level), n=run.extent.n_few, workers=1)
+        run.simulate(
+            image, (side, side), paper_parameters("ccwsim", level), n=run.extent.n_few, workers=1
+        )
         for level in (1, 2, 3)
     ]
     rows = [_measures(f"ours, level {e.parameters.level}", e.indices, image, e) for e in runs]
@@ -110,10 +110,10 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
     )
     holds = abs(own - reference) <= CLOSE_SHARE and tau >= CLOSE_TAU
     claim = "Fig. 6: three realizations whose channels look like the training image's."
-    return judged(claim, found, AGREES if holds else DIFFERS)
+    return of_claim(claim, found, holds)
 
 
-def _unconditional_time(run: Run, ensemble: Ensemble) -> Judgement:
+def _unconditional_time(run: ExperimentRun, ensemble: Ensemble) -> Judgement:
     ours = median_seconds(ensemble)
     if not run.extent.is_full:
         return not_comparable("Fig. 6: 6.52 s for a realization (mean).", ours)
@@ -121,11 +121,11 @@ def _unconditional_time(run: Run, ensemble: Ensemble) -> Judgement:
     return of_time(what, ours, stated_seconds("Fig. 6"), "Fig. 6")
 
 
-def conditional(run: Run) -> Outcome:
+def conditional(run: ExperimentRun) -> Outcome:
     """Simulate the channel image with 100, 300 and 400 data; 100 realizations with 400."""
     run.expect(5)
     image, side = run.inputs.image("channel"), run.extent.side(512)
-    shape, p, n = (side, side), settings("ccwsim", LEVEL), run.extent.n_few
+    shape, p, n = (side, side), paper_parameters("ccwsim", LEVEL), run.extent.n_few
     sets = [run.inputs.data("channel", n_data, shape) for n_data in (100, 300, 400)]
     free = run.simulate(image, shape, p, n=n, workers=1)
     few = [run.simulate(image, shape, p, data, n, workers=1) for data in sets[:2]]
@@ -173,7 +173,7 @@ def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
 
 
 def _varied(many: Ensemble) -> Judgement:
-    """The data must be certain in the E-type, and what is far from them must not be."""
+    """Judge whether the E-type is certain at the data and open far from them."""
     cells = many.hard_data.cells
     shares = many.probability(int(many.training_image.codes[-1]))
     at_data = shares[cells[:, 0], cells[:, 1]]
@@ -184,10 +184,10 @@ def _varied(many: Ensemble) -> Judgement:
         f"{percent(open_cells)} of all cells."
     )
     claim = "Fig. 7: three distinct realizations and their average, which follows the data."
-    return judged(claim, found, AGREES if certain == 1 and open_cells > 0.5 else DIFFERS)
+    return of_claim(claim, found, certain == 1 and open_cells > 0.5)
 
 
-def _conditional_times(run: Run, free: Ensemble, many: Ensemble) -> list[Judgement]:
+def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> list[Judgement]:
     ours = median_seconds(many)
     if not run.extent.is_full:
         return [not_comparable("Fig. 7: 2.42 s for a realization.", ours)]
@@ -203,13 +203,13 @@ def _conditional_times(run: Run, free: Ensemble, many: Ensemble) -> list[Judgeme
     return [time, of_ratio(claim, found, ratio, theirs)]
 
 
-def statistics(run: Run) -> Outcome:
+def statistics(run: ExperimentRun) -> Outcome:
     """Simulate as for Fig. 7 and compare curves along both axes with the training image's."""
     run.expect(6)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape, code = (side, side), int(image.codes[-1])
     data = run.inputs.data("channel", 400, shape)
-    many = run.simulate(image, shape, settings("ccwsim", LEVEL), data, run.extent.n_many)
+    many = run.simulate(image, shape, paper_parameters("ccwsim", LEVEL), data, run.extent.n_many)
     lags = lags_for(image.shape, shape, largest=run.extent.largest_lag)
     blocks: list[Block] = []
     judgements = []
@@ -274,6 +274,6 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
             continue
         theirs = found[lag]
         words = f"At {lag} cells {ours:.2f} of the image's connectivity; {name}: {theirs:.2f}."
-        word = AGREES if abs(ours - theirs) <= SLACK else BETTER if ours > theirs else BEHIND
+        word = word_of(int(ours - theirs > SLACK) - int(theirs - ours > SLACK))
         judgements.append(judged(f"Connectivity of {name}, same study.", words, word))
     return judgements

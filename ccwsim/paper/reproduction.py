@@ -1,4 +1,4 @@
-"""All experiments in the order of the paper: run with progress and cancel, and their report."""
+"""All experiments in the order of the paper, their run, and their report."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from itertools import accumulate
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import seconds
 from ccwsim.paper.comparison import sampled_data, stone_wall, variability
-from ccwsim.paper.experiment import FULL, Experiment, Extent, Outcome, Run
+from ccwsim.paper.experiment import FULL, Experiment, ExperimentRun, Extent, Outcome
 from ccwsim.paper.further_cases import dense_data, limits, three_facies
-from ccwsim.paper.inputs import Inputs
+from ccwsim.paper.inputs import PaperInputs
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.realizations import conditional, statistics, unconditional
 from ccwsim.paper.times import grid_size, times_with_data
@@ -147,7 +147,7 @@ WORDS = (
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """An experiment that came to an end: its outcome, or the problem why there is none."""
+    """A finished experiment: its outcome, or the problem that prevented it."""
 
     experiment: Experiment
     outcome: Outcome | None
@@ -157,9 +157,9 @@ class Finished:
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """What a run of the experiments gave: those that were finished, in their order."""
+    """Result of a run: the finished experiments in their order."""
 
-    inputs: Inputs
+    inputs: PaperInputs
     extent: Extent
     seed: int
     finished: tuple[Finished, ...]
@@ -168,13 +168,13 @@ class Reproduction:
 
     @property
     def words(self) -> Counter[str]:
-        """How often each word of a verdict was given."""
+        """Number of verdicts by their word."""
         outcomes = [f.outcome for f in self.finished if f.outcome is not None]
         return Counter(j.word for outcome in outcomes for j in outcome.judgements)
 
 
 def reproduce(
-    inputs: Inputs | None = None,
+    inputs: PaperInputs | None = None,
     extent: Extent = FULL,
     seed: int = 0,
     progress: Callable[[float, int], None] | None = None,
@@ -186,17 +186,17 @@ def reproduce(
 
     Parameters
     ----------
-    inputs : Inputs, optional
+    inputs : PaperInputs, optional
         The bundled images by default.
     extent : Extent
     seed : int
     progress : callable, optional
         Called as progress(fraction, n_done); n_done counts experiments.
     cancel : callable, optional
-        Asked often; returns True to stop. What was finished before stays.
+        Called often; returns True to stop. Finished experiments are kept.
     experiments : sequence of Experiment
     on_finished : callable, optional
-        Called with each experiment that came to an end.
+        Called with each finished experiment.
 
     Examples
     --------
@@ -212,7 +212,7 @@ def reproduce(
             if progress:
                 progress((ends[k] + done * experiments[k].weight) / ends[-1], k)
 
-        run = Run(inputs or Inputs(), extent, seed, share, cancelled)
+        run = ExperimentRun(inputs or PaperInputs(), extent, seed, share, cancelled)
         try:
             if cancelled():
                 raise Cancelled("stopped")
@@ -225,16 +225,13 @@ def reproduce(
         if progress:
             progress(ends[k + 1] / ends[-1], k + 1)
     seconds = time.perf_counter() - start
-    return Reproduction(inputs or Inputs(), extent, seed, tuple(finished), stopped, seconds)
+    return Reproduction(inputs or PaperInputs(), extent, seed, tuple(finished), stopped, seconds)
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
-    """Return an extent whose times go up to a grid of `side` × `side` cells.
+    """Return an extent with times up to a grid of `side` × `side` cells.
 
-    Raises
-    ------
-    CCWSIMError
-        For a side that is too small or too large.
+    Raises `CCWSIMError` for a side that is too small or too large.
 
     Examples
     --------
@@ -248,8 +245,8 @@ def with_largest_grid(extent: Extent, side: int | None) -> Extent:
     return replace(extent, timed_sides=tuple(round(side * k / 5) for k in range(1, 6)))
 
 
-def _tried(experiment: Experiment, run: Run) -> Finished:
-    """Run one experiment; whatever goes wrong in it is reported, and the others go on."""
+def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
+    """Run one experiment; errors are reported, and the other experiments continue."""
     start = time.perf_counter()
     outcome, problem = None, ""
     try:
@@ -266,7 +263,7 @@ def _tried(experiment: Experiment, run: Run) -> Finished:
 
 
 def document_of(reproduction: Reproduction) -> Document:
-    """Return the report: all verdicts first, then one section an experiment.
+    """Return the report: all verdicts first, then a section for each experiment.
 
     Examples
     --------
@@ -278,7 +275,7 @@ def document_of(reproduction: Reproduction) -> Document:
         tuple(map(_section, reproduction.finished)),
         subtitle=PAPER,
         opening=_opening(reproduction),
-        colophon=Facts((*surroundings(), *_settings(reproduction))),
+        colophon=Facts((*surroundings(), *_run_facts(reproduction))),
     )
 
 
@@ -293,7 +290,7 @@ def _opening(r: Reproduction) -> tuple[Block, ...]:
 
 
 def summary(r: Reproduction) -> str:
-    """Say in one sentence how the experiments went.
+    """Summarize the experiments in one sentence.
 
     Examples
     --------
@@ -307,7 +304,7 @@ def summary(r: Reproduction) -> str:
 
 
 def verdict_of(finished: Finished) -> str:
-    """Return the words of an experiment's verdicts, or why there are none.
+    """Return the words of an experiment's verdicts, or the problem.
 
     Examples
     --------
@@ -332,7 +329,7 @@ def _section(finished: Finished) -> Section:
     )
 
 
-def _settings(r: Reproduction) -> tuple[tuple[str, str], ...]:
+def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
     folder = "the bundled training images and data"
     if r.inputs.folder is not None:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"

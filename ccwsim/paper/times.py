@@ -10,8 +10,8 @@ from ccwsim.experiments.timing import Timing, time_data, time_grids
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
-from ccwsim.paper.experiment import Outcome, Run
-from ccwsim.paper.methods import TITLES, settings
+from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.methods import TITLES, paper_parameters
 from ccwsim.paper.published_times import (
     FIGURE_13,
     LEVEL_CHANGES,
@@ -28,17 +28,17 @@ LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000
 N_TIMED = 3
 LINEAR = 0.15
-"""How far the power of growth may be from 1 to be called linear."""
+"""Allowed difference from 1 of the power of linear growth."""
 PAPER_CELLS = 512 * 512
 
 Times = dict[tuple[str, int, bool, int], Timing]
 """By method, level, whether data are exact, and which of `TABLE_2_DATA`."""
 
 
-def grid_size(run: Run) -> Outcome:
+def grid_size(run: ExperimentRun) -> Outcome:
     """Time unconditional realizations of the channel image on square grids, on one thread."""
     image, sides = run.inputs.image("channel"), run.extent.timed_sides
-    parameters = [settings("ccwsim", level) for level in LEVELS]
+    parameters = [paper_parameters("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
     times = list(time_grids(image, sides, parameters, n, run.seed, run.report, run.cancel))
     by_level = {level: [t for t in times if t.parameters.level == level] for level in LEVELS}
@@ -98,7 +98,7 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> tuple[Judgement, ...]
 
 
 def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
-    """Judge how CPU time changes from one level to the next, averaged over the grids.
+    """Judge the change of CPU time from one level to the next, averaged over the grids.
 
     `taken` has the seconds of each grid, by level.
     """
@@ -115,7 +115,7 @@ def _change(share: float) -> str:
 
 
 def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
-    """Say how the time grows: the slope of its logarithm over that of the cells."""
+    """Describe the growth of the time by the slope of its logarithm over that of the cells."""
     powers = {}
     for level, times in by_level.items():
         cells, taken = np.log([(t.n_cells, t.seconds) for t in times]).T
@@ -127,12 +127,12 @@ def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
     return judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 
 
-def times_with_data(run: Run) -> Outcome:
+def times_with_data(run: ExperimentRun) -> Outcome:
     """Time the three methods as published and with exact data, on one thread."""
     image, side = run.inputs.image("channel"), run.extent.side(512)
     numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
     cases = [
-        settings(method, level, exact=exact)
+        paper_parameters(method, level, exact=exact)
         for exact in (False, True)
         for method, levels in (("ms-ccsim", LEVELS), ("ccwsim", LEVELS), ("ccsim", (0,)))
         for level in levels
@@ -154,7 +154,7 @@ def times_with_data(run: Run) -> Outcome:
 
 
 def _table_2() -> Table:
-    """Return the paper's Table 2 whole."""
+    """Return the paper's whole Table 2."""
     images = list(dict.fromkeys(t.image for t in TABLE_2))
     taken = {(t.method, t.level, t.image, t.n_data): t.cpu_seconds for t in TABLE_2}
     rows = []
@@ -188,7 +188,7 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
     return tuple(cells)
 
 
-def _data_judgements(run: Run, times: Times) -> tuple[Judgement, ...]:
+def _data_judgements(run: ExperimentRun, times: Times) -> tuple[Judgement, ...]:
     found = [*_methods(times), *_twice_the_data(times), *_levels(times)]
     ours = times["ccwsim", 1, False, 1].seconds
     if not run.extent.is_full:
@@ -227,7 +227,7 @@ def _methods(times: Times) -> list[Judgement]:
 
 
 def _twice_the_data(times: Times) -> list[Judgement]:
-    """Judge what twice the data cost."""
+    """Judge the cost of twice the data."""
     judgements = []
     for method in ("ccwsim", "ms-ccsim"):
         for level in (1, 3):

@@ -1,9 +1,8 @@
-"""Words for how our numbers go with the paper's; every word follows from the numbers.
+"""Words for how our numbers compare with the paper's; every word follows from the numbers.
 
-Two numbers are *alike* where they differ by less than a factor of `ALIKE`. A ratio of two numbers
-of one run has an *order*: below 1, above 1, or 1 where it is within `NOISE` of it, as the median of
-a few times is not known better. Ratios agree where they have one order and are alike, or where
-they themselves are within `NOISE` of each other.
+Two numbers are *alike* if they differ by less than a factor of `ALIKE`. A ratio of two numbers of
+one run has an *order*: below 1, above 1, or 1 within `NOISE`, the precision of a median of a few
+times. Ratios agree if they have one order and are alike, or differ by less than `NOISE`.
 """
 
 from __future__ import annotations
@@ -33,6 +32,16 @@ def judged(claim: str, found: str, word: str) -> Judgement:
     return Judgement(claim, found, word, TONES.get(word, "plain"))
 
 
+def of_claim(claim: str, found: str, holds: bool) -> Judgement:
+    """Judge a statement that holds here or does not."""
+    return judged(claim, found, AGREES if holds else DIFFERS)
+
+
+def word_of(order: int) -> str:
+    """Return the word for our number being worse, −1, equal, 0, or better, 1, than the other."""
+    return {-1: BEHIND, 0: AGREES, 1: BETTER}[order]
+
+
 def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
     """Return how our number compares with theirs."""
     if max(ours, theirs) <= alike * min(ours, theirs):
@@ -41,7 +50,7 @@ def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float =
 
 
 def order_of(ratio: float, noise: float = NOISE) -> int:
-    """Return −1 for a ratio below 1, 1 above, and 0 where it cannot be told from 1.
+    """Return −1 for a ratio below 1, 1 above, and 0 within the noise of 1.
 
     Examples
     --------
@@ -52,7 +61,7 @@ def order_of(ratio: float, noise: float = NOISE) -> int:
 
 
 def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
-    """Judge a CPU time of ours against one of the paper, which is of another machine."""
+    """Judge our CPU time against the paper's, which is of another machine."""
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
     found = (
@@ -65,7 +74,7 @@ def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
 
 
 def not_comparable(claim: str, ours: float) -> Judgement:
-    """Leave a CPU time of the paper open where our grid is smaller than the paper's."""
+    """Leave a CPU time of the paper open, as our grid is smaller than the paper's."""
     return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
 
 
@@ -86,18 +95,18 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
     each = ", ".join(f"level {level} {seconds(times[level])}" for level in levels)
     falls = all(order < 0 for order in orders.values())
     claim = "Fig. 13: each level takes less CPU time than the one below it."
-    return judged(claim, f"{each}: {', '.join(steps)}.", AGREES if falls else DIFFERS)
+    return of_claim(claim, f"{each}: {', '.join(steps)}.", falls)
 
 
 def of_both(connectivity: int, patterns: int) -> str:
-    """Return how two measures bear out that one method is better; −1 worse, 0 alike, 1 better."""
+    """Return the word for a method said to be better, by the orders of two measures."""
     if connectivity > 0 and patterns > 0:
         return AGREES
     return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
-    """Judge the share of data not honoured against that of the published code, where known."""
+    """Judge the share of data not honoured against that of the published code, if known."""
     found = (
         f"Every one of {n_data} data is honoured at full resolution in every realization."
         if wrong == 0
@@ -105,10 +114,9 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
     )
     claim = "Section 4.4: candidates are searched for one that honours the data."
     if theirs is None:
-        return judged(claim, found, AGREES if wrong == 0 else DIFFERS)
+        return of_claim(claim, found, wrong == 0)
     found += f" Realizations of the authors' code miss {percent(theirs)}."
-    word = AGREES if wrong == theirs else BETTER if wrong < theirs else BEHIND
-    return judged(claim, found, word)
+    return judged(claim, found, word_of(int(wrong < theirs) - int(wrong > theirs)))
 
 
 def percent(share: float) -> str:

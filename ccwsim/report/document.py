@@ -1,7 +1,4 @@
-"""A report: sections of text, facts, tables, pictures, charts and judgements.
-
-It is written as one HTML file that needs nothing else: no network, no other file.
-"""
+"""Reports as one HTML file for offline use: text, tables, pictures, charts and judgements."""
 
 from __future__ import annotations
 
@@ -31,7 +28,7 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; `quiet` sets it small, as a remark."""
+    """A paragraph; a `quiet` one is small, as a remark."""
 
     words: str
     quiet: bool = False
@@ -39,7 +36,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Code:
-    """Lines to copy, and what they are."""
+    """Lines to copy, with a caption."""
 
     lines: str
     caption: str = ""
@@ -47,14 +44,14 @@ class Code:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and values under each other, as (name, value)."""
+    """A list of (name, value)."""
 
     rows: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table, whose rows are as long as its header."""
+    """A table with rows as long as its header."""
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -62,7 +59,7 @@ class Table:
 
     @property
     def numeric(self) -> list[bool]:
-        """Which columns hold numbers alone, and are set to the right.
+        """Which columns hold only numbers, and are aligned to the right.
 
         Examples
         --------
@@ -75,10 +72,9 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A PNG, what is written under it, and what it shows for those who cannot see it.
+    """A PNG with a caption and an alternative text.
 
-    `share` is its width among the pictures of its row, 1 being the usual one; `pixelated` keeps
-    cells sharp when it is enlarged.
+    `share` is its relative width in its row, 1 by default; `pixelated` keeps enlarged cells sharp.
     """
 
     png: bytes
@@ -90,9 +86,9 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A plotly figure that stays interactive, with its title and a line for those who cannot see.
+    """An interactive plotly figure with its title and an alternative text.
 
-    `legend` says what is drawn in which CSS colour, where the chart has no labels of its own.
+    `legend` has (name, CSS colour) for a chart without labels.
     """
 
     figure: Any
@@ -103,9 +99,9 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Pictures or charts side by side, and what is written under all of them.
+    """Pictures or charts side by side, with a caption.
 
-    With `columns` all are of one size, so many beside each other; else they share the width.
+    With `columns`, all have one size; otherwise they share the width.
     """
 
     items: tuple[Picture | Chart, ...]
@@ -115,7 +111,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A statement, what was found, and a word, in a tone, for how the two go together."""
+    """A statement, the finding, and a word, in a tone, that compares both."""
 
     claim: str
     found: str
@@ -125,7 +121,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Judgements:
-    """Judgements as a table under the names of their two columns."""
+    """Judgements as a table with the names of its two columns."""
 
     rows: tuple[Judgement, ...]
     claimed: str = "Statement"
@@ -137,7 +133,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A part of the report, with a line under its title, and what came out for the contents."""
+    """A part of the report, with a note under its title, and its gist for the contents."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -147,7 +143,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report; `opening` is before the contents, `colophon` is what is needed to make it again."""
+    """A report; `opening` comes before the contents, `colophon` has the facts to reproduce it."""
 
     title: str
     sections: tuple[Section, ...]
@@ -182,16 +178,13 @@ def _version(name: str) -> str:
 def write_report(path_or_file: Any, document: Document) -> None:
     """Write a report to a path, whole or not at all, or to an open binary file.
 
-    Raises
-    ------
-    CCWSIMError
-        For a path that cannot be written.
+    Raises `CCWSIMError` for a path that cannot be written.
     """
     write_bytes(path_or_file, report_html(document).encode())
 
 
 def report_html(document: Document) -> str:
-    """Return a report as one HTML page; all text is escaped, images are part of it.
+    """Return a report as one HTML page with escaped text and embedded images.
 
     Examples
     --------
@@ -210,13 +203,13 @@ def report_html(document: Document) -> str:
 
 @cache
 def packed_plotly() -> str:
-    """Return plotly's script, compressed and in base64: 2 instead of 5 MB of each report."""
+    """Return plotly's script, compressed and in base64: 2 instead of 5 MB in each report."""
     return b64encode(zlib.compress(plotly_script().encode(), 9)).decode()
 
 
 @cache
 def _environment() -> Environment:
-    """A test in the template for each kind of block, such as `one is table`, and two filters."""
+    """Return templates with a test for each kind of block, such as `one is table`, and filters."""
     loader = FileSystemLoader(FOLDER)
     environment = Environment(autoescape=True, loader=loader, undefined=StrictUndefined)
     environment.keep_trailing_newline = True

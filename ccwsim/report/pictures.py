@@ -52,7 +52,7 @@ def map_picture(
 ) -> Picture:
     """Return a map, or slices through the middle of a volume, with the hard data.
 
-    Data that it does not honour are ringed red and counted in the caption.
+    Data not honoured are ringed red and counted in the caption.
     """
     dots = None
     if data is not None and data.n:
@@ -94,7 +94,7 @@ def bundle_of(
 
 
 def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
-    """Return a bundle with its quantiles; a lag where no realization has a value stays empty.
+    """Return a bundle with its quantiles, NaN at lags without values.
 
     Examples
     --------
@@ -109,7 +109,7 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
     """Return the share of a facies (an index) in each layer of volumes, over their elevations.
 
-    The training image's shares have its own layers: `layers_of_image` says where they are.
+    The training image's shares are at the elevations of `layers_of_image`.
     """
     image = ensemble.training_image
     each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
@@ -131,7 +131,7 @@ def layers_of_image(grid: Grid, n_layers: int) -> Floats:
 
 
 def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
-    """Return which share of the hard data of each layer has a facies, where there are some.
+    """Return the share of a facies among the hard data of each layer with data.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Sentences on how realizations compare with their training image, the same on all pages."""
+"""Sentences that compare realizations with their training image, the same on all pages."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ccwsim.metrics.measures import Measured
 from ccwsim.metrics.reference_band import Fit
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import plural
 
 SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
 VERDICTS: dict[Statistic, tuple[str, str]] = {
@@ -31,7 +32,7 @@ LAYERS_NOT_JUDGED = (
 
 
 def way_name(way: Direction) -> str:
-    """Return a direction as it is written: "E–W", or an azimuth in degrees.
+    """Return the name of a direction: "E–W", or an azimuth in degrees.
 
     Examples
     --------
@@ -44,7 +45,7 @@ def way_name(way: Direction) -> str:
 
 
 def curve_title(statistic: Statistic, way: Direction) -> str:
-    """Return what a chart of a statistic along a direction is called.
+    """Return the title of a chart of a statistic along a direction.
 
     Examples
     --------
@@ -57,12 +58,12 @@ def curve_title(statistic: Statistic, way: Direction) -> str:
 
 
 def size_text(fit: Fit) -> str:
-    """Return the size of the crops in columns and rows, and layers, as grids are written."""
+    """Return the size of the crops in columns, rows and layers."""
     return describe_shape(fit.crop_shape)
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
-    """Say whether a curve is inside the band of crops, else where it is not, by how much and how.
+    """Describe whether a curve is inside the band of crops, or at which lags and how it differs.
 
     Examples
     --------
@@ -74,7 +75,8 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
     if fit is None or not fit.judged:
         return NOT_JUDGED
     if fit.fits:
-        return f"inside the band of TI crops ({size_text(fit)}) up to {_cells(int(fit.at[-1]))}"
+        reach = plural(int(fit.at[-1]), "cell")
+        return f"inside the band of TI crops ({size_text(fit)}) up to {reach}"
     k = fit.worst
     low, high = VERDICTS[statistic]
     verdict = high if fit.found[k] > fit.reference[k] else low
@@ -85,7 +87,7 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
 
 
 def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
-    """Say which settings' curves are inside the band of crops, and how the others are not.
+    """Describe which settings' curves are inside the band of crops, and how the others differ.
 
     Examples
     --------
@@ -111,7 +113,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the first and the last value around the worst that miss the band on the same side."""
+    """Return the first and last index around the worst value that miss the band on its side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -120,23 +122,16 @@ def _around_worst(fit: Fit) -> tuple[int, int]:
 
 
 def _lags_text(fit: Fit) -> str:
-    """Return the lags around the worst one at which the values miss the band on the same side."""
+    """Return the lags of these values as text."""
     first, last = _around_worst(fit)
     start, end = int(fit.at[first]), int(fit.at[last])
     if last == len(fit.at) - 1:
-        return f"beyond {_cells(int(fit.at[first - 1]))}" if first else "at all lags"
-    return f"at {_cells(start)}" if start == end else f"at {start} to {end} cells"
-
-
-def _cells(n: int) -> str:
-    return f"{n} {'cell' if n == 1 else 'cells'}"
+        return f"beyond {plural(int(fit.at[first - 1]), 'cell')}" if first else "at all lags"
+    return f"at {plural(start, 'cell')}" if start == end else f"at {start} to {end} cells"
 
 
 def describe_proportion(ensemble: Ensemble, facies: int) -> str:
-    """Say the share of a facies (an index) in realizations, training image and data.
-
-    The sign is that of the realizations against the training image, relative to it.
-    """
+    """Describe the share of a facies (an index) in realizations, training image and data."""
     image = ensemble.training_image
     mean, own = float(ensemble.proportions[:, facies].mean()), float(image.proportions[facies])
     others = [f"TI {100 * own:.1f} %"]
@@ -148,7 +143,7 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
 
 
 def relative_text(value: float, reference: float) -> str:
-    """Return how far a value is from a reference that is not 0, relative to it and with its sign.
+    """Return the difference of a value from a reference that is not 0, in percent of it.
 
     Examples
     --------
@@ -160,7 +155,7 @@ def relative_text(value: float, reference: float) -> str:
 
 
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
-    """Return what would bring proportions nearer, where they are off; else an empty text."""
+    """Return advice for proportions that differ from the training image's, or an empty text."""
     if fit is None or fit.fits or ensemble.parameters.match_proportions:
         return ""
     names = ensemble.training_image.facies_names
@@ -170,7 +165,7 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
 
 
 def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
-    """Say how Γ and percolation of a facies miss the band of crops; nothing where they do not."""
+    """Describe how Γ and percolation of a facies miss the band of crops, if they do."""
     if fit is None:
         return []
     (gamma, *ways), (own, *own_ways) = fit.found, fit.reference
@@ -190,7 +185,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
 
 
 def describe_layers(fit: Fit | None, name: str) -> str:
-    """Say whether a facies has its share of each layer, else where not, by how much and how.
+    """Describe whether a facies has its share of each layer, or in which layers it differs.
 
     Examples
     --------
@@ -214,9 +209,9 @@ def describe_layers(fit: Fit | None, name: str) -> str:
 
 
 def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
-    """Say how far patterns of each size are from the image's beside crops, and if that is good.
+    """Compare the pattern distances of each size with those of crops, and return if they are good.
 
-    Nearer than crops is good: their own distance is that of small windows.
+    Nearer than crops is good: the distance of crops is due to their size.
 
     Examples
     --------
@@ -241,7 +236,7 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
-    """Say which share of the patterns the training image never has, of all and at hard data.
+    """Describe the share of patterns that do not occur in the image, of all and at hard data.
 
     Examples
     --------
@@ -253,7 +248,7 @@ def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 
 
 
 class MeasureRow(NamedTuple):
-    """One measure in words: its values, the verdict, and whether that is good."""
+    """One measure as text: its values, the verdict, and whether that is good."""
 
     title: str
     definition: str
@@ -272,7 +267,7 @@ MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the
 
 
 def describe_measures(found: Measured) -> list[MeasureRow]:
-    """Return all measures in words; a verdict compares pieces of realizations with crops.
+    """Return all measures as text; verdicts compare pieces of realizations with crops.
 
     Examples
     --------
@@ -303,7 +298,7 @@ def describe_measures(found: Measured) -> list[MeasureRow]:
 
 
 def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the 5 % quantile, the mean and the 95 % quantile of what is known."""
+    """Return the 5 % quantile, the mean and the 95 % quantile of the known values."""
     known = values[np.isfinite(values)]
     if not len(known):
         return np.nan, np.nan, np.nan
@@ -312,7 +307,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Say in how many cells two realizations differ, beside independent cells.
+    """Describe the share of cells in which two realizations differ, beside independent cells.
 
     Examples
     --------

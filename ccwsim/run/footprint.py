@@ -12,8 +12,9 @@ from ccwsim.engine.prepared_image import KEPT_BYTES
 from ccwsim.engine.realization import repairs
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type, sum_type
-from ccwsim.jobs.workers import n_cores
+from ccwsim.jobs.limits import Demand
 from ccwsim.model.study import Study
+from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
 """Grids of one byte a cell that a thread needs: in path coordinates and in grid coordinates."""
@@ -27,6 +28,9 @@ LOOKING_AROUND = 6
 TOTALS_AND_PLACES = 24
 """Bytes a location of scores with costs and of the numbers of the good ones."""
 MARGIN = 1.25
+MAPS_BYTES = 16
+"""Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
+FACIES_BYTES = 12
 
 
 def footprint(
@@ -49,6 +53,22 @@ def footprint(
             + study.hard_data.n * per_datum
         )
     )
+
+
+def demand_of(
+    study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
+) -> Demand:
+    """Return what a run of `n` realizations and the page that shows them ask of a server.
+
+    At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment in
+    several `copies`.
+    """
+    cells, image = study.grid.n_cells, study.training_image
+    kept = n if n_kept is None else min(n, n_kept)
+    in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
+    run = footprint(study, kept, n_workers) + cells * kept * (copies - 1 + in_codes)
+    page = cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies)
+    return Demand(cells * n, study.hard_data.n, run + page)
 
 
 def _of_image(study: Study, n: int, n_threads: int) -> int:

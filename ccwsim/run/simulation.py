@@ -122,9 +122,9 @@ def simulate(
             store.put(k, r.indices, r.sources)
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
-        runner.prepare(work, progress)
+        goes_on = runner.prepare(work, progress, cancel)
         start = time.perf_counter()
-        finished = runner.run(work, take, progress, cancel)
+        finished = runner.run(work, take, progress, cancel) if goes_on else []
         stored = store.finish(finished)
     ensemble = Ensemble(
         *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
-import numba
-import numpy as np
-
-from ccwsim.jobs.workers import n_cores
 from ccwsim.system.memory import free_memory
 
 
@@ -33,6 +31,13 @@ class Machine:
         )
 
 
+def n_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def this_machine() -> Machine:
     """Return the machine that this runs on, with the memory that is available now.
 
@@ -42,7 +47,7 @@ def this_machine() -> Machine:
     True
     """
     system, python = platform.system(), platform.python_version()
-    versions = np.__version__, numba.__version__
+    versions = version("numpy"), version("numba")
     return Machine(_processor(), n_cores(), system, python, *versions, free_memory())
 
 

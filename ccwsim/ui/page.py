@@ -8,11 +8,11 @@ from pathlib import Path
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.jobs.queue import settle_server
 from ccwsim.ui.frontend.component import canvas_component
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import COOKIE, browser
+from ccwsim.ui.session.server import settle_server
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.session.uploads import bound_uploads
 from ccwsim.ui.share.menu import draw_open, draw_share

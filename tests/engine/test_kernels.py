@@ -22,7 +22,7 @@ def test_kernels_do_not_count_who_holds_an_array(monkeypatch):
     assert found(given) == 10
     counted = kernels.allocating_kernel(lambda arrays: part(arrays) * 2)
     assert counted(given) == 10
-    code, other = (next(iter(each.inspect_llvm().values())) for each in (found, counted))
+    code, other = (next(iter(each.dispatcher.inspect_llvm().values())) for each in (found, counted))
     assert "NRT_incref" not in code
     assert "NRT_incref" in other
 

@@ -5,9 +5,10 @@ import pytest
 
 from ccwsim import Parameters, TrainingImage, simulate
 from ccwsim.engine import prepared_image
-from ccwsim.engine.prepared_image import PreparedImage, n_bytes
+from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
+from ccwsim.system.lru_cache import n_bytes
 from tests.small_images import blobs
 
 P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)

@@ -12,11 +12,10 @@ import pytest
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.jobs import job as jobs
 from ccwsim.jobs import limits
-from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import RESERVE, Demand, admit, demand_of, limits_of_environment
-from ccwsim.jobs.queue import Queue
+from ccwsim.jobs.job import Job, Queue
+from ccwsim.jobs.limits import RESERVE, Demand, admit, limits_of_environment
 from ccwsim.model.study import Study
-from ccwsim.run.footprint import footprint
+from ccwsim.run.footprint import demand_of, footprint
 from ccwsim.system.memory import free_memory
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))

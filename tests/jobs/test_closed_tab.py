@@ -20,14 +20,15 @@ sys.path.insert(0, {str(ROOT)!r})
 import streamlit as st
 
 from ccwsim import Grid
-from ccwsim.jobs import queue
+from ccwsim.ui.session import server
 from ccwsim.sharing.choices import Choices
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.queue import server_queue
+from ccwsim.jobs.job import server_queue
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.session.state import State, session_state
 
-queue.GRACE, queue.LOOK_SECONDS, queue.EARLY = 1.0, 0.1, 1e9
+server.GRACE, server.LOOK_SECONDS, server.EARLY = 1.0, 0.1, 1e9
+server.settle_server()
 
 if "look" not in st.query_params:
     state = session_state()

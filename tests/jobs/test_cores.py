@@ -25,8 +25,8 @@ class Clock:
         return self.now
 
 
-def asked(cores: Cores, *slots) -> list[CoreLease]:
-    leases = [CoreLease(slot, cores) for slot in slots]
+def asked(cores: Cores, *usages: Usage) -> list[CoreLease]:
+    leases = [CoreLease(cores, usage, Event()) for usage in usages]
     for lease in leases:
         cores.request(lease)
     return leases
@@ -39,7 +39,7 @@ def having(leases: list[CoreLease]) -> list[bool]:
 def test_who_has_used_least_is_next():
     clock = Clock()
     cores = Cores(2, clock)
-    one, two = cores.open_slot(), cores.open_slot()
+    one, two = Usage(), Usage()
     leases = asked(cores, one, one, one, one, two)
     assert having(leases) == [True, True, False, False, False]
     clock.now = 10.0
@@ -52,7 +52,7 @@ def test_who_has_used_least_is_next():
 
 def test_two_that_have_used_alike_get_a_core_each():
     cores = Cores(2, Clock())
-    one, two = cores.open_slot(), cores.open_slot()
+    one, two = Usage(), Usage()
     (busy,) = asked(cores, one)
     leases = [*asked(cores, one), *asked(cores, two), *asked(cores, one)]
     assert having([busy, *leases]) == [True, True, False, False]
@@ -63,11 +63,11 @@ def test_two_that_have_used_alike_get_a_core_each():
 def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
     clock = Clock()
     cores = Cores(1, clock)
-    long, quick = cores.open_slot(), cores.open_slot()
+    long, quick = Usage(), Usage()
     (lease,) = asked(cores, long)
     clock.now = 100.0
     (other,) = asked(cores, quick)
-    assert quick.usage.seconds == 100.0 - CREDIT_SECONDS
+    assert quick.seconds == 100.0 - CREDIT_SECONDS
     assert cores.yield_core(lease)
     assert having([lease, other]) == [False, True]
     clock.now += SLICE_SECONDS / 2
@@ -83,38 +83,40 @@ def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
 def test_who_comes_new_is_ahead_by_the_credit_and_not_by_all_that_others_have_used():
     clock = Clock()
     cores = Cores(1, clock)
-    old, new = cores.open_slot(), cores.open_slot()
+    old, new = Usage(), Usage()
     (lease,) = asked(cores, old)
     clock.now = 100.0
     cores.release(lease)
     asked(cores, old)
     asked(cores, new)
-    assert new.usage.seconds == old.usage.seconds - CREDIT_SECONDS
+    assert new.seconds == old.seconds - CREDIT_SECONDS
 
 
 def test_the_runs_of_one_usage_count_together():
     usage, clock = Usage(), Clock()
     cores = Cores(1, clock)
-    first = cores.open_slot(usage)
-    (lease,) = asked(cores, first)
+    (lease,) = asked(cores, usage)
     clock.now = 10.0
     cores.release(lease)
     assert usage.seconds == 10.0
-    (other,) = asked(cores, cores.open_slot())
+    (other,) = asked(cores, Usage())
     assert other.has_core
-    asked(cores, cores.open_slot(usage))
+    asked(cores, usage)
     assert usage.seconds == 10.0
 
 
-def test_a_slot_that_is_closed_lets_nobody_wait():
-    cores = Cores(1)
-    one, two = cores.open_slot(), cores.open_slot()
+def test_tasks_of_a_stopped_run_do_not_wait():
+    cores, stop = Cores(1), Event()
+    one, two = Usage(), Usage()
     asked(cores, one)
-    (waiting,) = asked(cores, two)
-    two.close()
+    waiting = CoreLease(cores, two, stop)
+    cores.request(waiting)
+    assert not waiting.answered.is_set()
+    stop.set()
+    cores.let_stopped_go()
     assert waiting.answered.is_set()
     assert not waiting.has_core
-    with two.lease() as late:
+    with cores.lease(two, stop) as late:
         assert not late.has_core
     assert not cores.contended
 

@@ -10,11 +10,20 @@ import pytest
 
 from ccwsim import Cancelled
 from ccwsim.jobs import job as jobs
-from ccwsim.jobs.job import Job, delay_text
-from ccwsim.jobs.queue import GRACE, MAX_COUNTED_SECONDS, Queue, QueueEntry, SessionMonitor
+from ccwsim.jobs.job import MAX_COUNTED_SECONDS, Job, Queue
 from ccwsim.system.memory import give_back_memory
+from ccwsim.ui.session.progress import delay_text
+from ccwsim.ui.session.server import GRACE, SessionMonitor
 
 SLOW = 60
+
+
+class Waiting:
+    """What the queue knows of a job: its session, and what is called when it begins or ends."""
+
+    def __init__(self, session: str, begin, abandon=lambda: None) -> None:
+        self.session, self.begin, self.abandon = session, begin, abandon
+        self.active_since = 0.0
 
 
 class Clock:
@@ -33,12 +42,12 @@ class Log:
         self.clock = Clock()
         self.queue = Queue(n_places, self.clock)
         self.begun: list[str] = []
-        self.places: dict[str, QueueEntry] = {}
+        self.places: dict[str, Waiting] = {}
 
     def enter(self, *names: str) -> None:
         """Let jobs come: the first letter of a name is the session."""
         for name in names:
-            place = QueueEntry(name[0], lambda name=name: self.begun.append(name))
+            place = Waiting(name[0], lambda name=name: self.begun.append(name))
             self.places[name] = place
             self.queue.enter(place)
 
@@ -190,7 +199,7 @@ class Room:
         def abandon() -> None:
             self.dropped.append(name)
 
-        self.queue.enter(QueueEntry(name[0], lambda: None, abandon))
+        self.queue.enter(Waiting(name[0], lambda: None, abandon))
 
     def look(self, now: float) -> None:
         self.clock.now = now
@@ -226,7 +235,7 @@ def test_a_tab_that_comes_back_keeps_its_jobs():
 
 def test_memory_is_given_back_once_and_what_all_shared_goes_with_the_last(monkeypatch):
     given, cleared = [], []
-    monkeypatch.setattr("ccwsim.jobs.queue.give_back_memory", lambda: given.append(True))
+    monkeypatch.setattr("ccwsim.ui.session.server.give_back_memory", lambda: given.append(True))
     monkeypatch.setattr("streamlit.cache_data.clear", lambda: cleared.append("data"))
     monkeypatch.setattr("streamlit.cache_resource.clear", lambda: cleared.append("resource"))
     room = Room()

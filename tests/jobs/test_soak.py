@@ -32,7 +32,7 @@ def test_no_session_sees_an_error_or_the_picture_of_another(outcome):
 @pytest.mark.slow
 def test_it_is_told_as_a_table(outcome):
     lines = report(outcome).splitlines()
-    assert lines[0].startswith("| what was asked for | times | median (s) | 95 % (s) |")
+    assert lines[0].startswith("| request | times | median (s) | 95 % (s) |")
     assert "| **all** |" in "\n".join(lines)
     assert "0 errors seen by users" in lines[-1]
     kept = replace(outcome, start=100.0, end=111.0)

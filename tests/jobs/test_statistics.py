@@ -8,7 +8,8 @@ from threading import Event
 import pytest
 
 from ccwsim import CCWSIMError
-from ccwsim.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
+from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
+from ccwsim.system.lru_cache import LruCache
 
 
 def of(key, work):

@@ -25,8 +25,8 @@ from ccwsim.paper import (
     verdict_of,
     with_largest_grid,
 )
-from ccwsim.paper.inputs import Inputs, inside
-from ccwsim.paper.methods import settings, wrong_share
+from ccwsim.paper.inputs import PaperInputs, inside
+from ccwsim.paper.methods import paper_parameters, wrong_share
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.times import level_change
 from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
@@ -207,10 +207,10 @@ def test_table_1_is_set_beside_what_is_found(small):
 
 def test_both_methods_are_compared_as_published_and_again_by_default(small):
     outcomes = {f.experiment.name: f.outcome for f in small.finished}
-    assert not settings("ms-ccsim", 1).repair_seams
-    assert settings("ms-ccsim", 1).published_draw
+    assert not paper_parameters("ms-ccsim", 1).repair_seams
+    assert paper_parameters("ms-ccsim", 1).published_draw
     for method in ("ccwsim", "ms-ccsim"):
-        own = settings(method, 1, default=True)
+        own = paper_parameters(method, 1, default=True)
         assert own == Parameters(32, 8, 1, method=method)
     for name in ("sampled-data", "stone-wall", "variability"):
         blocks, judgements = outcomes[name].blocks, outcomes[name].judgements
@@ -270,14 +270,14 @@ def test_published_realizations_are_read_and_broken_ones_named(tmp_path):
     (tmp_path / "reference").mkdir()
     file = tmp_path / "reference" / "x.npz"
     np.savez(file, r=np.array([[[0, 7]]], np.int8))
-    assert Inputs(tmp_path).published("x", image).tolist() == [[[0, 1]]]
-    assert Inputs(tmp_path).published("y", image) is None
+    assert PaperInputs(tmp_path).published("x", image).tolist() == [[[0, 1]]]
+    assert PaperInputs(tmp_path).published("y", image) is None
     np.savez(file, r=np.array([[[0, 3]]], np.int8))
     with pytest.raises(CCWSIMError, match=r"x\.npz"):
-        Inputs(tmp_path).published("x", image)
+        PaperInputs(tmp_path).published("x", image)
     file.write_bytes(b"nothing")
     with pytest.raises(CCWSIMError, match=r"x\.npz"):
-        Inputs(tmp_path).published("x", image)
+        PaperInputs(tmp_path).published("x", image)
 
 
 def test_wrong_data_are_counted_in_the_images_own_codes():

@@ -11,11 +11,11 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import CCWSIMError, Grid, datasets
 from ccwsim.experiments.timing import TimingCase
 from ccwsim.jobs import limits
-from ccwsim.jobs.job import Job
+from ccwsim.jobs.job import Job, Queue, server_queue
 from ccwsim.jobs.limits import RESERVE
-from ccwsim.jobs.queue import Queue, QueueEntry, server_queue
-from ccwsim.jobs.statistics import LruCache, StatisticsWorker, Task
+from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.sharing.choices import DataChoice
+from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import Comparing
 from ccwsim.ui.paper.page import PaperState
@@ -32,6 +32,17 @@ SLOW = 120
 CELLS = SMALL.grid.ny * SMALL.grid.nx * SMALL.n_realizations
 
 
+class Somebody:
+    """A job of another session."""
+
+    session, active_since = "somebody else", 0.0
+
+    def begin(self) -> None: ...
+
+    def still_to_take(self) -> float:
+        return 0.0
+
+
 class StillClock:
     """Time does not pass: an active job never becomes a long one."""
 
@@ -44,7 +55,7 @@ def busy(monkeypatch):
     """A server with one place, which somebody else has."""
     queue = Queue(1, StillClock())
     monkeypatch.setattr("ccwsim.jobs.job.server_queue", lambda: queue)
-    other = QueueEntry("somebody else", lambda: None)
+    other = Somebody()
     queue.enter(other)
     return queue, other
 
@@ -137,10 +148,10 @@ def test_statistics_wait_in_the_queue_too_and_say_so(busy):
     bench = StatisticsWorker(LruCache())
     statistic = Task(("six",), lambda progress: 6)
     bench.ask(statistic)
-    assert bench.waiting == "Waiting: 1st in the queue"
+    assert bench.position == 1
     queue.leave(other)
     assert bench.wait_for(statistic, SLOW) == 6
-    assert bench.waiting == ""
+    assert bench.position == 0
 
 
 def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_for_again(busy):
@@ -148,7 +159,7 @@ def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_
     bench = StatisticsWorker(LruCache())
     statistic = Task(("seven",), lambda progress: 7)
     bench.ask(statistic)
-    (place,) = (p for p in queue.entries_of("") if p is not other)
+    (place,) = (p for p in queue.jobs_of("") if p is not other)
     place.abandon()
     queue.leave(other)
     bench.ask(Task(("eight",), lambda progress: 8))
@@ -209,10 +220,10 @@ def test_a_large_truth_takes_its_turn(monkeypatch):
 @pytest.mark.parametrize("alone", [True, False])
 def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     queue = Queue(2, StillClock())
-    for module in ("jobs.job", "benchmark.run"):
-        monkeypatch.setattr(f"ccwsim.ui.{module}.server_queue", lambda: queue)
+    for module in ("jobs.job", "ui.benchmark.run"):
+        monkeypatch.setattr(f"ccwsim.{module}.server_queue", lambda: queue)
     if not alone:
-        queue.enter(QueueEntry("somebody else", lambda: None))
+        queue.enter(Somebody())
     case = TimingCase(SMALL.parameters, (32, 32))
     run = TimingRun(datasets.load("channels"), [case], 1, 0).start()
     assert run.job.wait(SLOW)

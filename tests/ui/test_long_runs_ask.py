@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from ccwsim import Grid, Parameters, simulate
-from ccwsim.jobs.job import format_duration
 from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
+from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, study_of

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, place_of
@@ -137,6 +136,8 @@ def proportions_of_data(
     step = max(int(np.sqrt(ny * nx / MAX_PLACES)), 1)
     rows, across = np.mgrid[step // 2 : ny : step, step // 2 : nx : step]
     places = np.column_stack([rows.ravel(), across.ravel()])
+    from scipy.spatial import KDTree  # takes a quarter of a second, and only data need it
+
     _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
     weights = np.bincount(nearest, minlength=len(columns)) / len(places)
     rng = np.random.default_rng(0)

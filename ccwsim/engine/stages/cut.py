@@ -37,7 +37,7 @@ class CutWorkspace(NamedTuple):
     # shape (CHEAP + 2, size + 1): bit c is set where boundary c of a line is reached for k − 2
     reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
-    flow: FlowWorkspace  # of the cut of a volume; empty for maps
+    flow: FlowWorkspace | None  # of the cut of a volume; without it maps compile nothing of it
 
 
 def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
@@ -50,7 +50,7 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
         np.zeros((size, width + 1), np.int64),
         np.zeros((CHEAP + 2, size + 1), np.uint64),
         np.zeros(size, np.int64),
-        make_flow(template if template[0] > 1 else (0, 0, 0)),
+        make_flow(template) if template[0] > 1 else None,
     )
 
 
@@ -151,9 +151,15 @@ def _next(boundaries):
 @part_of_kernel
 def keep_old(grid, data, image, place, box, cut):
     """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is."""
+    _keep_old(grid, data, image, place, box, cut, cut.flow)
+
+
+@part_of_kernel
+def _keep_old(grid, data, image, place, box, cut, flow):
+    """Do so; only for an argument that is None Numba leaves out the other branch."""
     keep_mask = cut.keep_mask
-    if len(cut.flow.cells):
-        minimum_cut(grid, data, image, place, box, cut.flow, keep_mask)
+    if flow is not None:
+        minimum_cut(grid, data, image, place, box, flow, keep_mask)
     else:
         for y in range(box.ny):
             for x in range(box.nx):

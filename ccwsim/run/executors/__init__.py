@@ -11,14 +11,14 @@ import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from typing import Any
 
-from ccwsim.jobs.workers import n_cores
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.run.executors.batches import BatchBackend, BatchRunner
-from ccwsim.run.executors.cluster import ClusterBackend, connect
+from ccwsim.run.executors.cluster import ClusterBackend, connect, executor_of_environment
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
+from ccwsim.system.machine import n_cores
 
-__all__ = ["Take", "Work", "connect", "runner_of"]
+__all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 
 
 def runner_of(executor: Any, n_workers: int | None) -> ThreadRunner | BatchRunner:

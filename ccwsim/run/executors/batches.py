@@ -92,11 +92,12 @@ class BatchRunner:
     def __init__(self, backend: BatchBackend) -> None:
         self._backend = backend
 
-    def prepare(self, work: Work, progress: Progress | None) -> None:
-        """Open the backend."""
+    def prepare(self, work: Work, progress: Progress | None, cancel: Cancel | None) -> bool:
+        """Open the backend; return True."""
         if progress:
             progress(0.0, 0)
         self._backend.open(work)
+        return True
 
     def run(
         self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None

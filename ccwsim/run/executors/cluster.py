@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import secrets
 import socket
 import time
@@ -10,6 +11,7 @@ from collections.abc import Iterable
 from concurrent.futures import CancelledError, Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -18,6 +20,8 @@ from ccwsim.run.executors.batches import BatchBackend
 from ccwsim.run.executors.threads import Work
 from ccwsim.run.executors.worker import Reply, simulate_batch
 
+SCHEDULER = "CCWSIM_SCHEDULER"
+"""Environment variable with the address of a Dask scheduler, such as tcp://host:8786."""
 CONNECT_SECONDS = 5.0
 COUNT_SECONDS = 2.0
 """Between two counts of the workers, which may come and go."""
@@ -25,6 +29,9 @@ RESULT_SECONDS = 3.0
 """How long a reply may be on its way before it is requested anew."""
 MAX_LOSSES = 5
 """How often the study is sent anew when all workers that had it are gone."""
+
+_clients: dict[str, Any] = {}
+_lock = Lock()
 
 
 def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
@@ -52,6 +59,21 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             f"no Dask scheduler answers at {address} ({reason}); start one with "
             "'dask scheduler', and give its address, such as tcp://host:8786"
         ) from error
+
+
+def executor_of_environment() -> Any:
+    """Return the client of the scheduler that `CCWSIM_SCHEDULER` names, None if it is not set.
+
+    All threads share it; connecting may take seconds.
+    """
+    address = os.environ.get(SCHEDULER, "").strip()
+    if not address:
+        return None
+    with _lock:
+        client = _clients.get(address)
+        if client is None or client.status != "running":
+            _clients[address] = client = connect(address)
+        return client
 
 
 @dataclass(frozen=True)

@@ -40,13 +40,17 @@ class ThreadRunner:
         self._n_workers = n_workers
         self._pool = pool
 
-    def prepare(self, work: Work, progress: Progress | None) -> None:
-        """Do what comes before the first realization: prepare the image and compile."""
+    def prepare(self, work: Work, progress: Progress | None, cancel: Cancel | None) -> bool:
+        """Prepare the image and compile; return False if `cancel` returned True meanwhile."""
         self._image = image = PreparedImage(work.study)
         if is_compiled(work.study, image):
-            return
+            return True
         waiting = (lambda *_: progress(0.0, 0)) if progress else None
-        run_all(lambda _, watch: compile_kernels(work.study, image, watch), 1, 1, waiting)
+        return bool(
+            run_all(
+                lambda _, watch: compile_kernels(work.study, image, watch), 1, 1, waiting, cancel
+            )
+        )
 
     def run(
         self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None

@@ -8,15 +8,13 @@ import shutil
 import socket
 import tempfile
 import time
-from collections import OrderedDict
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from threading import Lock
 from typing import Protocol
 
-from ccwsim.engine.kernels import SOURCE
+from ccwsim.engine.kernel_cache import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, compile_kernels, simulate_realization
 from ccwsim.jobs.workers import Watch
@@ -25,6 +23,7 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.system.lru_cache import LruCache
 
 FLAG_SECONDS = 0.2
 """Seconds between two polls of a flag by a worker, and between two reports of progress."""
@@ -157,8 +156,7 @@ class ReportingWatch(Watch):
                 self._flag.report(self._number, share)
 
 
-_studies: OrderedDict[str, tuple[Study, PreparedImage]] = OrderedDict()
-_lock = Lock()
+_studies: LruCache[tuple[Study, PreparedImage]] = LruCache(MAX_STUDIES)
 
 
 def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
@@ -190,13 +188,9 @@ def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
 
 def _recall(key: str, content: bytes | None) -> tuple[Study, PreparedImage] | None:
     """Return a study and its prepared image, kept from before where possible."""
-    with _lock:
-        if key not in _studies:
-            if content is None:
-                return None
-            study = deserialized(content)
-            _studies[key] = study, PreparedImage(study)
-            while len(_studies) > MAX_STUDIES:
-                _studies.popitem(last=False)
-        _studies.move_to_end(key)
-        return _studies[key]
+    found = _studies.get(key)
+    if found is None and content is not None:
+        study = deserialized(content)
+        found = study, PreparedImage(study)
+        _studies.put(key, found)
+    return found

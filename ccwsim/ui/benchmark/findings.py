@@ -11,7 +11,6 @@ import numpy as np
 
 from ccwsim.engine.stages.path import in_layers
 from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case, level_of
-from ccwsim.jobs.job import compilation_to_come
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import seconds, three_digits
@@ -20,6 +19,7 @@ from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.results.tables import as_csv
+from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.text import scrolled
 

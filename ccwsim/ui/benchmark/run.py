@@ -17,15 +17,15 @@ from ccwsim.experiments.timing import (
     image_of_case,
     time_cases,
 )
-from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, demand_of
-from ccwsim.jobs.queue import server_queue
+from ccwsim.jobs.job import Job, server_queue
+from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.footprint import demand_of
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 

@@ -13,12 +13,13 @@ from ccwsim.experiments.comparison import (
     compare,
 )
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, demand_of
+from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters, describe_weight
 from ccwsim.model.study import Study
+from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import DataChoice, ImageChoice
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels

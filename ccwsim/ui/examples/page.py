@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, share_png, sparkline
 from ccwsim.jobs.job import PATIENCE
-from ccwsim.jobs.statistics import Failure, LruCache, StatisticsWorker, Task
+from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import variogram
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
+from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.compare.settings import LETTERS, describe_setting
 from ccwsim.ui.examples.catalogue import PARTS, Example
 from ccwsim.ui.examples.opened import (
@@ -199,7 +200,7 @@ class Picture:
 @st.cache_resource(show_spinner=False)
 def picture_worker() -> StatisticsWorker:
     """Return where pictures are drawn, one after another, and kept for all sessions."""
-    return StatisticsWorker(LruCache(max_values=128))
+    return StatisticsWorker(LruCache(max_values=128, max_bytes=256 * 10**6))
 
 
 def small(choices: Choices) -> Choices:

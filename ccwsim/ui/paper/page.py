@@ -12,7 +12,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.jobs.job import Job, compilation_to_come
+from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
@@ -21,7 +21,7 @@ from ccwsim.paper import (
     FULL,
     QUICK,
     Finished,
-    Inputs,
+    PaperInputs,
     Reproduction,
     document_of,
     inputs_in,
@@ -30,9 +30,10 @@ from ccwsim.paper import (
     verdict_of,
 )
 from ccwsim.report import report_html
+from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import plain, step_note
 
@@ -58,7 +59,7 @@ class PaperRun:
     the end, the report also where no experiment was finished.
     """
 
-    inputs: Inputs
+    inputs: PaperInputs
     quick: bool
     seed: int
     finished: list[Finished] = dataclasses.field(default_factory=list)
@@ -103,13 +104,13 @@ class PaperState:
     message: str = ""  # why a run was not started
 
 
-def server_inputs() -> tuple[Inputs, str]:
+def server_inputs() -> tuple[PaperInputs, str]:
     """Return the inputs of the server, and what is wrong with its folder, if anything is."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""
     except CCWSIMError as error:
-        return Inputs(), f"{VARIABLE} of the server: {error}. The bundled images are used."
+        return PaperInputs(), f"{VARIABLE} of the server: {error}. The bundled images are used."
 
 
 def draw_paper(state: State) -> None:
@@ -200,12 +201,12 @@ def _draw_download(report: bytes) -> None:
     )
 
 
-def describe_inputs(inputs: Inputs) -> str:
+def describe_inputs(inputs: PaperInputs) -> str:
     """Return what the experiments are run on.
 
     Examples
     --------
-    >>> describe_inputs(Inputs())
+    >>> describe_inputs(PaperInputs())
     'On the bundled training images and data, in place of the authors’.'
     """
     if inputs.folder is None:

@@ -8,12 +8,14 @@ from contextlib import contextmanager
 
 import streamlit as st
 
-from ccwsim.jobs.job import POLL_SECONDS, Job, progress_text
+from ccwsim.jobs.job import POLL_SECONDS, Job
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.sharing.choices import Choices
+from ccwsim.system.log import logged
 from ccwsim.ui.session.address import follow_study
+from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, session_state, start_afresh
-from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, logged, user_message
+from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_message
 from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"

@@ -33,7 +33,6 @@ from ccwsim.io import (
 )
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
-from ccwsim.jobs.limits import demand_of
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.errors import CCWSIMError
@@ -42,6 +41,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import (
     Answers,

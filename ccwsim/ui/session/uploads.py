@@ -17,8 +17,8 @@ from streamlit.runtime import Runtime
 from streamlit.runtime.memory_uploaded_file_manager import MemoryUploadedFileManager
 from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRec
 
+from ccwsim.jobs.job import server_queue
 from ccwsim.jobs.limits import free_bytes, limits_of_environment
-from ccwsim.jobs.queue import server_queue
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors

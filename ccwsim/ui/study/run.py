@@ -9,26 +9,23 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
-from ccwsim.engine.kernels import compile_apart, is_ready
+from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Cancel, Job, Progress, format_duration
-from ccwsim.jobs.limits import (
-    Demand,
-    check_limits,
-    demand_of,
-    executor_of_environment,
-    limits_of_environment,
-)
-from ccwsim.jobs.workers import n_cores
+from ccwsim.jobs.job import Cancel, Job, Progress
+from ccwsim.jobs.limits import Demand, check_limits, limits_of_environment
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
+from ccwsim.run.executors import executor_of_environment
+from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
+from ccwsim.system.log import reason
+from ccwsim.system.machine import n_cores
+from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import data_of, image_of, same_realizations
 from ccwsim.ui.session.state import PastRun, State
-from ccwsim.ui.widgets.errors import reason
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
@@ -273,9 +270,6 @@ def part_of(choices: Choices) -> SimulateRange:
     image, data = image_of(choices.image), data_of(choices)
 
     def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
-        executor = executor_of_environment()
-        if executor is None and not is_ready():  # the workers of a cluster compile for themselves
-            compile_apart(cancel)
         return simulate(
             image,
             grid_shape=choices.grid,
@@ -286,7 +280,7 @@ def part_of(choices: Choices) -> SimulateRange:
             progress=progress,
             cancel=cancel,
             first_realization=first,
-            executor=executor,
+            executor=executor_of_environment(),
         )
 
     return simulate_range

@@ -11,8 +11,8 @@ from typing import Any, Literal
 from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
 from ccwsim.experiments.settings import ALONG_Z, Settings, settings, value_of
 from ccwsim.experiments.sweep import Row, Sweep, sweep
-from ccwsim.jobs.job import Job, compilation_to_come
-from ccwsim.jobs.limits import Demand, check_limits, demand_of
+from ccwsim.jobs.job import Job
+from ccwsim.jobs.limits import Demand, check_limits
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.ensemble import Ensemble
@@ -23,12 +23,14 @@ from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
+from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import reason
 
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.jobs.job import Cancel, Job
-from ccwsim.jobs.limits import demand_of
-from ccwsim.jobs.workers import n_cores
 from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of, max_lag
@@ -23,7 +21,9 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import curve_title
+from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
+from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State

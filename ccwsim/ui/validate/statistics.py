@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import PATIENCE
-from ccwsim.jobs.statistics import Failure, Fraction, LruCache, StatisticsWorker, Task
+from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
 from ccwsim.metrics import (
     Anodi,
     Calibration,
@@ -51,8 +51,10 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
+from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.fragments import follow_tasks
+from ccwsim.ui.session.progress import queue_text
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import step_note
@@ -65,6 +67,9 @@ MAX_COMPARED = 200
 """ANODI compares all pairs of the first so many realizations."""
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms take every lag up to here, and every fourth beyond."""
+MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
+MIN_KEPT = 24
+"""Values that are kept however large they are: more than a page shows."""
 MIN_STOPPABLE = 3.0
 """Seconds of work after which it can be stopped."""
 Value = TypeVar("Value")
@@ -343,7 +348,7 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
 @st.cache_resource(show_spinner=False)
 def shared_values() -> LruCache:
     """Return the values that all sessions share; their keys are digests of contents."""
-    return LruCache()
+    return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
 
 
 @dataclass
@@ -431,8 +436,10 @@ def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
         for name, task in waiting.items()
     )
     st.html(f"<style>{bars}</style>")
-    if worker.seconds > MIN_STOPPABLE or worker.waiting:
+    if worker.seconds > MIN_STOPPABLE or worker.position:
         with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
             text = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
-            st.html(f'<div class="note">{worker.waiting or text}</div>')
+            if position := worker.position:
+                text = queue_text(position)
+            st.html(f'<div class="note">{text}</div>')
             button("Stop", key="stop_work", on_click=worker.stop)

@@ -5,8 +5,6 @@ The reader gets a number instead of the cause; the log has both.
 
 from __future__ import annotations
 
-import logging
-import secrets
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
@@ -15,11 +13,12 @@ import streamlit as st
 from streamlit.logger import get_logger
 
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.system.log import LOG, logged
 from ccwsim.ui.widgets.text import plain
 
 PENDING_ERROR = "ccwsim_error"
 """Where the session keeps what went wrong before the page was drawn, to be said when it is."""
-LOG: logging.Logger = get_logger("ccwsim")
+get_logger(LOG.name)  # written as Streamlit writes its own log
 
 
 def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
@@ -66,25 +65,6 @@ def user_message(error: Exception, what: str) -> str:
         "change a setting, or use another page. If it happens again, save the project under "
         f"Share and report number {number}; the server's log has the cause."
     )
-
-
-def reason(error: Exception) -> str:
-    """Return why work on a thread came to nothing, in a few words; its cause goes to the log."""
-    if isinstance(error, CCWSIMError):
-        return str(error)
-    if isinstance(error, MemoryError):
-        return "it does not fit into memory; ask for fewer realizations or a smaller grid"
-    return f"an error, number {logged(error)} in the server's log; report it if it happens again"
-
-
-def logged(error: BaseException) -> str:
-    """Write an error with its traceback to the server's log, once, and return its number there."""
-    number = getattr(error, "number_in_log", "")
-    if not number:
-        number = secrets.token_hex(3)
-        error.number_in_log = number  # type: ignore[attr-defined]
-        LOG.error("trouble %s: %s", number, type(error).__name__, exc_info=error)
-    return number
 
 
 def is_control_flow(error: Exception) -> bool:

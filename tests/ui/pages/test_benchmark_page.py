@@ -13,7 +13,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, Parameters, datasets
 from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
-from ccwsim.jobs.job import Job, progress_text
+from ccwsim.jobs.job import Job
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.benchmark import run as benchmark_run
@@ -29,6 +29,7 @@ from ccwsim.ui.benchmark.findings import (
     why_ended,
 )
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
+from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened
 

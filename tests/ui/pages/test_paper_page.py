@@ -11,8 +11,8 @@ from streamlit.testing.v1 import AppTest
 import ccwsim.paper.reproduction as reproduction
 import ccwsim.ui.paper.page as paper_page
 from ccwsim import CCWSIMError
-from ccwsim.jobs.job import Job, progress_text
-from ccwsim.paper import Experiment, Finished, Inputs, Outcome
+from ccwsim.jobs.job import Job
+from ccwsim.paper import Experiment, Finished, Outcome, PaperInputs
 from ccwsim.report import Judgement, Text
 from ccwsim.ui.paper.page import (
     PaperRun,
@@ -23,6 +23,7 @@ from ccwsim.ui.paper.page import (
     server_inputs,
     verdict_list,
 )
+from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 
@@ -125,7 +126,7 @@ def test_a_run_is_followed_by_name_and_can_be_cancelled(monkeypatch):
 
 def test_a_broken_folder_of_the_server_is_said_and_ours_is_used(monkeypatch, tmp_path):
     monkeypatch.setenv("CCWSIM_DATA", str(tmp_path / "none"))
-    assert server_inputs()[0] == Inputs()
+    assert server_inputs()[0] == PaperInputs()
     app = launched()
     assert "CCWSIM_DATA of the server" in app.warning[0].value
     assert "bundled" in html(app)
@@ -144,7 +145,7 @@ def test_a_run_that_breaks_down_is_said():
     def broken(job):
         raise RuntimeError("no disk")
 
-    run = PaperRun(Inputs(), True, 0)
+    run = PaperRun(PaperInputs(), True, 0)
     run.job = Job(broken)
     assert run.job.wait(10)
     assert ended_text(run).startswith("The run ended early: an error, number")

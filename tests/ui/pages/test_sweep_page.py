@@ -12,9 +12,9 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters
 from ccwsim.experiments.settings import settings
 from ccwsim.experiments.sweep import recommended
-from ccwsim.jobs.job import progress_text
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import choose, is_current, numbers_of, sweep_csv
 from ccwsim.ui.sweep.plan import (

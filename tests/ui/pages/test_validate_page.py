@@ -11,7 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
-from ccwsim.jobs.statistics import LruCache, StatisticsWorker
+from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.metrics import (
     Fit,
     RunningStatistics,
@@ -25,6 +25,7 @@ from ccwsim.metrics.lags import distinct_lags, lag_offsets
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import describe_curve
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
     data_status_shares,

@@ -1,0 +1,148 @@
+"""The private parts of Numba that make compiling quicker, all in this file.
+
+They are used with the minor version of Numba they were tested with. With another one kernels are
+compiled in Numba's usual way: slower, into the same code.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numba
+from numba import types
+from numba.core import caching, codegen, compiler
+
+TESTED = "0.68"
+"""The minor version of Numba whose private parts are known."""
+
+
+def are_known(version: str = numba.__version__) -> bool:
+    """Return whether this version of Numba has the private parts as they were tested.
+
+    Examples
+    --------
+    >>> are_known("0.68.4"), are_known("0.69.0"), are_known("0.680.1")
+    (True, False, False)
+    """
+    return version.split(".")[:2] == TESTED.split(".")
+
+
+class _LinkedLibrary(codegen.JITCodeLibrary):
+    """The code of a part as it was typed: the kernels that it is linked into optimize it.
+
+    Numba would optimize and translate each part, and again every kernel that calls it.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: it has no address."""
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """A stand-in: Numba sets the Python environment of a function, which a part never uses."""
+        return SimpleNamespace(set_env=lambda name, environment: None)
+
+
+class LinkedCompiler(compiler.CompilerBase):
+    """A `pipeline_class` that compiles a part no further than kernels need it."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return Numba's own passes, over a library that is only linked."""
+        state = self.state
+        state.library = _LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        return [compiler.DefaultPassBuilder.define_nopython_pipeline(state)]
+
+
+def type_without_literals(dispatcher: Any) -> None:
+    """Let a part be compiled once for all integers, not again for each constant argument.
+
+    LLVM still sees the constant if it puts the part in place of the call.
+    """
+    template_of = dispatcher.get_call_template
+
+    def get_call_template(values: Any, named: Any) -> Any:
+        plain = {name: types.unliteral(kind) for name, kind in named.items()}
+        return template_of(tuple(types.unliteral(kind) for kind in values), plain)
+
+    dispatcher.get_call_template = get_call_template
+
+
+class _Locator(caching._CacheLocator):
+    """Where a kernel is kept: by the content of all kernels, not by path and date of its file."""
+
+    def __init__(self, function: Callable[..., Any], folder: str) -> None:
+        self._path = os.path.join(folder, function.__module__)
+        self._stamp = os.path.basename(folder)
+        self._py_file, self._line = function.__code__.co_filename, function.__code__.co_firstlineno
+
+    def get_cache_path(self) -> str:
+        return self._path
+
+    def get_source_stamp(self) -> str:
+        return self._stamp
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Cache(caching.FunctionCache):
+    """Numba's cache of one function, in our own folder."""
+
+    def __init__(self, function: Callable[..., Any], folder: str) -> None:
+        locator = _Locator(function, folder)
+
+        class Impl(caching.CompileResultCacheImpl):
+            _locator_classes: ClassVar = [SimpleNamespace(from_function=lambda *_: locator)]
+
+        self._impl_class = Impl
+        super().__init__(function)
+
+    def has(self, signature: Any, target: Any) -> bool:
+        """Return whether the code for a signature is on disk."""
+        key = self._index_key(signature, target.codegen())
+        try:
+            name = self._cache_file._load_index().get(key)
+        except Exception:  # whatever damaged pickles raise
+            return False
+        return name is not None and os.path.exists(self._cache_file._data_path(name))
+
+
+def keep_in(folder: str, dispatcher: Any) -> None:
+    """Keep the compiled code of a function in a folder named after the content of all kernels.
+
+    A checkout that was moved or copied, a second environment and the layers of an image then find
+    it. Numba adds the processor and the version of Python.
+    """
+    dispatcher._cache = _Cache(dispatcher.py_func, folder)
+
+
+def is_on_disk(dispatcher: Any, signature: Any) -> bool:
+    """Return whether the code for the types of some arguments is on disk, or loaded."""
+    return signature in dispatcher.overloads or dispatcher._cache.has(
+        signature, dispatcher.targetctx
+    )
+
+
+def ask_first(dispatcher: Any, ask: Callable[[tuple[Any, ...]], None]) -> None:
+    """Call `ask(signature)` before a call compiles code that is not on disk.
+
+    Code that is on disk afterwards is loaded; if `ask` raises, so does the call.
+    """
+    compile_here = dispatcher.compile
+
+    def compile_or_load(signature: Any) -> Any:
+        if isinstance(signature, tuple) and not is_on_disk(dispatcher, signature):
+            ask(signature)
+        return compile_here(signature)
+
+    dispatcher.compile = compile_or_load

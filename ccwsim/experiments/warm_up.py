@@ -1,0 +1,71 @@
+"""Kernels that are compiled before their first use: those of usual studies and first screens."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Event
+
+import numpy as np
+
+from ccwsim.engine.compilation import LATER, SOON, ask_for
+from ccwsim.engine.realization import walk_through
+from ccwsim.jobs.workers import Watch
+from ccwsim.metrics import connectivity, etype, variogram
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
+
+MAP, VOLUME = (64, 64), (16, 32, 32)
+"""Shapes of the training images and grids."""
+STUDIES = {
+    "maps, 16-bit scores": (MAP, Parameters(16, 4, 2)),
+    "maps, 32-bit scores": (MAP, Parameters(32, 16, 3)),
+    "maps, levels 4 to 6": (MAP, Parameters(32, 16, 4)),
+    "maps, finer scales of ms-ccsim": (MAP, Parameters(16, 4, 2, method="ms-ccsim")),
+    "volumes": (VOLUME, Parameters((8, 16, 16), (2, 4, 4), (1, 2, 2))),
+}
+"""A study for each set of types that kernels have."""
+
+
+def usual_work() -> dict[str, Callable[[], None]]:
+    """Return computations that call all kernels of usual studies and first screens, by name."""
+    return {
+        "statistics of the first screen": _measure,
+        **{name: _simulation(*kind) for name, kind in STUDIES.items()},
+    }
+
+
+def compile_in_background() -> None:
+    """Ask for these kernels in a thread: first those of the first screen."""
+
+    def ask() -> None:
+        for k, work in enumerate(usual_work().values()):
+            ask_for(work, LATER if k else SOON)
+
+    threading.Thread(target=ask, daemon=True).start()
+
+
+def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], None]:
+    """Return the simulation of a small study with contradictory data, for local re-simulation."""
+    rng = np.random.default_rng(0)
+    image, grid = TrainingImage(rng.integers(0, 2, shape)), Grid.of(shape)
+    cells = np.argwhere(rng.random(shape) < 0.05)
+    data = HardData(cells, rng.integers(0, 2, len(cells)))
+    return lambda: walk_through(Study(image, grid, parameters, data), Watch(Event()))
+
+
+def _measure() -> None:
+    """Compute the curves and maps that the dashboard shows first, of an image and realizations."""
+    image = TrainingImage(np.random.default_rng(0).integers(0, 2, (16, 16)))
+    realizations = np.stack([image.indices, image.indices])
+    with suppress(CCWSIMError):  # nothing is counted in a walk
+        etype(realizations)
+    for images in (realizations, image):
+        for direction in ("E-W", "N-S"):
+            variogram(images, 1, direction, np.arange(5))
+            connectivity(images, 1, direction, np.arange(5))

@@ -1,0 +1,29 @@
+"""Errors of work that nobody watches: in words for the reader, with their cause in the log."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+
+from ccwsim.model.errors import CCWSIMError
+
+LOG = logging.getLogger("ccwsim")
+
+
+def reason(error: Exception) -> str:
+    """Return in a few words why work on a thread failed; an unexpected cause goes to the log."""
+    if isinstance(error, CCWSIMError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "it does not fit into memory; ask for fewer realizations or a smaller grid"
+    return f"an error, number {logged(error)} in the server's log; report it if it happens again"
+
+
+def logged(error: BaseException) -> str:
+    """Write an error with its traceback to the log, once, and return its number there."""
+    number = getattr(error, "number_in_log", "")
+    if not number:
+        number = secrets.token_hex(3)
+        error.number_in_log = number  # type: ignore[attr-defined]
+        LOG.error("trouble %s: %s", number, type(error).__name__, exc_info=error)
+    return number

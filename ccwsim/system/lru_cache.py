@@ -1,0 +1,81 @@
+"""A bounded cache: the value used least recently is dropped first."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import is_dataclass
+from threading import Lock
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+Value = TypeVar("Value")
+
+
+class LruCache(Generic[Value]):
+    """The values used last, by key; several threads may use it.
+
+    At most `max_values` are kept, and at most `max_bytes` of arrays and texts, but always the
+    newest `min_values`.
+
+    Examples
+    --------
+    >>> cache = LruCache(max_values=2)
+    >>> for key in "abc":
+    ...     cache.put(key, key.upper())
+    >>> cache.get("a"), cache.get("c")
+    (None, 'C')
+    """
+
+    def __init__(
+        self, max_values: float = np.inf, max_bytes: float = np.inf, min_values: int = 1
+    ) -> None:
+        self._max_values, self._max_bytes, self._min_values = max_values, max_bytes, min_values
+        self._values: OrderedDict[Hashable, Value] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: Hashable) -> Value | None:
+        """Return a value, None if it is not in the cache."""
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+            return self._values.get(key)
+
+    def put(self, key: Hashable, value: Value) -> None:
+        """Keep a value; drop others where these are too many or too large."""
+        with self._lock:
+            self._values[key] = value
+            self._values.move_to_end(key)
+            while len(self._values) > self._max_values or self._is_too_large():
+                self._values.popitem(last=False)
+
+    def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
+        """Return a value, made now if needed; two threads may both make the same one."""
+        value = self.get(key)
+        if value is None:
+            value = make()
+            self.put(key, value)
+        return value
+
+    def _is_too_large(self) -> bool:
+        return len(self._values) > self._min_values and n_bytes(self._values) > self._max_bytes
+
+
+def n_bytes(value: Any) -> int:
+    """Return the memory of the arrays and texts in a value.
+
+    Examples
+    --------
+    >>> n_bytes({"a": np.zeros(10), "b": [b"picture", 3]})
+    87
+    """
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, str | bytes):
+        return len(value)
+    if isinstance(value, dict):
+        return sum(n_bytes(each) for each in list(value.values()))
+    if isinstance(value, list | tuple):
+        return sum(n_bytes(each) for each in value)
+    return n_bytes(vars(value)) if is_dataclass(value) and hasattr(value, "__dict__") else 0

@@ -1,0 +1,74 @@
+"""How far a job is, in words: pieces done, time left, its position, kernels that compile."""
+
+from __future__ import annotations
+
+from ccwsim.engine.compilation import compilation, must_compile
+from ccwsim.jobs.job import Job
+
+SLOW_START = 0.8
+"""Seconds without progress after which the kernels must be compiling."""
+
+
+def progress_text(job: Job, label: str = "") -> str:
+    """Say how far a job is; a `label` takes the place of the number of finished pieces."""
+    if delay := delay_text(job):
+        return f"{label} · {delay}" if label else delay
+    text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
+    left = job.seconds_left
+    return text if left is None else f"{text} · {format_duration(max(left, 1.0))} left"
+
+
+def delay_text(job: Job) -> str:
+    """Say why a job makes no progress: it stops, waits, or kernels compile; else nothing."""
+    if job.is_cancelled():
+        return "Stopping …"
+    if position := job.position:
+        return queue_text(position)
+    if job.fraction == 0 and job.seconds > SLOW_START:
+        return compilation_text()
+    return ""
+
+
+def queue_text(position: int) -> str:
+    """Say the position of a job that waits."""
+    return f"Waiting: {ordinal(position)} in the queue"
+
+
+def compilation_text() -> str:
+    """Say that kernels compile, how many of them are done and how long the others may take."""
+    text = "Compiling the kernels for this machine, on the first run only"
+    if progress := compilation():
+        text += f": {progress.n_done} of {progress.n} done"
+        if progress.seconds_left is not None:
+            text += f", about {format_duration(max(progress.seconds_left, 1.0))} left"
+    return text + " …"
+
+
+def compilation_to_come() -> str:
+    """Say what an estimate of time leaves out on a machine's first run; else nothing."""
+    return " Before that the kernels compile, once." if must_compile() else ""
+
+
+def format_duration(seconds: float) -> str:
+    """Return a time that is only approximate, without more digits than it deserves.
+
+    Examples
+    --------
+    >>> format_duration(4.7), format_duration(170.0), format_duration(9000.0)
+    ('5 s', '3 min', '2.5 h')
+    """
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+def ordinal(number: int) -> str:
+    """Return the word for a position in a row.
+
+    Examples
+    --------
+    >>> [ordinal(n) for n in (1, 2, 3, 4, 11, 22)]
+    ['1st', '2nd', '3rd', '4th', '11th', '22nd']
+    """
+    special = {1: "st", 2: "nd", 3: "rd"} if number % 100 not in (11, 12, 13) else {}
+    return f"{number}{special.get(number % 10, 'th')}"

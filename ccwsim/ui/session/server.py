@@ -1,0 +1,161 @@
+"""The sessions of a server: their jobs end and their memory is free again after a tab closes."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from threading import Event, Lock, Thread
+
+import streamlit as st
+from streamlit import config
+from streamlit.runtime import Runtime
+from streamlit.runtime.scriptrunner import get_script_run_ctx
+
+from ccwsim.experiments.warm_up import compile_in_background
+from ccwsim.jobs.job import Queue, server_queue
+from ccwsim.system.machine import n_cores
+from ccwsim.system.memory import give_back_memory, settle_memory
+
+LOOK_SECONDS = 2.0
+"""Seconds between two looks at who is still there."""
+GRACE = 20.0
+"""Seconds that a tab may be away, as when a laptop changes networks, before its jobs end."""
+EARLY = 10.0
+"""Seconds before Streamlit stops looking for a closed session at which it is forgotten."""
+
+
+def current_session() -> str:
+    """Return the name of the session that this thread draws, empty if it draws none.
+
+    The monitor watches that session from now on.
+    """
+    context = get_script_run_ctx(suppress_warning=True)
+    session = context.session_id if context is not None else ""
+    session_monitor().note(session)
+    return session
+
+
+def is_open(session: str) -> bool:
+    """Return whether a browser shows a session; without a server nobody can have left."""
+    return not session or not Runtime.exists() or Runtime.instance().is_active_session(session)
+
+
+def forget(session: str) -> None:
+    """Let Streamlit give back the memory of a closed session.
+
+    It keeps a session for some time for a browser that comes back, but then drops it only when
+    another one is closed, which may be hours later.
+    """
+    if not Runtime.exists():
+        return
+    runtime = Runtime.instance()
+
+    def close() -> None:
+        if runtime.is_active_session(session):
+            return
+        kept = runtime._session_mgr.get_session_info(session)
+        runtime.close_session(session)
+        if kept is not None:  # the loop of the server names the last session until another comes
+            kept.session.session_state.clear()
+            kept.session.session_state._new_widget_state.widget_metadata.clear()
+            kept.session._fragment_storage.clear()
+
+    # close_session is not thread-safe, and no public way leads to the server's loop and sessions
+    with suppress(Exception):  # it may be ending at this moment, which serves as well
+        runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
+
+
+@cache
+def settle_server() -> None:
+    """Prepare a server for sessions: kernels, their jobs, and memory that is easy to give back.
+
+    What it has imported is left out of later searches for garbage: these are nearly all of its
+    objects, and a search stops every session meanwhile. Jobs belong to sessions from now on.
+    """
+    server_queue().current_session = current_session
+    if Runtime.exists():
+        settle_memory(max(2, n_cores()))
+        gc.collect()
+        gc.freeze()
+        compile_in_background()
+
+
+class SessionMonitor:
+    """Watches who is still there: jobs of a session that was left end; later it is forgotten."""
+
+    def __init__(
+        self,
+        queue: Queue,
+        is_open: Callable[[str], bool] = is_open,
+        forget: Callable[[str], None] = forget,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._queue, self._is_open, self._forget, self._clock = queue, is_open, forget, clock
+        self._sessions: set[str] = set()
+        self._left: dict[str, float] = {}
+        self._lock = Lock()
+        self._thread: Thread | None = None
+        self._freed = False
+        self._woken = Event()
+
+    def note(self, session: str) -> None:
+        """Look after a session from now on, on a thread that ends with the last of them."""
+        with self._lock:
+            if not session or session in self._sessions:
+                return
+            self._sessions.add(session)
+            if self._thread is None:
+                self._thread = Thread(target=self._keep_looking, daemon=True)
+                self._thread.start()
+
+    def look(self) -> None:
+        """End the jobs of sessions that were left `GRACE` seconds ago; forget older ones."""
+        now, to_live = self._clock(), config.get_option("server.disconnectedSessionTTL")
+        kept = max(to_live - EARLY, min(GRACE, to_live / 2))  # later Streamlit keeps but loses it
+        for session in list(self._sessions):
+            if self._is_open(session):
+                self._left.pop(session, None)
+                continue
+            away = now - self._left.setdefault(session, now)
+            if away >= min(GRACE, kept):
+                for job in self._queue.jobs_of(session):
+                    job.abandon()
+            if away >= kept:
+                self._forget(session)
+                self._freed = True
+                with self._lock:
+                    self._sessions.discard(session)
+                    self._left.pop(session, None)
+
+    def give_back(self) -> None:
+        """Give the memory of sessions that were forgotten before the last look to the system.
+
+        With the last of them goes what was kept for all, which came from their images and data.
+        """
+        freed, self._freed = self._freed, False
+        if not freed:
+            return
+        if not self._sessions:
+            st.cache_data.clear()
+            st.cache_resource.clear()
+        gc.collect()
+        give_back_memory()
+
+    def _keep_looking(self) -> None:
+        while True:
+            self._woken.wait(LOOK_SECONDS)
+            self.give_back()
+            self.look()
+            with self._lock:
+                if not self._sessions and not self._freed:
+                    self._thread = None
+                    return
+
+
+@cache
+def session_monitor() -> SessionMonitor:
+    """Return the one monitor of this process."""
+    return SessionMonitor(server_queue())
