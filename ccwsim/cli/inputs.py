@@ -157,7 +157,7 @@ OF_VOLUMES = (
 """What the grid of a volume has besides that of a map: name, unit and help of each option."""
 
 
-class Inputs(NamedTuple):
+class SimulationInputs(NamedTuple):
     """What is simulated; `study` is training image, grid, parameters and hard data."""
 
     study: tuple[TrainingImage, Grid, Parameters, HardData]
@@ -215,7 +215,7 @@ def _option(row: FieldSpec, group: str) -> Any:
     return option(row.option, row.fields[0], type=kinds[row.kind], **how)
 
 
-def inputs_of(options: Any) -> Inputs:
+def inputs_of(options: Any) -> SimulationInputs:
     """Return what a command line says, by a project file or by its options."""
     options.transpose = options.transpose or None
     options.facies_name = options.facies_name or None
@@ -227,10 +227,10 @@ def inputs_of(options: Any) -> Inputs:
     data, notes = hard_data_of(options, grid, image)
     n = 1 if options.n_realizations is None else options.n_realizations
     study = image, grid, parameters_of(options, Parameters()), data
-    return Inputs(study, n, options.seed or 0, notes)
+    return SimulationInputs(study, n, options.seed or 0, notes)
 
 
-def _of_project(options: Any) -> Inputs:
+def _of_project(options: Any) -> SimulationInputs:
     from ccwsim.sharing.project import read_project
 
     both = [name for name in OF_PROJECT if getattr(options, name) is not None]
@@ -241,7 +241,7 @@ def _of_project(options: Any) -> Inputs:
     study = project.study
     parameters = parameters_of(options, study.parameters)
     n, seed = options.n_realizations, options.seed
-    return Inputs(
+    return SimulationInputs(
         (study.training_image, study.grid, parameters, study.hard_data),
         project.n_realizations if n is None else n,
         study.seed if seed is None else seed,

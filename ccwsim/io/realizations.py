@@ -15,7 +15,7 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.map_files import realizations_as_netcdf
 from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
-from ccwsim.io.formats.pictures import Picture, picture_as_bytes
+from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
 from ccwsim.io.parameters import parameters_from_json, parameters_to_json
@@ -227,8 +227,8 @@ def _of_npz(found: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemb
     )
 
 
-def _of_grids(file: DataFile | Picture, image: TrainingImage | None) -> Ensemble:
-    if isinstance(file, Picture) or file.is_table:
+def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
+    if isinstance(file, PictureFile) or file.is_table:
         raise CCWSIMError(
             "realizations are read from npz and npy files and from GSLIB or SGeMS grids that say "
             "their size; this is a picture or a table"

@@ -14,7 +14,7 @@ from ccwsim.io.data_file import DataFile, layer
 from ccwsim.io.formats.classes import Classes, classify
 from ccwsim.io.formats.pictures import (
     PICTURE_OF_NUMBERS,
-    Picture,
+    PictureFile,
     colours_for,
     facies_colours_of,
     grey_of,
@@ -25,7 +25,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file, stem
-from ccwsim.io.part import Crop, Part
+from ccwsim.io.part import Crop, GridPart
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
@@ -105,9 +105,9 @@ def read_training_image(
         raise CCWSIMError(
             f"slice_index = {shown(slice_index)} takes one layer and volume=True all; give one"
         )
-    part = Part.answered({"crop": crop, "every": every})
+    part = GridPart.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
-    if isinstance(file, Picture):
+    if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture, one layer; leave volume out")
         codes = picture_facies(file, threshold=threshold, classes=classes)
@@ -148,8 +148,8 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     >>> read_colours(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n"))
     {}
     """
-    file = open_file(path_or_file, Part.answered(answers), up=answers.get("up"))
-    if not isinstance(file, Picture) or is_grey(file.rgb):
+    file = open_file(path_or_file, GridPart.answered(answers), up=answers.get("up"))
+    if not isinstance(file, PictureFile) or is_grey(file.rgb):
         return {}
     how = {name: answers.get(name) for name in ("threshold", "classes")}
     codes = picture_facies(file, **how)
@@ -188,9 +188,9 @@ def read_grid(
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    part = Part.answered({"crop": crop, "every": every})
+    part = GridPart.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
-    if isinstance(file, Picture):
+    if isinstance(file, PictureFile):
         grey = grey_of(file.rgb)
         return grey if up else grey[::-1]
     _, values = _values(file, variable, up, shape, slice_index, part, volume, z_up)
@@ -272,7 +272,7 @@ def _values(
     up: bool | None,
     shape: tuple[int, ...] | None,
     slice_index: int | None,
-    part: Part | None,
+    part: GridPart | None,
     volume: bool,
     z_up: bool | None,
 ) -> tuple[str, NDArray]:
