@@ -1,4 +1,4 @@
-"""A part of a grid: a rectangle of its cells, and of these every second, third, …"""
+"""A part of a grid: a rectangle of its cells, thinned to every second, third, …"""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class GridPart:
     crop : (row, column, n_rows, n_columns), optional
         A rectangle by its south-west cell, row 0 in the south, and its size; all by default.
     every : int
-        Of each square of so many cells a side the one in its middle is taken.
+        The middle cell of each square of `every` cells a side is taken.
     """
 
     crop: Crop = None
@@ -50,7 +50,7 @@ class GridPart:
         return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return row, column, rows and columns of whole squares; an error where there is none."""
+        """Return row, column, rows and columns of whole squares; an error if there is none."""
         row, column, ny, nx = self.crop or (0, 0, *shape)
         outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
         if outside or min(ny, nx) < self.every:

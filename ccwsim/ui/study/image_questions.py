@@ -21,8 +21,8 @@ from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import canvas_component, reported
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
-    MAX_LISTED,
     answered,
+    ask_slice,
     ask_up,
     ask_variable,
     rounded,
@@ -234,22 +234,12 @@ def _ask_layers(
     else:
         layer = known["slice_index"] + 1
         step_note(f"Layer {layer} of {n} is taken, as a map; choose “{VOLUME}” for all of them.")
-        _ask_slice(n, known["slice_index"], answer)
+        ask_slice(n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True)
     if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})
         ends |= {"value": known.get("z_up", True), "key": "ask_z_up"}
         ends["write"] = lambda up: answer("slice", volume=True, z_up=up)
         field(st.selectbox, "The first layer of the file is", **ends)
-
-
-def _ask_slice(n: int, index: int, answer: Callable[..., None]) -> None:
-    chosen: dict[str, Any] = {"key": "ask_slice", "value": index + 1}
-    chosen["write"] = lambda number: answer("slice", slice_index=number - 1)
-    label = f"Which of {n} slices, from the bottom?"
-    if n > MAX_LISTED:
-        field(st.number_input, label, **chosen, min_value=1, max_value=n)
-    else:
-        field(st.slider, label, **chosen, min_value=1, max_value=n)
 
 
 def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[..., None]) -> None:
