@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, read_hard_data, revise, simulate
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.ensemble import WRONG, Ensemble
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.hard_data.page import describe_answer, describe_data_status
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import part_of

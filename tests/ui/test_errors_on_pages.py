@@ -11,8 +11,8 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.frontend.component import reported
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.fragments import LAST_DRAWN
@@ -173,7 +173,7 @@ def test_whatever_a_widget_calls_is_guarded(page, finished):
     assert [call for call in calls if not getattr(call, "is_safe", False)] == []
 
 
-HELPERS = {"button", "file_uploader", "canvas_component"}
+HELPERS = {"button", "file_uploader"}
 """They catch the errors of what they are given."""
 
 

@@ -13,7 +13,7 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import Plan, draw_template, empty_grid, make_plan, to_grid
 from ccwsim.engine.realization import Realization, honour_data, random_numbers, repair, repairs
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
-from ccwsim.engine.stages.path import N_ORIENTATIONS, Box, Triple, inside_overlap
+from ccwsim.engine.stages.path import Box, Triple, inside_overlap
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
@@ -199,11 +199,9 @@ class Trace:
         self.data = plan.inputs.data
         self._stepper = PatchStepper(study, plan, rng)
         self.patches = self._stepper.patches
-        _, ny, nx = self.path.shape
-        offset = self.path.offset[1:]
-        self.grid_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx), offset)
-        _, ny, nx = self.oriented.pyramid.image.shape
-        self.image_frame = Frame(self.path.orientation % N_ORIENTATIONS, (ny, nx))
+        n, way = study.grid.n_dimensions, self.path.orientation
+        self.grid_frame = Frame(way, self.path.shape[-n:], self.path.offset[-n:])
+        self.image_frame = Frame(way, self.oriented.pyramid.image.shape[-n:])
         self._coefficients: dict[int, list[Any]] = {}
 
     @property

@@ -11,11 +11,11 @@ from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io.hard_data.files import hard_data_as_bytes
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
-from ccwsim.model.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
@@ -80,7 +80,7 @@ def draw_tables(state: State) -> None:
 
 
 def draw_problem(state: State, problem: str) -> None:
-    """Say why the hard data of the study cannot be used, and ask what is to be done."""
+    """Say why the hard data of the study cannot be used, and ask what to do."""
 
     def answer(answers: Answers) -> None:
         state.change(data=replace(state.choices.data, answers=answers))
@@ -109,7 +109,7 @@ def draw_export(state: State, data: HardData) -> None:
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
-    """Take the data of a file if they can be read; keep the choice as a draft where not."""
+    """Take the data of a file if they can be read, otherwise keep the choice as a draft."""
     before = moment_of(state)
     use_data(state, choice, grid)
     if state.choices.data is choice:
@@ -142,8 +142,8 @@ def draw_sampling(state: State) -> None:
     """Draw a menu to sample data; they replace those of the study."""
     page_state = state.page(Editor)
 
-    def read_from(own: bool) -> None:
-        page_state.reference_choice = ImageChoice() if own else None
+    def read_from(a_file: bool) -> None:
+        page_state.reference_choice = ImageChoice() if a_file else None
 
     with st.popover("Sample", key="sample_menu"):
         st.caption(
@@ -159,7 +159,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Take data sampled as the menu says, and keep the field that they came from."""
+    """Take data sampled as chosen in the menu, and keep their reference field."""
     page_state = state.page(Editor)
     page_state.message = ""
     try:
@@ -173,7 +173,7 @@ def sample(state: State) -> None:
 
 
 def sampled(reference: TrainingImage, how: Sampling) -> HardData:
-    """Return the data of a field in the cells that are asked for."""
+    """Return the data of a field in the cells that `how` asks for."""
     if how.way == "random":
         return sample_random(reference.array, how.n, how.seed)
     if how.way == "grid":
@@ -182,7 +182,7 @@ def sampled(reference: TrainingImage, how: Sampling) -> HardData:
 
 
 def reference_of(state: State) -> TrainingImage:
-    """Return the field to sample; an error where there is none of the shape of the grid."""
+    """Return the field to sample; raise if there is none of the shape of the grid."""
     grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):
@@ -192,9 +192,9 @@ def reference_of(state: State) -> TrainingImage:
         raise CCWSIMError("there is no image to sample yet; choose a file")
     reference = image_of(choice)
     if reference.shape != grid.shape:
-        own, wanted = describe_shape(reference.shape), describe_shape(grid.shape)
+        size, wanted = describe_shape(reference.shape), describe_shape(grid.shape)
         raise CCWSIMError(
-            f"{choice.upload.name} has {own} cells and the grid {wanted}; "
+            f"{choice.upload.name} has {size} cells and the grid {wanted}; "
             "make the grid the same in step 3 of Simulate"
         )
     return reference

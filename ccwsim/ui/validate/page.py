@@ -15,8 +15,8 @@ from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.maps import (
     choose,
@@ -44,7 +44,7 @@ from ccwsim.ui.validate.reproduction import (
     draw_patterns,
     draw_transitions,
 )
-from ccwsim.ui.validate.slices import Slice, draw_slice_fields, slice_of
+from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of
 from ccwsim.ui.validate.statistics import (
     MAX_COMPARED,
     Validation,
@@ -96,7 +96,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     with top:
         draw_summary(state, ensemble)
     _draw_sections(state, ensemble, colours)
-    canvas_component("steady")(key="steady", data={"parts": STEADY})
+    draw_component("steady", "steady", {"parts": STEADY})
 
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
@@ -154,7 +154,7 @@ def _shown_elsewhere(state: State) -> tuple:
 
 
 def _draw_realization(
-    state: State, ensemble: Ensemble, colours: Sequence[str], here: Slice
+    state: State, ensemble: Ensemble, colours: Sequence[str], here: ShownSlice
 ) -> None:
     image, r = ensemble.training_image, state.shown
 
@@ -171,7 +171,7 @@ def _draw_realization(
     # the E-type below a section has coordinates: both begin and end on one line
     grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
-    draw_map(shown, "map_realization", grid=grid, name=file, **options)
+    draw_cells(shown, "realization", grid=grid, name=file, **options)
 
 
 def _draw_mds(state: State, found: Anodi) -> None:
@@ -195,7 +195,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 
 
-class Section(NamedTuple):
+class PageSection(NamedTuple):
     """A part of the page: its anchor, its title, what it says, and what draws it."""
 
     name: str
@@ -205,17 +205,25 @@ class Section(NamedTuple):
 
 
 SECTIONS = (
-    Section("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
-    Section("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
-    Section("measures", "Measures", "one number each, beside crops of the image", draw_measures),
-    Section("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
-    Section("data", "Hard data", "whether and how they are honoured", draw_data),
-    Section("directions", "Any direction", "variograms over all lags", draw_directions),
-    Section("transitions", "Transiograms", "which facies follows which", draw_transitions),
-    Section("reuse", "Copying", "what was copied from the training image", draw_copying),
-    Section("truth", "Reference field", "scores where it is known", draw_reference),
-    Section("image", "Training image", "what it is like, and what suits it", draw_image),
-    Section("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
+    PageSection("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
+    PageSection(
+        "bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies
+    ),
+    PageSection(
+        "measures", "Measures", "one number each, beside crops of the image", draw_measures
+    ),
+    PageSection(
+        "patterns", "Patterns", "how varied, and how like the training image", draw_patterns
+    ),
+    PageSection("data", "Hard data", "whether and how they are honoured", draw_data),
+    PageSection("directions", "Any direction", "variograms over all lags", draw_directions),
+    PageSection("transitions", "Transiograms", "which facies follows which", draw_transitions),
+    PageSection("reuse", "Copying", "what was copied from the training image", draw_copying),
+    PageSection("truth", "Reference field", "scores where it is known", draw_reference),
+    PageSection("image", "Training image", "what it is like, and what suits it", draw_image),
+    PageSection(
+        "long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble
+    ),
 )
 
 
@@ -235,8 +243,8 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
                 draw(state, ensemble, colours)
     unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
 
-    def seen() -> None:
-        page_state.seen |= set(reported("seen", "seen") or ()) & set(unseen)
+    def seen(names: list[str]) -> None:
+        page_state.seen |= set(names) & set(unseen)
 
     if unseen:
-        canvas_component("seen")(key="seen", data={"unseen": unseen}, on_seen_change=seen)
+        draw_component("seen", "seen", {"unseen": unseen}, "seen", seen)

@@ -4,7 +4,7 @@
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // pixels of a cell from which it can be aimed at
 const SLOP = 4, FINGER_SLOP = 8; // pixels that a click may stray and be no drag
-const FINGER = 14; // pixels from a datum where a finger still takes hold of it
+const FINGER = 14; // pixels from a datum within which a finger takes hold of it
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
 
@@ -20,7 +20,15 @@ class DataEditor extends CellMap {
   brush = 1;
   tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
   correctedShown = true;
-  stroke = null; // what a pressed pointer does: its cells, or the datum that it moves
+  stroke = null; // of a pressed pointer: its cells, or the datum that it moves
+
+  // The bar of tools, which stands beside the map's own HTML, becomes a part of the map.
+  constructor(root) {
+    root.append(root.nextElementSibling);
+    super(root);
+    root.classList.add('editor');
+    this.canvas.setAttribute('role', 'application');
+  }
 
   show(data) {
     this.queue.taken(data.ack);
@@ -68,7 +76,7 @@ class DataEditor extends CellMap {
       ? this.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
   }
 
-  // Data that an eraser meets: those in its cells, or under its tip where cells are tiny.
+  // Data under an eraser: in its cells, or under its tip if cells are tiny.
   touched(cells) {
     const { nx } = this.data;
     const ids = new Set(cells.map(([row, column]) => row * nx + column));
@@ -86,7 +94,7 @@ class DataEditor extends CellMap {
     return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx;
   }
 
-  // A tap on the disc of a datum means that datum, where cells are too small to aim at.
+  // A tap on the disc of a datum means that datum if cells are too small to aim at.
   aimed(cell) {
     if (this.size1 >= AIMABLE || this.datum(cell)) return cell;
     let best = null, least = this.radius / this.size1;
@@ -121,9 +129,9 @@ class DataEditor extends CellMap {
       this.drawGhost(pen, this.stroke);
     } else if (this.stroke) {
       const cells = this.stroke.cells.filter((cell) => this.inside(cell));
-      const facies = (cell) => this.tool === 'erase' ? '#ffffff'
-        : (this.data.brushes[this.faciesAt(cell)] || { colour: '#ffffff' }).colour;
-      for (const [more, colour] of [[4, () => '#14181d'], [2, () => '#ffffff'], [0, facies]]) {
+      const facies = (cell) => this.tool === 'erase' ? PAPER
+        : (this.data.brushes[this.faciesAt(cell)] || { colour: PAPER }).colour;
+      for (const [more, colour] of [[4, () => INK], [2, () => PAPER], [0, facies]]) {
         for (const cell of cells) {
           const [x, y] = this.toCanvas(cell[1] + 0.5, cell[0] + 0.5);
           const wide = Math.max(s, 2) + more;
@@ -133,30 +141,22 @@ class DataEditor extends CellMap {
       }
     } else if (this.hover && s >= 5) {
       const [x, y] = this.toCanvas(this.hover[1], this.hover[0] + 1);
-      for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
-        pen.strokeStyle = colour;
-        pen.lineWidth = wide;
-        pen.strokeRect(x, y, s, s);
-      }
+      strokeIn(pen, [[PAPER, 3], [INK, 1]], () => pen.rect(x, y, s, s));
     }
     pen.restore();
   }
 
-  // The datum where it would be dropped, and a line from where it is.
+  // The datum at the place where it would be dropped, and a line from its cell.
   drawGhost(pen, { datum: [row, column, facies], cells: [to], dragged }) {
     if (!dragged || !this.inside(to)) return;
     const [x, y] = this.toCanvas(to[1] + 0.5, to[0] + 0.5);
-    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = wide;
-      pen.beginPath();
+    strokeIn(pen, [[PAPER, 3], [INK, 1]], () => {
       pen.moveTo(...this.toCanvas(column + 0.5, row + 0.5));
       pen.lineTo(x, y);
-      pen.stroke();
-    }
+    });
     const { radius } = this;
-    disc(pen, x, y, radius + 2 * RING, '#14181d');
-    disc(pen, x, y, radius + RING, '#ffffff');
+    disc(pen, x, y, radius + 2 * RING, INK);
+    disc(pen, x, y, radius + RING, PAPER);
     disc(pen, x, y, radius, this.data.brushes[facies].colour);
   }
 
@@ -164,13 +164,13 @@ class DataEditor extends CellMap {
     if (!this.stroke && this.size1 < 5) super.drawCross(pen);
   }
 
-  drawPoints(pen, style) {
-    if (this.correctedShown) this.drawRings(pen, style);
-    super.drawPoints(pen, style); // on top, so that rings hide no datum
+  drawPoints(pen) {
+    if (this.correctedShown) this.drawRings(pen);
+    super.drawPoints(pen); // on top, so that rings hide no datum
   }
 
-  drawRings(pen, style) {
-    pen.strokeStyle = style.getPropertyValue('--corrected');
+  drawRings(pen) {
+    pen.strokeStyle = getComputedStyle(this.root).getPropertyValue('--corrected');
     this.data.points.forEach(([row, column, , , help], k) => {
       if (!help) return;
       const radius = this.radiusOf(k);
@@ -259,17 +259,7 @@ class DataEditor extends CellMap {
     super.stop();
   }
 
-  cellOf(event) {
-    const [x, y] = this.toCells(...this.spotOf(event));
-    return [Math.floor(y), Math.floor(x)];
-  }
-
-  spotOf(event) {
-    const box = this.canvas.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  }
-
-  // The datum whose mark is under a pointer that would move it, null where there is none.
+  // The datum under a pointer that would move it, null if there is none.
   grabbed(event) {
     if (this.tool !== 'draw' || !this.dataShown) return null;
     const [px, py] = this.spotOf(event);
@@ -329,8 +319,8 @@ class DataEditor extends CellMap {
     return true;
   }
 
-  // Move a datum to another cell, in place of the one that is there. It stays where the page has
-  // taken it away meanwhile, and where it is dropped beside the map.
+  // Move a datum to another cell, and replace the datum there. Nothing moves if the page has removed
+  // it meanwhile, or if it is dropped beside the map.
   carry([row, column], to) {
     const datum = this.datum([row, column]);
     const same = row === to[0] && column === to[1];
