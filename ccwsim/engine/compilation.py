@@ -180,7 +180,7 @@ def _can_compile_apart() -> bool:
     many.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
-    kept = bool(FOLDER) and numba_hooks.are_known() and not config.DISABLE_JIT
+    kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
     return is_main and kept and bool(sys.executable) and not getattr(sys, "frozen", False)
 
 
@@ -199,9 +199,13 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[Request]:
     if not _can_compile_apart():
         work()
         return []
-    requests: dict[Request, None] = {}
+    requests: dict[Request, None] = {}  # in their order, each once
     compilers = _of_this_process()
-    with walk(lambda *missing: requests.update({compilers.ask(*missing, urgency): None})):
+
+    def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
+        requests[compilers.ask(kernel, signature, urgency)] = None
+
+    with walk(ask):
         work()
     return list(requests)
 
@@ -275,7 +279,7 @@ def serve() -> None:
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the other process was started
     if hasattr(os, "nice"):
-        os.nice(10)  # pages and their browser go first
+        os.nice(5)  # pages and their browser go first
     answers = os.fdopen(os.dup(1), "wb", 0)
     os.dup2(2, 1)  # nothing else goes to the other process
     requests: SimpleQueue[tuple[str, str, tuple[Any, ...]]] = SimpleQueue()
