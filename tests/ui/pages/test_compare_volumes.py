@@ -65,6 +65,7 @@ def test_curves_go_along_all_axes(app):
     assert "Vertical connectivity" in html(app)
 
 
+@pytest.mark.slow
 def test_sizes_are_chosen_along_z_by_themselves(app):
     named(app.selectbox, "B_overlap_size_z").set_value(4).run()
     p = settings_of(state_of(app))[1]

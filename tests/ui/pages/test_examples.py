@@ -177,12 +177,14 @@ def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, nam
     assert new[bad] > 1.2 * new[good]
 
 
+@pytest.mark.slow
 def test_a_level_too_high_along_z_breaks_the_lenses(by_setting):
     coarse, fine = by_setting("volume-lenses", whole=True)
     new = [unseen_patterns(e, e.training_image).mean() for e in (coarse, fine)]
     assert new[0] > 1.3 * new[1]
 
 
+@pytest.mark.slow
 def test_a_location_weight_along_z_keeps_the_order_of_the_beds(by_setting):
     free, kept = by_setting("volume-trend")
     own = vertical_proportions(free.training_image)[0]

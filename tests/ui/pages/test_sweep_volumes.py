@@ -50,6 +50,7 @@ def test_ranges_along_z_are_combined_with_the_others():
     assert value_of(Parameters(), "template_size_z") is None
 
 
+@pytest.mark.slow
 def test_settings_along_z_give_their_own_realizations():
     plan = plan_sweep(OWN, {"wavelet_level_z": [0, 1]}, (48, 160, 160))
     image = load("sinuous_channels")

@@ -125,6 +125,7 @@ def test_the_study_of_a_volume_is_judged_and_takes_advice():
     assert app.session_state[KEY].choices.parameters.template_size == advised
 
 
+@pytest.mark.slow
 def test_a_trend_is_advised_and_means_nothing_in_a_map():
     app = simulated_of("folded_layers")
     assert "<b>0.5 along z</b>" in html(app)
