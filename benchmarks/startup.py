@@ -28,7 +28,7 @@ FIRST_RUN = """
 from numba.core import event
 import ccwsim
 from ccwsim.datasets.catalogue import load, load_hard_data
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 c = Choices()
 study = load(c.image.bundled), c.grid.shape, c.parameters, load_hard_data(c.data.bundled)
 with event.install_recorder("numba:compile") as compiled:
