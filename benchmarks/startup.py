@@ -26,13 +26,11 @@ LOOK_SECONDS = 0.2
 """Between two looks at how much CPU time processes have taken."""
 FIRST_RUN = """
 from numba.core import event
-import ccwsim
-from ccwsim.datasets.catalogue import load, load_hard_data
-from ccwsim.sharing.choices import Choices
-c = Choices()
-study = load(c.image.bundled), c.grid.shape, c.parameters, load_hard_data(c.data.bundled)
+from ccwsim import Parameters, simulate
+from ccwsim.datasets import load, load_hard_data
+data = load_hard_data("channels_400_data")
 with event.install_recorder("numba:compile") as compiled:
-    e = ccwsim.simulate(*study, n_realizations=c.n_realizations, seed=c.seed)
+    e = simulate(load("channels"), (512, 512), Parameters(), data, n_realizations=12, seed=0)
 print(len(compiled.buffer) // 2, e.digest)
 """
 

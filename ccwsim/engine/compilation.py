@@ -98,7 +98,8 @@ class _Compilers:
             if urgency < request.urgency and not request.is_taken:
                 request.urgency, self._n_asked = urgency, self._n_asked + 1
                 heapq.heappush(self._queue, (urgency, -request.n_functions, self._n_asked, request))
-                if not self._n_idle and self._n_running < min(n_cores(), MAX_PROCESSES):
+                more = len(self._queue) > self._n_idle
+                if more and self._n_running < min(n_cores(), MAX_PROCESSES):
                     self._start()
                 self._changed.notify()
             return request
@@ -130,31 +131,30 @@ class _Compilers:
                     _let_compile(process, request)
                 finally:
                     request.ended.set()
-        except OSError:
-            pass
-        finally:
+        except Exception:  # no process, one that has ended, or a type that cannot be sent
             with self._changed:
                 self._n_running -= 1
                 if not self._n_running:
                     self._give_up()
+        finally:
             if process is not None:
                 _end(process)
 
     def _next(self) -> Request | None:
         """Return the most urgent request, of these the largest; None if none comes for a while."""
         with self._changed:
-            self._n_idle += 1
-            try:
-                while True:
-                    if not self._queue and not self._changed.wait(IDLE_SECONDS):
-                        return None
-                    while self._queue:
-                        request = heapq.heappop(self._queue)[-1]
-                        if not request.is_taken:
-                            request.is_taken = True
-                            return request
-            finally:
+            while True:
+                while self._queue:
+                    request = heapq.heappop(self._queue)[-1]
+                    if not request.is_taken:
+                        request.is_taken = True
+                        return request
+                self._n_idle += 1
+                self._changed.wait(IDLE_SECONDS)
                 self._n_idle -= 1
+                if not self._queue:
+                    self._n_running -= 1
+                    return None
 
     def _give_up(self) -> None:
         """Let calls compile in this process, as no other one is there."""
