@@ -163,16 +163,6 @@ def test_no_modules_import_each_other_in_a_circle():
     assert left.keys() <= CIRCLE, f"circles among {sorted(left)}"
 
 
-def test_class_names_have_one_meaning():
-    where: dict[str, list[str]] = {}
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                where.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
-    twice = {name: files for name, files in where.items() if len(files) > 1}
-    assert twice.keys() <= {"Picture"}, twice
-
-
 def test_the_core_can_be_imported_alone():
     module = importlib.import_module("ccwsim")
     for name in module.__all__:
