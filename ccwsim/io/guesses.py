@@ -22,7 +22,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.hard_data.column_names import is_points
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
-from ccwsim.io.part import GridPart, largest_without_gaps, thinning
+from ccwsim.io.part import FilePart, largest_without_gaps, thinning
 from ccwsim.io.training_images import PREFERRED
 from ccwsim.model.errors import CCWSIMError
 
@@ -82,7 +82,7 @@ def guess_answers(
         asked.append("part")
         if not {"crop", "every"} & set(known):
             known["every"] = thinning(whole)
-    part = GridPart.answered(known) if asked else None
+    part = FilePart.answered(known) if asked else None
     file = open_file(path_or_file, part, up=known.get("up"))
     if isinstance(file, PictureFile):
         if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
@@ -93,7 +93,7 @@ def guess_answers(
     values = _layer(file, known, asked)
     asked += ["up"] if file.asks_up else []
     _ask_gaps(file, values, known, asked)
-    taken = GridPart(known.get("crop")).of(file.name, values)
+    taken = FilePart(known.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
         asked.append("values")

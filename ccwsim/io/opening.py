@@ -28,7 +28,7 @@ from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gsli
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.limits import check_bytes, limits
-from ccwsim.io.part import GridPart
+from ccwsim.io.part import FilePart
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -149,7 +149,7 @@ _READERS = {"npz": read_npz, "matlab": read_matlab, "vti": read_vti}
 
 
 def open_file(
-    path_or_file: PathOrFile, part: GridPart | None = None, *, up: bool | None = None
+    path_or_file: PathOrFile, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file.
 
@@ -166,7 +166,7 @@ def open_file(
 
 
 def open_content(
-    content: bytes, name: str, part: GridPart | None = None, *, up: bool | None = None
+    content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file whose content is known, as `open_file`."""
     kind = kind_of(content)
@@ -313,7 +313,7 @@ class FileSummary:
         return max((size[0] for size in sizes), default=1)
 
 
-def inspect(path_or_file: PathOrFile, part: GridPart | None = None) -> FileSummary:
+def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSummary:
     """Return what a file, or a part of it, holds: kind, variables, sizes, whether continuous.
 
     Raises

@@ -19,7 +19,7 @@ Crop = tuple[int, int, int, int] | None
 
 
 @dataclass(frozen=True)
-class GridPart:
+class FilePart:
     """Which cells of a grid are taken.
 
     Attributes
@@ -44,7 +44,7 @@ class GridPart:
         check_int("every", self.every, 1, 10**6)
 
     @classmethod
-    def answered(cls, answers: Mapping[str, Any]) -> GridPart | None:
+    def answered(cls, answers: Mapping[str, Any]) -> FilePart | None:
         """Return the part that arguments of `read_training_image` ask for; None for all."""
         crop, every = answers.get("crop"), answers.get("every", 1)
         return None if crop is None and every == 1 else cls(crop, every)

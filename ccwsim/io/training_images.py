@@ -25,7 +25,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file, stem
-from ccwsim.io.part import Crop, GridPart
+from ccwsim.io.part import Crop, FilePart
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
@@ -105,7 +105,7 @@ def read_training_image(
         raise CCWSIMError(
             f"slice_index = {shown(slice_index)} takes one layer and volume=True all; give one"
         )
-    part = GridPart.answered({"crop": crop, "every": every})
+    part = FilePart.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
     if isinstance(file, PictureFile):
         if volume:
@@ -149,7 +149,7 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     >>> read_colours(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n"))
     {}
     """
-    file = open_file(path_or_file, GridPart.answered(answers), up=answers.get("up"))
+    file = open_file(path_or_file, FilePart.answered(answers), up=answers.get("up"))
     if not isinstance(file, PictureFile) or is_grey(file.rgb):
         return {}
     how = {name: answers.get(name) for name in ("threshold", "classes")}
@@ -181,7 +181,7 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    part = GridPart.answered(answers)
+    part = FilePart.answered(answers)
     file = open_file(path_or_file, part, up=answers.get("up"))
     if isinstance(file, PictureFile):
         grey = grey_of(file.rgb)
@@ -262,7 +262,7 @@ def training_image_as_bytes(
 
 def _values(
     file: DataFile,
-    part: GridPart | None,
+    part: FilePart | None,
     *,
     variable: str | None = None,
     up: bool | None = None,

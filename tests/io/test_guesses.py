@@ -15,7 +15,7 @@ from PIL import Image, ImageFilter
 import ccwsim.io as cio
 from ccwsim import CCWSIMError
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
-from ccwsim.io.part import GridPart, largest_without_gaps
+from ccwsim.io.part import FilePart, largest_without_gaps
 from tests.io import sample_files as sample
 from tests.io.sample_files import FACIES
 
@@ -164,7 +164,7 @@ def test_the_largest_piece_without_gaps_against_all_pieces(known):
 
 @given(st.integers(1, 4), arrays(np.uint8, st.tuples(st.integers(4, 12), st.integers(4, 12))))
 def test_a_thinned_grid_has_cells_of_the_middle_of_each_square(every, grid):
-    thin = GridPart(every=every).of("a", grid)
+    thin = FilePart(every=every).of("a", grid)
     ny, nx = grid.shape
     assert thin.shape == (ny // every, nx // every)
     rows = np.arange(ny // every) * every + (every - 1) // 2

@@ -23,7 +23,7 @@ from PIL.PngImagePlugin import PngInfo
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.limits import check_cells, check_time, limits
-from ccwsim.io.part import GridPart
+from ccwsim.io.part import FilePart
 from ccwsim.model.errors import CCWSIMError, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
@@ -55,7 +55,7 @@ class PictureFile:
 
 
 def read_picture(
-    content: bytes, name: str, part: GridPart | None = None, *, up: bool | None = None
+    content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> PictureFile | DataFile:
     """Return a picture, or a grid where its pixels are numbers (16 bits and more).
 
@@ -172,7 +172,7 @@ def _opened(content: bytes, name: str) -> Image.Image:
         raise CCWSIMError(f"{name}: the picture cannot be read; save it again as PNG") from error
 
 
-def _part_of(image: Image.Image, part: GridPart, name: str, up: bool | None) -> Image.Image:
+def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
     """The pixels of a part, with the palette, and what is transparent, as they were."""
     row, column, ny, nx = part.box(name, (image.height, image.width))
     top = row if up else image.height - row - ny

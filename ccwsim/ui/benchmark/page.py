@@ -40,7 +40,7 @@ from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import bound_to, button, field
+from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -88,8 +88,8 @@ def _draw_download(page_state: Benchmark) -> None:
         return findings.timings_csv(runs, str(this_machine()))
 
     images = {image_part(run.training_image) for run in runs}
-    name, key = f"{'_'.join(sorted(images))}_times.csv", "download_times"
-    st.download_button("Download CSV", content, name, "text/csv", key, on_click="ignore")
+    name = f"{'_'.join(sorted(images))}_times.csv"
+    download("Download CSV", content, name, key="download_times")
 
 
 def _draw_largest_volume(state: State) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import streamlit as st
@@ -32,7 +33,7 @@ from ccwsim.ui.study.data_step import (
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 WAYS = {
@@ -47,21 +48,13 @@ WAYS_VOLUME = {
     "grid": "vertical wells on a grid",
 }
 ORIGINS = {False: "the shown realization", True: "an image of yours"}
-EXPORTS = {
-    "csv": ("CSV: x, y, facies", "text/csv"),
-    "gslib": ("GSLIB points", "text/plain"),
-}
+EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 
 
 def draw_import(state: State) -> None:
     """Draw a menu to open a file of hard data, with its questions."""
-
-    def use_upload(upload: Upload | None) -> None:
-        if upload is not None:
-            use_file(state, DataChoice("file", upload=upload))
-
     with st.popover("Import", key="import_menu"):
-        data_uploader("import_file", use_upload)
+        data_uploader("import_file", lambda file: use_file(state, DataChoice("file", upload=file)))
         draft = state.data_draft or state.choices.data
         if draft.source == "file" and draft.upload is not None and draft.tables is None:
             _report(state, draft)
@@ -95,17 +88,13 @@ def draw_problem(state: State, problem: str) -> None:
 
 def draw_export(state: State, data: HardData) -> None:
     """Draw a menu of files of the hard data."""
+    grid = state.choices.grid
+    name = f"{grid_part(image_of(state.choices.image), grid)}_hard_data"
     with st.popover("Export", key="export_menu", disabled=not data.n):
-        for kind, (label, mime) in EXPORTS.items():
-
-            def content(kind: str = kind) -> bytes:
-                return hard_data_as_bytes(data, kind, state.choices.grid)
-
-            name = f"{grid_part(image_of(state.choices.image), state.choices.grid)}_hard_data"
-            file: dict[str, Any] = {"file_name": f"{name}.{kind}", "mime": mime}
-            file |= {"key": f"export_{kind}", "on_click": "ignore", "width": "stretch"}
-            volume = state.choices.grid.nz is not None
-            st.download_button(label.replace("y,", "y, z,") if volume else label, content, **file)
+        for kind, label in EXPORTS.items():
+            label = label if grid.nz is None else label.replace("y,", "y, z,")
+            content = partial(hard_data_as_bytes, data, kind, grid)
+            download(label, content, f"{name}.{kind}", key=f"export_{kind}", width="stretch")
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
@@ -201,16 +190,16 @@ def reference_of(state: State) -> TrainingImage:
 
 
 def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> None:
-    def use_upload(upload: Upload | None) -> None:
-        page_state.reference_choice = ImageChoice()
-        if upload is not None:
-            page_state.reference_choice = image_of_file(upload, volume=volume)
-
     def change(choice: ImageChoice) -> None:
         page_state.reference_choice = choice
 
+    def take(upload: Upload) -> None:
+        change(ImageChoice())  # which stays if the file cannot be read
+        change(image_of_file(upload, volume=volume))
+
     tip = "A field of the size of the grid, in any format of a training image."
-    file_uploader("Reference image", key="reference_file", take=use_upload, type=TYPES, help=tip)
+    options: dict[str, Any] = {"removed": partial(change, ImageChoice()), "type": TYPES}
+    file_uploader("Reference image", key="reference_file", take=take, help=tip, **options)
     if choice.upload is not None:
         problem = problem_of_image(choice)
         if problem:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 import streamlit as st
-from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import facies_colours
@@ -17,10 +15,11 @@ from ccwsim.metrics import Diagnosis, diagnose
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.sharing.choices import ImageChoice, Upload
+from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer, pretty
+from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
@@ -100,22 +99,14 @@ def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
 
 
 def _take_file(state: State, choice: ImageChoice) -> None:
-    def use_upload(upload: Upload | None) -> None:
-        if upload is not None:
-            import_image(state, upload)
-
     panel_title("Training image", choice.upload.name if choice.upload else pretty(choice.bundled))
-    options = {"key": "import_image_file", "take": use_upload, "type": TYPES, "help": FORMATS}
-    file_uploader("A file of yours", **options)
-    if state.image_draft is None and button("Simulate", type="primary", **_start(state)):
-        with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-            st.switch_page(SIMULATE_PAGE)
+    options = {"take": partial(import_image, state), "type": TYPES, "help": FORMATS}
+    file_uploader("A file of yours", key="import_image_file", **options)
+    start = {"on_click": start_run, "args": (state,), "type": "primary"}
+    if state.image_draft is None and button("Simulate", key="import_simulate", **start):
+        go_to(SIMULATE_PAGE)
     if choice.upload is None:
         st.caption(datasets.describe(choice.bundled))
-
-
-def _start(state: State) -> dict[str, Any]:
-    return {"key": "import_simulate", "on_click": start_run, "args": (state,)}
 
 
 def _decide(state: State, choice: ImageChoice) -> None:

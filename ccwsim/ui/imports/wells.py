@@ -11,7 +11,7 @@ import streamlit as st
 from ccwsim.figures import placement_svg
 from ccwsim.io import PlacedPoints, PointsPreview
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload, WellTables
+from ccwsim.sharing.choices import Answers, Choices, DataChoice, WellTables
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import (
     grid_for_data,
@@ -60,10 +60,6 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
     It is taken as soon as all its data fit; until then the study keeps what it has.
     """
 
-    def use_upload(upload: Upload | None) -> None:
-        if upload is not None:
-            use_data(state, DataChoice("file", upload=upload))
-
     choice = state.data_draft or state.choices.data
     if choice.source != "file" or (choice.tables is not None) != tables:
         choice = DataChoice("file", tables=WellTables() if tables else None)
@@ -71,7 +67,7 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
         with st.container(horizontal=True, gap="medium", key="import_well_tables"):
             draw_table_uploaders("wells", choice, partial(use_data, state))
     else:
-        data_uploader("wells_file", use_upload)
+        data_uploader("wells_file", lambda file: use_data(state, DataChoice("file", upload=file)))
     if not choice.files:
         st.caption(HELP_ON_TABLES if tables else HELP)
         return

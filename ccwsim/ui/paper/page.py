@@ -35,7 +35,7 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import bound_to, button, field
+from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import plain, step_note
 
 STYLE = Path(__file__).with_name("paper.css")
@@ -186,9 +186,7 @@ def _ended(run: PaperRun | None) -> None:
 def _draw_download(report: bytes) -> None:
     label = f"Download the report ({len(report) / 1e6:.0f} MB)"
     name = f"ccwsim-paper-{date.today()}.html"
-    st.download_button(
-        label, report, name, "text/html", "download_paper", on_click="ignore", type="primary"
-    )
+    download(label, report, name, key="download_paper", type="primary")
 
 
 def describe_inputs(inputs: PaperInputs) -> str:

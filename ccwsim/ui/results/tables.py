@@ -7,16 +7,12 @@ from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
 from typing import Any
 
-import streamlit as st
-
 from ccwsim.figures import Bundle
 from ccwsim.metrics import VERTICAL, axes_of
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.curves import (
-    curve_bundle,
-    vertical_proportions_bundle,
-)
+from ccwsim.ui.results.curves import curve_bundle, vertical_proportions_bundle
+from ccwsim.ui.widgets.fields import download
 
 
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
@@ -87,12 +83,7 @@ def csv_button(
 ) -> None:
     """Draw a button that saves a table `of` a study, which is made when it is pressed."""
     options = {"key": f"download_{name}", "width": "stretch", **options}
-    file: dict[str, Any] = {
-        "file_name": f"{of}_{name}.csv",
-        "mime": "text/csv",
-        "on_click": "ignore",
-    }
-    st.download_button(label, content, **file, **options)
+    download(label, content, f"{of}_{name}.csv", **options)
 
 
 def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from secrets import randbelow
 from urllib.parse import urlencode
@@ -105,9 +106,16 @@ def _query() -> dict[str, list[str]]:
     return {name: st.query_params.get_all(name) for name in st.query_params}
 
 
-def go_to(page: str, instead: str) -> None:
-    """Go to a page; a page that is run alone says something `instead`."""
-    try:
+def page_link(page: str, label: str) -> None:
+    """Draw a link to a page; a page that is run alone has no others."""
+    with suppress(StreamlitAPIException, KeyError):
+        st.page_link(page, label=label)
+
+
+def go_to(page: str, instead: str = "") -> None:
+    """Go to a page; a page that is run alone says something instead."""
+    with suppress(StreamlitAPIException, KeyError):
         st.switch_page(page)
-    except (StreamlitAPIException, KeyError):
+        return
+    if instead:
         st.info(instead)

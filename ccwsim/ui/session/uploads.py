@@ -33,13 +33,21 @@ _taken: WeakValueDictionary[int, Upload] = WeakValueDictionary()
 
 
 def file_uploader(
-    label: str, *, key: str, take: Callable[[Upload | None], None], **options: Any
+    label: str,
+    *,
+    key: str,
+    take: Callable[[Upload], None],
+    removed: Callable[[], None] = lambda: None,
+    **options: Any,
 ) -> None:
-    """Draw a file uploader; `take` gets the file that is chosen, None if it is removed."""
+    """Draw a file uploader; `take` gets the chosen file, `removed` is called if it is removed."""
 
     def changed() -> None:
         file = st.session_state[key]
-        take(upload_of(file) if file is not None else None)
+        if file is None:
+            removed()
+        else:
+            take(upload_of(file))
 
     st.file_uploader(label, key=key, on_change=catch_callback_errors(changed), **options)
 

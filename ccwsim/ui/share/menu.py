@@ -30,7 +30,7 @@ from ccwsim.ui.session.state import State, start_afresh
 from ccwsim.ui.session.uploads import upload_of
 from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
 from ccwsim.ui.widgets.facts import facts_of
-from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import plain, step_note
 
 REPORT_HEIGHT = 720
@@ -89,15 +89,12 @@ def _link(state: State) -> None:
 def _files(state: State) -> None:
     project = project_of(state)
     with st.container(horizontal=True, gap="small"):
-        save: dict[str, Any] = {"mime": "application/octet-stream", "on_click": "ignore"}
-        save["file_name"] = file_name(state.choices)
         content = partial(project_as_bytes, project)
-        st.download_button("Save project", content, key="share_save", **save)
-        report: dict[str, Any] = {"mime": "text/html", "on_click": "ignore"}
+        download("Save project", content, file_name(state.choices), key="share_save")
         of = "ccwsim" if state.ensemble is None else study_part(state.ensemble)
-        report |= {"file_name": f"{of}_report.html", "disabled": state.ensemble is None}
+        report: dict[str, Any] = {"key": "share_report", "disabled": state.ensemble is None}
         report["help"] = "One HTML file that opens offline, with all maps and charts"
-        st.download_button("Report", report_of(state), key="share_report", **report)
+        download("Report", report_of(state), f"{of}_report.html", **report)
         here: dict[str, Any] = {"on_click": _read_report, "disabled": state.ensemble is None}
         st.button("Read it here", key="share_read", **here)
     if state.ensemble is None:

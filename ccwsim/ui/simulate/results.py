@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import streamlit as st
 
@@ -33,6 +33,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import is_current
 from ccwsim.ui.widgets.facts import draw_facts
+from ccwsim.ui.widgets.fields import download
 from ccwsim.ui.widgets.text import plain, step_note
 
 USUAL_WIDTH = 400
@@ -43,16 +44,6 @@ MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "
 """Formats of maps; each is offered if its package is installed."""
 MAPS_ALONE = ("tif",)
 """Formats that cannot hold a volume."""
-MIME = {
-    "npz": "application/octet-stream",
-    "gslib": "text/plain",
-    "vti": "application/octet-stream",
-    "tif": "image/tiff",
-    "nc": "application/x-netcdf",
-    "png": "image/png",
-    "json": "application/json",
-    "csv": "text/csv",
-}
 
 
 @st.fragment
@@ -124,9 +115,7 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
             with st.container(horizontal=True, gap="small"):
                 for file in files:
                     name = f"{study_part(ensemble)}{file.ending}"
-                    options: dict[str, Any] = {"mime": MIME[name.rsplit(".", 1)[1]]}
-                    options |= {"key": f"download_{file.key}", "on_click": "ignore"}
-                    st.download_button(file.label, file.content, name, **options)
+                    download(file.label, file.content, name, key=f"download_{file.key}")
 
 
 class Download(NamedTuple):

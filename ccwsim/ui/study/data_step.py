@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import streamlit as st
-from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import data_png
@@ -18,10 +17,11 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
+from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
-from ccwsim.ui.study.image_step import THUMB
+from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
@@ -63,10 +63,8 @@ def data_step(state: State) -> None:
             step_note(_summary(state.choices, problem))
             with st.popover("Change", key="data_menu"):
                 _menu(state)
-            with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-                volume = state.choices.grid.nz is not None
-                label = "Edit in the volume" if volume else "Edit on a map"
-                st.page_link("pages/data.py", label=label)
+            volume = state.choices.grid.nz is not None
+            page_link("pages/data.py", "Edit in the volume" if volume else "Edit on a map")
     if problem:
         st.error(plain(problem))
     if state.data_draft is not None:
@@ -130,7 +128,7 @@ def _grown(grid: Grid, survey: str) -> Grid:
     return replace(grid, ny=ny, nx=nx, nz=layers[0] if layers else None)
 
 
-def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
+def data_uploader(key: str, take: Callable[[Upload], None]) -> None:
     """Draw an uploader of hard data."""
     label = "Points or a grid with gaps"
     file_uploader(label, key=key, take=take, type=TYPES.split(), help=FORMATS)
@@ -138,8 +136,7 @@ def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:
     """Draw a link to the page that shows a file of wells with all guesses."""
-    with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-        st.page_link("pages/import.py", label=label)
+    page_link(IMPORT_PAGE, label)
 
 
 def names_of_files(choice: DataChoice) -> str:
@@ -170,7 +167,8 @@ def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice
 
         with st.container():
             name = f"{key}_{table}"
-            file_uploader(label, key=name, take=take, type=list(TABLE_TYPES), help=tip)
+            options: dict[str, Any] = {"removed": partial(take, None), "type": list(TABLE_TYPES)}
+            file_uploader(label, key=name, take=take, help=tip, **options)
             there = brought[table]
             if there is not None and st.session_state.get(name) is None:
                 st.caption(plain(f"From your file {there.name}"))
@@ -205,10 +203,9 @@ def _menu(state: State) -> None:
             choice = replace(choice, bundled=bundled_data(state)[0])
         use_data(state, choice)
 
-    def use_upload(upload: Upload | None) -> None:
-        if upload is not None:
-            new: dict[str, Any] = {"upload": upload, "tables": None, "answers": ()}
-            use_data(state, replace(state.choices.data, source="file", **new))
+    def use_upload(upload: Upload) -> None:
+        new: dict[str, Any] = {"upload": upload, "tables": None, "answers": ()}
+        use_data(state, replace(state.choices.data, source="file", **new))
 
     volume = state.choices.grid.nz is not None
     sources = {k: v for k, v in SOURCES.items() if not volume or k in OF_VOLUMES}

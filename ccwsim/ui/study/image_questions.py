@@ -15,7 +15,7 @@ from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
 from ccwsim.io.guesses import QUESTIONS
 from ccwsim.io.opening import FileSummary, open_file, whole_shape
-from ccwsim.io.part import GridPart, thinning
+from ccwsim.io.part import FilePart, thinning
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
@@ -111,7 +111,7 @@ def picture_of_file(
     """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
     known = dict(answers)
     with opened(_upload) as file:
-        picture = open_file(file, GridPart.answered(known), up=known.get("up"))
+        picture = open_file(file, FilePart.answered(known), up=known.get("up"))
     if not isinstance(picture, PictureFile):
         return None
     indices, colours = few_colours(picture)
@@ -135,7 +135,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         write(image_of_file(upload, kept | new, volume=volume))
 
     asked = asked_of(choice)
-    summary = summary_of(upload, GridPart.answered(known) if "part" in asked else None)
+    summary = summary_of(upload, FilePart.answered(known) if "part" in asked else None)
     if summary is None:
         return
     if "part" in asked:

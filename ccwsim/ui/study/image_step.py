@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from functools import partial
+from typing import Any
 
 import streamlit as st
-from streamlit.errors import StreamlitAPIException
 
 from ccwsim import datasets
 from ccwsim.figures import map_png
@@ -14,6 +14,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
+from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
@@ -46,12 +47,11 @@ def image_step(state: State) -> None:
             st.error(plain(f"{problem}. The study keeps the image that it has."))
         elif draft.upload is not None:
             step_note(f"{draft.upload.name} asks how it is to be read.")
-        _import_link("Look at it on Import")
+        page_link(IMPORT_PAGE, "Look at it on Import")
         keep_button(state)
     if state.visit_import:
         state.visit_import = False
-        with suppress(StreamlitAPIException, KeyError):
-            st.switch_page(IMPORT_PAGE)
+        go_to(IMPORT_PAGE)
 
 
 def keep_button(state: State) -> None:
@@ -124,14 +124,8 @@ def _part_from_data(state: State, data: DataChoice) -> None:
 def _menu(state: State) -> None:
     current = state.image_draft or state.choices.image
 
-    def use_bundled(name: str) -> None:
-        use_image(state, ImageChoice(bundled=name))
-
-    def use_upload(upload: Upload | None) -> None:
-        if upload is not None:
-            import_image(state, upload)
-
-    chosen = {"value": None if current.upload else current.bundled, "write": use_bundled}
+    chosen: dict[str, Any] = {"value": None if current.upload else current.bundled}
+    chosen["write"] = lambda name: use_image(state, ImageChoice(bundled=name))
     maps = {name: pretty(name) for name in datasets.names()}
     volumes = {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
     bundled = options_of(maps | volumes)
@@ -139,20 +133,15 @@ def _menu(state: State) -> None:
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
-    label = "or a file of yours"
-    file_uploader(label, key="image_file", take=use_upload, type=TYPES, help=FORMATS)
+    take = partial(import_image, state)
+    file_uploader("or a file of yours", key="image_file", take=take, type=TYPES, help=FORMATS)
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
     name = image_of(state.choices.image).name
     of = "Preview" if state.choices.grid.nz is None else "The middle layer"
     st.image(preview, width="stretch", alt=f"{of} of {name}, north at the top")
-    _import_link("Facies, colours, turns, advice")
-
-
-def _import_link(label: str) -> None:
-    with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-        st.page_link(IMPORT_PAGE, label=label)
+    page_link(IMPORT_PAGE, "Facies, colours, turns, advice")
 
 
 def use_advice(state: State, advised: dict[str, int]) -> None:

@@ -13,7 +13,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
-from ccwsim.io.part import GridPart
+from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -94,12 +94,12 @@ Write = Callable[[Answers], None]
 
 
 @st.cache_resource(max_entries=8, show_spinner=False)
-def _summary(digest: str, part: GridPart | None, _upload: Upload) -> FileSummary:
+def _summary(digest: str, part: FilePart | None, _upload: Upload) -> FileSummary:
     with opened(_upload) as file:
         return inspect(file, part)
 
 
-def summary_of(upload: Upload | None, part: GridPart | None = None) -> FileSummary | None:
+def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
     try:
         return None if upload is None else _summary(upload.digest, part, upload)

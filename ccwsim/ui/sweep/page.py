@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from base64 import b64encode
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
-from streamlit.errors import StreamlitAPIException
 
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import (
@@ -38,7 +36,7 @@ from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
-from ccwsim.ui.session.address import go_to
+from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
@@ -135,8 +133,7 @@ def _draw_controls(state: State) -> None:
     page_state = state.page(SweepState)
     step_title(1, "Study")
     step_note(describe_study(state))
-    with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
-        st.page_link("pages/simulate.py", label="Change on Simulate")
+    page_link("pages/simulate.py", "Change on Simulate")
     step_title(2, "Ranges")
     ranges = ranges_of(state)
     for name, values in values_on_offer(state.choices).items():

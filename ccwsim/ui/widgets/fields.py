@@ -11,6 +11,17 @@ from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_VERSIONS = 16
+MIME = {
+    "csv": "text/csv",
+    "gslib": "text/plain",
+    "html": "text/html",
+    "json": "application/json",
+    "nc": "application/x-netcdf",
+    "png": "image/png",
+    "tif": "image/tiff",
+    **dict.fromkeys(("ccwsim", "npz", "vti"), "application/octet-stream"),
+}
+"""Types of files to download, by the ending of the name."""
 PARAMETERS = {row["name"]: row for row in parameter_table()}
 
 
@@ -19,6 +30,14 @@ def button(
 ) -> bool:
     """Draw a button; an error in `on_click` is shown when the page is drawn."""
     return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
+
+
+def download(
+    label: str, content: bytes | Callable[[], bytes], name: str, *, key: str, **options: Any
+) -> None:
+    """Draw a button that saves a file, which is made when it is pressed if `content` is called."""
+    mime = MIME[name.rsplit(".", 1)[1]]
+    st.download_button(label, content, name, mime, key, on_click="ignore", **options)
 
 
 def field(
