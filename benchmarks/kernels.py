@@ -18,16 +18,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ccwsim import Grid, Parameters, datasets, simulate
-from ccwsim.engine.corrections.refinement import refine_place
+from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.lengths import lengths_of
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.stages.bits import make_strips
-from ccwsim.engine.stages.box import L_SHAPE, Box
-from ccwsim.engine.stages.candidates import best_places, n_segments
+from ccwsim.engine.stages.bits import make_strips, take_strips
+from ccwsim.engine.stages.candidates import best_places, make_ranking
 from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
-from ccwsim.engine.stages.path import overlap_cells
+from ccwsim.engine.stages.path import L_SHAPE, Box, overlap_cells
 from ccwsim.engine.stages.similarity import (
     make_terms,
     overlap_energies,
@@ -105,11 +104,11 @@ def all_scores(grid, boxes, block, running, terms, energy, scores):
 
 
 @kernel
-def all_best(scores, rng, minima, segments, found, values, places):
+def all_best(scores, rng, ranking, places):
     """Find the best places of each patch."""
-    k = places.shape[1]
     for i in range(len(scores)):
-        best_places(scores[i].reshape(-1), k, rng, minima, segments, found, values, places[i])
+        best_places(scores[i].reshape(-1), rng, ranking)
+        places[i, :] = ranking.places
 
 
 @kernel
@@ -118,9 +117,9 @@ def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])
-        _, z, y, x = refine_place(
-            image, square_bits, grid, data, missed, box, block, place, strips, at_stake
-        )
+        take_strips(grid, box, square_bits, strips)
+        lost = at_stake[: data_at_stake(grid, data, box, at_stake)]
+        _, z, y, x = refine_place(image, square_bits, box, block, place, strips, lost, missed)
         total += z + y + x
     return total
 
@@ -164,7 +163,7 @@ def measure(level: int) -> list[Measured]:
     """Return a row for each kernel of an unconditional patch, the mean of all."""
     ti, p = datasets.load("channels"), Parameters(wavelet_level=level, random_path=False)
     grid = np.array(simulate(ti, (512, 512), p).indices)
-    lengths = lengths_of(p, (512, 512))
+    lengths = lengths_of(p, (512, 512))[0]
     template, width, block = lengths.template, lengths.overlap, lengths.block
     oriented = PreparedImage(Study(ti, Grid(512, 512), p)).oriented(0, template)
     ys, xs = (a.ravel() for a in np.meshgrid(ROWS, COLUMNS, indexing="ij"))
@@ -175,12 +174,8 @@ def measure(level: int) -> list[Measured]:
     energy = np.zeros(oriented.places, oriented.squares.dtype)
     all_energies(oriented.squares, boxes[:1], block, energy)
     terms, n_terms = make_terms(running, template, width, block), np.zeros(n, np.int64)
-    scores, minima = (
-        np.zeros((n, *energy.shape), energy.dtype),
-        np.zeros(n_segments(energy.size), energy.dtype),
-    )
-    segments = np.zeros(len(minima), np.int64)
-    found, values = np.zeros(energy.size, np.int64), np.zeros(energy.size, energy.dtype)
+    scores = np.zeros((n, *energy.shape), energy.dtype)
+    ranking = make_ranking(energy.size, k, energy.dtype)
     places, rng = np.zeros((n, k), np.int64), np.random.default_rng(0)
     no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), grid.shape)
     strips, at_stake = make_strips(square_bits, template), np.zeros((0, 4), np.int64)
@@ -190,9 +185,7 @@ def measure(level: int) -> list[Measured]:
     scores_of = seconds_of(lambda: all_scores(
         grid, boxes, block, running, terms, energy, scores
     )) - terms_of  # fmt: skip
-    best_of = seconds_of(lambda: all_best(
-        scores, rng, minima, segments, found, values, places
-    ))  # fmt: skip
+    best_of = seconds_of(lambda: all_best(scores, rng, ranking, places))
     drawn = places[np.arange(n), rng.integers(0, k, n)]
     at = np.stack(np.unravel_index(drawn, energy.shape), axis=1) * np.array(block)
     refined = seconds_of(lambda: all_refined(

@@ -14,10 +14,9 @@ from benchmarks.quality import distance_of_all_phases
 from benchmarks.table import load, save, table, warnings
 from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.corrections.refinement import refine_place
-from ccwsim.engine.stages.bits import make_strips, to_square_bits
-from ccwsim.engine.stages.box import Box
-from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
+from ccwsim.engine.stages.bits import make_strips, take_strips, to_square_bits
 from ccwsim.engine.stages.cut import keep_old, make_cut
+from ccwsim.engine.stages.path import UNKNOWN, Box
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     make_terms,
@@ -95,15 +94,15 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     rng = np.random.default_rng(seed)
     image = rng.integers(0, 2, (40, 43), np.uint8)
     tile = rng.integers(0, 2, (16, 16), np.uint8)
-    place = int(rng.integers(25)), int(rng.integers(28))
-    mask = reference.overlap_mask(16, 8, *sides)
     size, unit = (1, 16, 16), 2**level
-    no_data = place_data(np.empty((0, 3), int), np.empty(0, np.uint8), size)
+    place = int(rng.integers(25)) // unit * unit, int(rng.integers(28)) // unit * unit
+    mask = reference.overlap_mask(16, 8, *sides)
     words = to_square_bits(image[None])
     box, strips = Box(0, 0, 0, *size, bits(*sides), 0, 8, 8), make_strips(words, size)
-    known = image[None], words, tile[None], no_data
+    take_strips(tile[None], box, words, strips)
     _, *theirs = refine_place(
-        *known, 40, box, (1, unit, unit), (0, *place), strips, np.zeros((0, 4), int)
+        *(image[None], words, box, (1, unit, unit), (0, *place), strips),
+        *(np.zeros((0, 4), int), 0),
     )
     assert [0, *reference.refined(image, tile, mask, place, unit)] == theirs
 

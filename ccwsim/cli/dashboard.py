@@ -46,5 +46,5 @@ def command_line(app: Path, port: int | None, options: tuple[str, ...]) -> list[
     """Return the command line that runs an app; options given later come first."""
     python = [sys.executable, "-P", "-m", "streamlit", "run", str(app)]
     ports = [] if port is None else [f"--server.port={port}"]
-    fixed = "--server.showEmailPrompt=false", "--server.fileWatcherType=none"
+    fixed = "--server.fileWatcherType=none", "--server.showEmailPrompt=false"
     return [*python, *fixed, *ports, *options]

@@ -1,4 +1,4 @@
-"""Template, overlap and level along z, y and x, at each scale and along the path."""
+"""Template T, overlap OR and level J along z, y and x, at each scale and along the path."""
 
 from __future__ import annotations
 
@@ -14,18 +14,14 @@ USUAL_OVERLAP = 448
 
 
 class ScaledLengths(NamedTuple):
-    """Lengths along z, y and x; a map has a template of one layer, and no overlap or level along z.
-
-    `scales` is how often each axis is up-gridded, `level` what is left of the wavelet level.
-    `weight_of_data` multiplies the weights of data, as they compete with the overlap, and slack.
-    """
+    """Lengths along three axes, in cells of a scale; in a map T is 1 along z, OR and J are 0."""
 
     template: Triple
     overlap: Triple
-    level: Triple
-    scales: Triple = (0, 0, 0)
+    level: Triple  # the wavelet level less `scales`
+    scales: Triple = (0, 0, 0)  # how often each axis is up-gridded
     volume: bool = False
-    weight_of_data: float = 1.0
+    weight_of_data: float = 1.0  # factor of the weights of data and of slack, by the overlap
 
     @property
     def block(self) -> Triple:
@@ -34,63 +30,67 @@ class ScaledLengths(NamedTuple):
         return 2**z, 2**y, 2**x
 
     @property
-    def unit(self) -> Triple:
-        """Cells of the grid that a cell of this scale stands for, along each axis."""
+    def cell_size(self) -> Triple:
+        """Cells of the grid in a cell of this scale, along each axis."""
         z, y, x = self.scales
         return 2**z, 2**y, 2**x
 
     @property
     def step(self) -> Triple:
-        """From one patch to the next along each axis."""
+        """T − OR: cells from one patch to the next along each axis."""
         (tz, ty, tx), (oz, oy, ox) = self.template, self.overlap
         return tz - oz, ty - oy, tx - ox
 
-    def along(self, orientation: int) -> ScaledLengths:
-        """Return the lengths along the axes of a path."""
-        own = (along_path(each, orientation) for each in self[:4])
-        return ScaledLengths(*own, volume=self.volume, weight_of_data=self.weight_of_data)
-
-    def at_scale(self, scale: int) -> ScaledLengths:
-        """Return the lengths of images that are up-gridded `scale` times, in their own cells.
-
-        Axes with a lower level are up-gridded less often, so that no axis is coarser than it.
-        """
-        z, y, x = (min(scale, level) for level in self.level)
-        unit = (z, y, x)
-
-        def coarse(lengths: Triple) -> Triple:
-            a, b, c = (length >> n for length, n in zip(lengths, unit, strict=True))
-            return a, b, c
-
-        left = (level - n for level, n in zip(self.level, unit, strict=True))
-        (a, b, c), template, overlap = left, coarse(self.template), coarse(self.overlap)
-        return ScaledLengths(template, overlap, (a, b, c), unit, self.volume, self.weight_of_data)
-
     @property
     def max_data(self) -> float:
-        """How many data a patch may have before its tile is split.
+        """The largest number of data in a patch for which its tile is not split.
 
         In a volume a larger overlap does not make more of them fit at once.
         """
         return MAX_DATA * (1.0 if self.volume else self.weight_of_data)
 
+    def along(self, orientation: int) -> ScaledLengths:
+        """Return the lengths along the axes of a path."""
+        turned = (along_path(each, orientation) for each in self[:4])
+        return ScaledLengths(*turned, *self[4:])
+
+    def cells_of(self, coarser: ScaledLengths) -> Triple:
+        """Return the cells of this scale in a cell of a coarser one, along each axis."""
+        z, y, x = (b - a for a, b in zip(self.scales, coarser.scales, strict=True))
+        return 2**z, 2**y, 2**x
+
 
 def lengths_of(
-    p: Parameters, shape: tuple[int, ...], template: Triple | None = None
-) -> ScaledLengths:
-    """Return the lengths of a study whose grid has `shape`, with the template that was drawn.
+    p: Parameters, shape: tuple[int, ...], template: Triple | None = None, orientation: int = 0
+) -> tuple[ScaledLengths, ...]:
+    """Return the lengths along a path by scale, the finest first; all but "ms-ccsim" have one.
+
+    `shape` is that of the grid, `template` the one drawn for a realization, along the grid. An axis
+    with a lower level is up-gridded less often, so that none is coarser than its level.
 
     Examples
     --------
-    >>> lengths_of(Parameters(32, 8, 2), (60, 100))[:3]
+    >>> lengths_of(Parameters(32, 8, 2), (60, 100))[0][:3]
     ((1, 32, 32), (0, 8, 8), (0, 2, 2))
+    >>> [own.template for own in lengths_of(Parameters(32, 8, 2, method="ms-ccsim"), (9, 9))]
+    [(1, 32, 32), (1, 16, 16), (1, 8, 8)]
     """
     usual, overlap, level = p.along(shape)
-    own, volume = usual if template is None else template, len(shape) == 3
-    weight = overlap_cells(own, overlap) / USUAL_OVERLAP
+    template, volume = template or usual, len(shape) == 3
+    weight = overlap_cells(template, overlap) / USUAL_OVERLAP
     if not volume:
         weight = 1.0 if p.published_draw else max(weight, 1.0)
-    return ScaledLengths(own, overlap, level, (0, 0, 0), volume, weight)
+
+    def at_scale(scale: int) -> ScaledLengths:
+        scales = [min(scale, n) for n in level]
+        sizes = [
+            tuple(n >> k for n, k in zip(lengths, scales, strict=True))
+            for lengths in (template, overlap)
+        ]
+        left = tuple(n - k for n, k in zip(level, scales, strict=True))
+        return ScaledLengths(*sizes, left, tuple(scales), volume, weight)  # type: ignore[arg-type]
+
+    return tuple(at_scale(scale).along(orientation) for scale in range(p.scale + 1))
 
 
 def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
@@ -107,15 +107,15 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     [(6, 28, 14), (8, 32, 16), (8, 36, 18)]
     """
     usual, overlap, level = p.along(shape)
-    room = shape if len(shape) == 3 else (1, min(shape), min(shape))  # of a map it is square
+    largest = shape if len(shape) == 3 else (1, min(shape), min(shape))  # of a map it is square
     legal = []
-    for t, o, j, most in zip(usual, overlap, level, room, strict=True):
+    for t, o, j, most in zip(usual, overlap, level, largest, strict=True):
         low = max(round(t * (1 - p.template_variation)), 2 * o, MIN_TEMPLATE)
         high = min(round(t * (1 + p.template_variation)), most, MAX_TEMPLATE)
         legal.append(legal_sizes(j, low, high) if t >= MIN_TEMPLATE else [t])
-    found = []
+    sizes = []
     for size in legal[2]:
-        wanted = [size * t / usual[2] for t in usual]
-        z, y = (min(legal[a], key=lambda n, a=a: abs(n - wanted[a])) for a in (0, 1))
-        found.append((z, y, size))
-    return found
+        exact = [size * t / usual[2] for t in usual]
+        z, y = (min(legal[a], key=lambda n, a=a: abs(n - exact[a])) for a in (0, 1))
+        sizes.append((z, y, size))
+    return sizes

@@ -1,4 +1,4 @@
-"""The training image prepared for the search, in each orientation of the path."""
+"""The training image prepared for the search, in each orientation of the path (section 4.2)."""
 
 from __future__ import annotations
 
@@ -28,31 +28,32 @@ from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
-"""What the parts of a training image may take that are kept for other realizations."""
+"""Largest size of the parts of a training image that are kept for other realizations."""
 
 
 class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search."""
 
     pyramid: Pyramid
-    # shape (n_splits, 3): into how many parts, along each axis, a tile may be split; the first is 1
-    splits: NDArray[np.int64]
+    splits: NDArray[np.int64]  # shape (n_splits, 3): from `legal_splits`
     squares: NDArray[np.number[Any]]  # from `running_squares`, of the type of the scores
     running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
     places: Triple  # layers, rows and columns of locations
     proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
-    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 where not steered
+    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 if not steered
 
     @property
     def n_places(self) -> int:
-        """How many locations there are."""
+        """The number of locations."""
         return prod(self.places)
 
 
-def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths) -> OrientedImage:
+def orient_image(
+    study: Study, image: NDArray[np.uint8], lengths: ScaledLengths, may_split: bool
+) -> OrientedImage:
     """Return an image, in path coordinates and at the searched scale, as the search needs it.
 
-    `lengths` are along the path, in cells of the image.
+    `lengths` are along the path, in cells of the image; with `may_split` tiles may be split.
     """
     p, n_facies = study.parameters, study.training_image.n_facies
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -64,7 +65,6 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
         blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
     kind = score_type(level, template, overlap, correlation)
-    may_split = p.exact_data and study.hard_data.n > lengths.max_data
     splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
     check_stop()
     squares = running_squares(pyramid.sums, kind)
@@ -77,28 +77,29 @@ def orient_image(study: Study, image: NDArray[np.uint8], lengths: ScaledLengths)
     margin = np.zeros(n_facies)
     if steers(study):
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
-    own = squares, running, places, proportions, margin
-    return OrientedImage(pyramid, np.array(splits), *own)  # type: ignore[arg-type]
+    sums = squares, running, places
+    return OrientedImage(pyramid, np.array(splits), *sums, proportions, margin)  # type: ignore[arg-type]
 
 
 def steers(study: Study) -> bool:
     """Say whether proportions are steered to a target that is drawn for each realization.
 
-    Not where patches keep to their own places within layers, as each place has its own proportions.
+    Not if patches keep to their own location within layers, as proportions depend on that.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
 
 
 class PreparedImage:
-    """The training image as all realizations of a study share it; parts are made when needed.
+    """The training image that all realizations of a study share; parts are made when needed.
 
-    Two threads may both make the same part. The parts used last are kept, as far as KEPT_BYTES go.
+    Two threads may make the same part. The parts used last are kept, up to KEPT_BYTES.
     """
 
     def __init__(self, study: Study) -> None:
         self.study = study
-        self._lengths = lengths_of(study.parameters, study.grid.shape)
+        self.lengths = lengths_of(study.parameters, study.grid.shape)
+        """By scale, along the axes of the grid, with the usual template."""
         self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
@@ -108,9 +109,10 @@ class PreparedImage:
         """
 
         def make() -> OrientedImage:
-            scale = self.study.parameters.scale
-            own = self._lengths._replace(template=template).at_scale(scale).along(orientation)
-            return orient_image(self.study, self.scaled(orientation, scale), own)
+            p, study = self.study.parameters, self.study
+            lengths = lengths_of(p, study.grid.shape, template, orientation)[-1]
+            may_split = p.exact_data and study.hard_data.n > self.lengths[0].max_data
+            return orient_image(study, self.scaled(orientation, p.scale), lengths, may_split)
 
         return self.part(("oriented", orientation, template), make)
 
@@ -122,34 +124,29 @@ class PreparedImage:
                 indices = self.study.training_image.indices
                 oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
                 return np.array(oriented, order="C")  # writable: kernels know one type
-            fine, coarse = (
-                self._lengths.at_scale(s).along(orientation).unit for s in (scale - 1, scale)
-            )
-            z, y, x = (b // a for a, b in zip(fine, coarse, strict=True))
-            return upgrid(self.scaled(orientation, scale - 1), (z, y, x))
+            finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
+            return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 
         return self.part(("scaled", orientation, scale), make)
 
     def bits(self) -> NDArray[np.uint64]:
-        """Return the image as `to_bits` gives it."""
+        """Return the bits of the image by rows, from `to_bits`."""
         return self.part(("bits",), lambda: to_bits(self.scaled()))
 
     def square_bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
-        """Return what `scaled` does as `to_square_bits` gives it."""
-        return self.part(
-            ("square_bits", orientation, scale),
-            lambda: to_square_bits(self.scaled(orientation, scale)),
-        )
+        """Return the bits of `scaled` by squares, from `to_square_bits`."""
+        key = "square_bits", orientation, scale
+        return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale)))
 
     def repair(self, template: Triple) -> Repair:
-        """Return what seams are repaired with, in the orientation of the grid."""
+        """Return the inputs of seam repair, in the orientation of the grid."""
         shape, n_facies = in_layers(self.study.grid.shape), self.study.training_image.n_facies
         return self.part(
             ("repair", template), lambda: prepare_repair(self.scaled(), template, shape, n_facies)
         )
 
     def proportions_of_data(self) -> DataProportions:
-        """Return what the hard data of the study say of the proportions."""
+        """Return the proportions of the hard data of the study."""
         study = self.study
 
         def make() -> DataProportions:
@@ -166,5 +163,5 @@ class PreparedImage:
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
-        """When a datum counts as isolated, by facies index."""
+        """Thresholds below which a datum is isolated, by facies index."""
         return isolated_datum_thresholds(self.scaled())

@@ -1,4 +1,4 @@
-"""One realization of a study: the raster pass of Algorithm 1, then local re-simulation."""
+"""One realization of a study: Algorithm 1, then our corrections."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.compilation import SOON, ask_for, await_all
 from ccwsim.engine.corrections.cell_repair import repair_cells
-from ccwsim.engine.corrections.resimulation import Target, resimulate
+from ccwsim.engine.corrections.resimulation import OnWindow, Target, resimulate
 from ccwsim.engine.corrections.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
+from ccwsim.engine.multiscale import place_at_finer_scales
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import (
     RASTER_SHARE,
     REPAIR_SHARE,
     draw_template,
-    simulate_raster,
+    make_plan,
+    simulate_tiles,
+    to_grid,
     totals_of,
 )
 from ccwsim.engine.stages.conditioning import data_grid
@@ -31,15 +34,16 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
+Report = Callable[[float], None]
+"""Called as report(share) with the share that is done, 0 … 1; may raise to stop."""
+
 
 @dataclass(frozen=True, eq=False)
 class Realization:
     """One realization of a study."""
 
-    # shape (ny, nx), or (nz, ny, nx) of a volume: facies indices
-    indices: NDArray[np.uint8]
-    # the same shape, or empty: as `Ensemble.sources` has it
-    sources: NDArray[np.int32]
+    indices: NDArray[np.uint8]  # facies indices, shape of the grid
+    sources: NDArray[np.int32]  # the same shape, or empty: as `Ensemble.sources` has it
     data_status: NDArray[np.int16]  # shape (n_data,): as `Ensemble.data_status` has it
     cpu_seconds: float = 0.0  # CPU time of the thread that simulated it
 
@@ -47,33 +51,60 @@ class Realization:
 def simulate_realization(
     study: Study, number: int, image: PreparedImage, keep_sources: bool, watch: Watch
 ) -> Realization:
-    """Return realization `number` of a study: raster pass, then local re-simulation.
+    """Return realization `number` of a study: raster pass, local re-simulation, seam repair.
 
-    Its random numbers depend on the seed and its own number alone.
+    Its random numbers depend only on the seed and its number.
     """
     before = time.thread_time()
     rng = random_numbers(study.seed, number)
     template = draw_template(study.parameters, study.training_image.shape, rng)
     indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
-    cells = study.hard_data.cells
-    if study.parameters.exact_data and study.hard_data.n:
-        target = target_of(study, image, indices, sources)
-        data_status = resimulate(
-            target,
-            in_three(cells),
-            template,
-            rng,
-            image.isolated_datum_thresholds,
-            lambda share: watch.report(RASTER_SHARE + (REPAIR_SHARE - RASTER_SHARE) * share),
-        )
-    else:
-        missed = indices[tuple(cells.T)] != study.facies_of_data
-        data_status = np.where(missed, WRONG, 0).astype(np.int16)
-    if repairs(study):
-        target = target_of(study, image, indices, sources)
-        repair(study, target, data_status, template, image, rng, watch.report)
+    changed = study, image, template, indices, sources, rng
+    data_status = honour_data(*changed, watch.report)
+    repair(*changed, data_status, watch.report)
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
+
+
+def simulate_raster(
+    study: Study,
+    template: Triple,
+    image: PreparedImage,
+    keep_sources: bool,
+    rng: np.random.Generator,
+    watch: Watch,
+) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """Return a realization after the raster pass, and the sources of its cells."""
+    plan = make_plan(study, template, image, rng)
+    simulated = simulate_tiles(study, plan, keep_sources, rng, watch)
+    simulated = place_at_finer_scales(study, plan, image, simulated, keep_sources, watch)
+    return to_grid(simulated, plan.path, study)
+
+
+def honour_data(
+    study: Study,
+    image: PreparedImage,
+    template: Triple,
+    indices: NDArray[np.uint8],
+    sources: NDArray[np.int32],
+    rng: np.random.Generator,
+    report: Report = lambda share: None,
+    on_window: OnWindow | None = None,
+) -> NDArray[np.int16]:
+    """Re-simulate locally around data that a realization misses, in place; return the data status.
+
+    Without exact data these are only marked as wrong. `on_window` is that of `resimulate`.
+    """
+    cells = study.hard_data.cells
+    if not (study.parameters.exact_data and study.hard_data.n):
+        missed = indices[tuple(cells.T)] != study.facies_of_data
+        return np.where(missed, WRONG, 0).astype(np.int16)
+
+    def part(share: float) -> None:
+        report(RASTER_SHARE + (REPAIR_SHARE - RASTER_SHARE) * share)
+
+    target, thresholds = target_of(study, image, indices, sources), image.isolated_datum_thresholds
+    return resimulate(target, in_three(cells), template, rng, thresholds, part, on_window)
 
 
 def repairs(study: Study) -> bool:
@@ -85,18 +116,22 @@ def repairs(study: Study) -> bool:
 
 def repair(
     study: Study,
-    target: Target,
-    data_status: NDArray[np.int16],
-    template: Triple,
     image: PreparedImage,
+    template: Triple,
+    indices: NDArray[np.uint8],
+    sources: NDArray[np.int32],
     rng: np.random.Generator,
-    report: Callable[[float], None] = lambda share: None,
+    data_status: NDArray[np.int16],
+    report: Report = lambda share: None,
 ) -> None:
-    """Repair the seams of a realization whose data are honoured, in place.
+    """Repair the seams of a realization whose data are honoured, in place, if the study says so.
 
-    Single cells are changed after the windows, in walks; where these are many, also before, so that
-    no window is spent on what they repair.
+    Walks over single cells come after the windows. In volumes and with data, where unseen patterns
+    are many, single cells are changed before too, so that no window is spent on them.
     """
+    if not repairs(study):
+        return
+    target = target_of(study, image, indices, sources)
     shape, n_data = target.grid.shape, study.hard_data.n
     volume, most = shape[0] > 1, target.grid.size
     if not volume:
@@ -106,28 +141,28 @@ def repair(
         share = WINDOWS_A_TILE_DATA if n_data else WINDOWS_A_TILE
         most = max(round(share * n_tiles), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
-    n_facies, own = study.training_image.n_facies, image.repair(template)
+    n_facies, inputs = study.training_image.n_facies, image.repair(template)
 
-    def part(first: float, last: float) -> Callable[[float], None]:
+    def part(first: float, last: float) -> Report:
         low = REPAIR_SHARE + (1 - REPAIR_SHARE) * first
         return lambda share: report(low + (1 - REPAIR_SHARE) * (last - first) * share)
 
     if volume or n_data:
-        repair_cells(target, own.side_by_side, rng, False, part(0.0, 0.1))
-    repair_seams(target, own, n_facies, most, forced, rng, part(0.1, 0.9))
-    repair_cells(target, own.side_by_side, rng, True, part(0.9, 1.0))
+        repair_cells(target, inputs.side_by_side, rng, False, part(0.0, 0.1))
+    repair_seams(target, inputs, n_facies, most, forced, rng, part(0.1, 0.9))
+    repair_cells(target, inputs.side_by_side, rng, True, part(0.9, 1.0))
 
 
 def target_of(
     study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> Target:
-    """Return what local re-simulation changes: views of a realization and its sources in layers."""
+    """Return the target of corrections: views of a realization and its sources in layers."""
     shape = in_layers(study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
-    origin = sources.reshape(shape if sources.size else (0, 0, 0))
+    sources = sources.reshape(shape if sources.size else (0, 0, 0))
     by_chance = study.parameters.draws_as_published
     known = image.scaled(), image.bits(), image.square_bits()
-    return Target(*known, data, indices.reshape(shape), origin, by_chance)
+    return Target(*known, data, indices.reshape(shape), sources, by_chance)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
@@ -141,7 +176,7 @@ _compiled: set[tuple[object, ...]] = set()
 
 def is_compiled(study: Study, image: PreparedImage) -> bool:
     """Say whether this process has run all kernels that a study needs."""
-    return _ways(study, image) in _compiled
+    return _specialization(study, image) in _compiled
 
 
 def is_ready() -> bool:
@@ -150,19 +185,16 @@ def is_ready() -> bool:
 
 
 def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
-    """Run each kernel of a study once, on next to nothing, before realizations are timed."""
+    """Run each kernel of a study once, on a tiny grid, before realizations are timed."""
     if is_compiled(study, image):
         return
     await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)
     simulate_realization(_tiny(study), 0, image, False, watch)
-    _compiled.add(_ways(study, image))
+    _compiled.add(_specialization(study, image))
 
 
 def walk_through(study: Study, watch: Watch) -> None:
-    """Simulate next to nothing, which calls all kernels of a study: for `ask_for`.
-
-    From a small image, as what is prepared in a walk is of no use.
-    """
+    """Simulate a tiny grid from a small image, which calls all kernels of a study."""
     image, template = study.training_image, study.parameters.along(study.grid.shape).template
     shape = [min(n, 2 * t) for n, t in zip(in_layers(image.shape), template, strict=True)]
     cells = np.resize(image.codes, shape[-len(image.shape) :])
@@ -171,7 +203,7 @@ def walk_through(study: Study, watch: Watch) -> None:
 
 
 def _tiny(study: Study) -> Study:
-    """Return a study of next to nothing, with data that cannot all be honoured if it has data."""
+    """Return a study of a tiny grid, with data that cannot all be honoured if it has data."""
     shape = (8,) * len(study.grid.shape)
     cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
     codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]
@@ -179,8 +211,8 @@ def _tiny(study: Study) -> Study:
     return Study(study.training_image, grid, study.parameters, HardData(cells, codes), 0)
 
 
-def _ways(study: Study, image: PreparedImage) -> tuple[object, ...]:
-    """Return what decides which kernels are run, and for which types."""
+def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
+    """Return the choices that decide which kernels are run, and for which types."""
     p = study.parameters
     template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)

@@ -1,4 +1,4 @@
-"""Answer an edit of hard data at once: re-simulate what they touch (not in the paper)."""
+"""Revise an ensemble after an edit of hard data, by local re-simulation (not in the paper)."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ from ccwsim.system.machine import n_cores
 
 
 def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:
-    """Return an ensemble that honours edited data, simulated anew only around what they miss.
-
-    With `Parameters.exact_data` off nothing is re-simulated: wrong data are marked and stay wrong.
+    """Return an ensemble that honours edited data, simulated anew only around missed ones.
 
     Realizations change in windows of at most the template size around each datum that is not
-    honoured yet; a datum that was taken away leaves the cells as they are. `simulate` gives the
-    realizations that are drawn with all data from the beginning.
+    honoured yet; a removed datum leaves the cells as they are. Use `simulate` for realizations
+    drawn with all data from the beginning. With `Parameters.exact_data` off nothing is
+    re-simulated: wrong data are only marked.
 
     Parameters
     ----------
@@ -36,7 +35,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     hard_data : HardData, pair, table or array_like
         All data, old and new, as `HardData.of` takes them.
     n_workers : int, optional
-        Threads; as many as there are cores where not given.
+        Threads; one per core by default.
 
     Returns
     -------
@@ -66,9 +65,9 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()
     indices = ensemble.indices.copy()
-    kept = ensemble.sources
-    sources = np.empty((ensemble.n, 0, 0), np.int32) if kept is None else kept.copy()
-    data_status = _known(ensemble, hard_data)
+    recorded = ensemble.sources
+    sources = np.empty((ensemble.n, 0, 0), np.int32) if recorded is None else recorded.copy()
+    data_status = _status_before(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
     image = PreparedImage(study)
     thresholds = image.isolated_datum_thresholds
@@ -79,17 +78,16 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         before = time.thread_time()
         key = int(ensemble.numbers[number]), 1
         rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=key))
-        own = indices[number]
-        wrong = own[places] != study.facies_of_data
+        wrong = indices[number][places] != study.facies_of_data
         if not p.exact_data:
             data_status[number, wrong] = WRONG
             return
         forced = data_status[number] == FORCED
         origin = sources[number]
-        if forced.any() and not origin.size:  # to see which forced cells a window takes by now
+        if forced.any() and not origin.size:  # to see which forced cells a window replaces
             origin = np.zeros(study.grid.shape, np.int32)
             origin[tuple(hard_data.cells[forced].T)] = -1
-        target = target_of(study, image, own, origin)
+        target = target_of(study, image, indices[number], origin)
         status = resimulate(target, cells[wrong], template, rng, thresholds, watch.report)
         data_status[number, wrong] = status
         if forced.any():
@@ -103,15 +101,15 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         hard_data=hard_data,
         indices=readonly(indices),
         data_status=readonly(data_status),
-        sources=None if kept is None else readonly(sources),
+        sources=None if recorded is None else readonly(sources),
         revised=True,
         cpu_seconds=readonly(seconds),
         wall_seconds=time.perf_counter() - start,
     )
 
 
-def _known(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
-    """Return how the data that were there before were met; 0 for new ones."""
+def _status_before(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
+    """Return the status of the data that the ensemble had before; 0 for new ones."""
     before = {datum: k for k, datum in enumerate(ensemble.hard_data.triples)}
     data_status = np.zeros((ensemble.n, hard_data.n), np.int16)
     for k, datum in enumerate(hard_data.triples):

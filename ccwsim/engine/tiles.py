@@ -1,4 +1,8 @@
-"""The compiled simulation loop: score, draw, refine, cut and paste, patch after patch."""
+"""The compiled simulation loop: patch after patch along the path (Algorithm 1, lines 4 to 14).
+
+The template and overlap of the code are the paper's T and OR. Not in the paper: refinement, and the
+draw towards target proportions.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +12,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.corrections.proportions import closest_to_target, draw_towards
-from ccwsim.engine.corrections.refinement import refine_place
+from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
+from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.lengths import ScaledLengths
 from ccwsim.engine.prepared_image import OrientedImage
-from ccwsim.engine.stages.bits import Strips, make_strips
-from ccwsim.engine.stages.box import BELOW, LEFT, TOP, Box
+from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
 from ccwsim.engine.stages.candidates import (
+    Ranking,
     add_location,
     best_places,
     draw_index,
     keep_within,
-    n_segments,
+    make_ranking,
     place_of,
     rule_out_continuations,
 )
@@ -35,351 +38,244 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import RasterPath, Triple, in_order
+from ccwsim.engine.stages.path import Box, Triple
 from ccwsim.engine.stages.similarity import (
     Terms,
+    cached_overlap_energies,
     make_terms,
-    overlap_energies,
     overlap_terms,
     score_places,
 )
 
 
 class Search(NamedTuple):
-    """The parameters as the simulation loop needs them, lengths in cells of the searched grid.
+    """The parameters of the simulation loop, lengths in cells of the searched grid."""
 
-    `cell_cost` is the score of one wrong cell of overlap, `datum_cost` what the weights of missed
-    data are multiplied by, `slack_cost` what slack is, and `slack` how much worse than the best a
-    location without data may be, −1 for any; `n_drawn` is how many of these are drawn and shifted,
-    to take the one that fits best. `missed` is what a datum counts in refinement, in wrong cells.
-    Where data are not `exact` they were only compared by blocks, so that a location chosen for them
-    must not be shifted. `location_cost` is that of one at the other end, along the axes of
-    `location_axes`. `reach` says which locations are too near to the continuation of other patches,
-    in blocks.
-    """
-
-    template: Triple
-    overlap: Triple
-    block: Triple
-    n_candidates: int
-    co_template: int
-    share: float
+    template: Triple  # T
+    overlap: Triple  # OR
+    block: Triple  # cells of a coefficient, 2^J
+    n_candidates: int  # K
+    co_template: int  # CT, in templates
+    share: float  # of the locations, by overlap, that are searched where data condition
     refine: bool
-    match: bool
-    cell_cost: float
-    datum_cost: float
-    slack_cost: float
-    missed: int
-    location_cost: float
-    location_axes: tuple[float, float, float]
-    exact: bool
-    slack: int
-    n_drawn: int
-    reach: Triple
+    match: bool  # proportions are matched to those of the training image
+    cell_cost: float  # score of one wrong cell of overlap
+    datum_cost: float  # factor of the weights of missed data
+    slack_cost: float  # factor of the slack where data condition
+    missed: int  # cost of a missed datum in refinement, in wrong cells
+    location_cost: float  # of a location at the other end of the image
+    location_axes: tuple[float, float, float]  # weight of each axis in it
+    exact: bool  # else data were compared by blocks, and locations chosen for them must not shift
+    slack: int  # by which a candidate may be worse than the best without data; −1 for any
+    n_drawn: int  # locations drawn without data, of which the best after refinement is used
+    reach: Triple  # blocks around the continuation of a patch that are no candidates
 
 
-class Workspace(NamedTuple):
-    """Arrays for one patch after another; what the latest left tells how it was chosen.
+class PatchInputs(NamedTuple):
+    """Inputs of the simulation loop, the same for all patches of a realization."""
 
-    `choice` has how many of the `places` were candidates, how many of them were drawn, and which
-    was taken. They are made in Python, as kernels make no arrays.
-    """
+    patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`
+    # shape (n, 4): from `patches_before`; (n, 0) if continuations of other patches may be drawn
+    before: NDArray[np.int64]
+    oriented: OrientedImage
+    data: PlacedData
+    search: Search
+    steering: Steering
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
-    totals: NDArray[np.signedinteger]  # the same with the costs of data and location
-    energies: NDArray[np.number[Any]]  # ΣA² of the overlap at the same locations
-    energies_of: NDArray[
-        np.int64
-    ]  # shape (4,): the layers, rows, columns and sides of that overlap
-    terms: Terms
-    minima: NDArray[np.number[Any]]  # of the scores, and of the totals
-    total_minima: NDArray[np.signedinteger]
-    segments: NDArray[np.int64]  # those with good scores
-    # locations with good scores, their scores, and their totals
-    found: NDArray[np.int64]
-    found_scores: NDArray[np.number[Any]]
-    found_totals: NDArray[np.signedinteger]
-    places: NDArray[np.int64]  # numbers of locations
-    choice: NDArray[np.int64]
-    after: NDArray[np.int64]
-    tilt: NDArray[np.float64]
-    chances: NDArray[np.float64]
-    at_stake: NDArray[np.int64]
-    misses: Misses
+
+class PlacingWorkspace(NamedTuple):
+    """Workspace to refine the location of a patch, cut it and paste it."""
+
     strips: Strips
+    at_stake: NDArray[np.int64]  # shape (n, 4): from `data_at_stake`
     cut: CutWorkspace
 
 
+class PatchWorkspace(NamedTuple):
+    """Workspace of the simulation loop, which shows how the latest patch was chosen.
+
+    It is made in Python, as kernels make no arrays.
+    """
+
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
+    totals: NDArray[np.signedinteger]  # the same shape: scores with the costs of data and location
+    energies: NDArray[np.number[Any]]  # the same shape: ΣA² over the overlap
+    energies_of: NDArray[np.int64]  # shape (4,): the overlap of `energies`
+    terms: Terms
+    ranking: Ranking  # of the scores
+    total_ranking: Ranking  # of the totals, into the same `places`
+    choice: NDArray[np.int64]  # shape (3,): number of candidates, of these drawn, and the used one
+    after: NDArray[np.int64]  # shape (n_facies,), for `closest_to_target`
+    tilt: NDArray[np.float64]  # shape (n_facies,), for `draw_towards`
+    chances: NDArray[np.float64]  # shape (K,), for `draw_towards`
+    misses: Misses
+    placing: PlacingWorkspace
+
+
 class Simulated(NamedTuple):
-    """What the simulation loop fills, in path coordinates."""
+    """Results of the simulation loop, in path coordinates."""
 
-    # shape (nz, ny, nx): facies indices, UNKNOWN where not simulated; large enough for whole tiles
+    # shape (nz, ny, nx): facies indices, UNKNOWN if not simulated yet; large enough for whole tiles
     grid: NDArray[np.uint8]
-    # shape (nz, ny, nx) or (0, 0, 0): flat index in the oriented TI of each cell; not kept where it
-    # is empty
-    sources: NDArray[np.int32]
-    # shape (n_facies,) or (0,): simulated cells by facies; not kept where it is empty
-    counts: NDArray[np.int64]
-    # shape (n_patches, 3): first cell in the oriented TI of each patch
-    locations: NDArray[np.int32]
-
-
-def make_patches(
-    path: RasterPath, lengths: ScaledLengths, splits: NDArray[np.int64], split_of: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Return the patches in the order of the path, shape (n, 10).
-
-    Columns: first layer, row and column, lengths along these, sides of the overlap (0 for the first
-    patch), index of the split of its tile, the tile, and the part of the tile. `lengths` are along
-    the path.
-    """
-    tiles = in_order(path)
-    n_parts = splits.prod(axis=1)[split_of[tiles]]
-    tile = np.repeat(tiles, n_parts)
-    part = np.arange(len(tile)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
-    parts = splits[split_of[tile]]
-    at = np.stack(np.unravel_index(tile, path.tiles), axis=1)
-    within = np.stack(
-        [part // (parts[:, 1] * parts[:, 2]), part // parts[:, 2] % parts[:, 1],
-         part % parts[:, 2]], axis=1,
-    )  # fmt: skip
-    step, overlap = np.array(lengths.step), np.array(lengths.overlap)
-    first = at * step + within * (step // parts)
-    size = step // parts + overlap
-    bits = np.array([BELOW, TOP, LEFT]) * (overlap > 0)
-    sides = ((at + within > 0) * bits).sum(axis=1)
-    return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
-
-
-def clipped(
-    patches: NDArray[np.int64], path: RasterPath, lengths: ScaledLengths
-) -> NDArray[np.int64]:
-    """Return the patches with whole blocks of the grid alone, where the path begins before it.
-
-    Cells outside the grid are cropped in the end: in a volume of few tiles they are a third and
-    more of all. A patch that the next ones replace wholly is left out.
-    """
-    unit = np.multiply(lengths.block, lengths.unit)
-    low = np.array(path.offset) // unit * lengths.block
-    high = -(-np.add(path.offset, path.shape) // unit) * lengths.block
-    first, overlap = patches[:, :3], np.array(lengths.overlap)
-    end = first + patches[:, 3:6]
-    needed = (end - overlap > low) & ((first + overlap < high) | (first <= low))
-    bits = np.array([BELOW, TOP, LEFT]) * (overlap > 0)
-    sides = ((first > low) * bits).sum(axis=1)
-    first, end = np.maximum(first, low), np.minimum(end, high)
-    return np.column_stack([first, end - first, sides, patches[:, 7:]])[needed.all(axis=1)]
-
-
-def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
-    """Return which patches of a map lie beside each and are simulated before it, shape (n, 4).
-
-    On the left, at the top and at two corners, of tiles that are not split; −1 where there is none.
-    """
-    whole = patches[:, 7] == 0
-    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin
-    at = np.stack(np.unravel_index(patches[:, 8], path.tiles[1:]), axis=1) + 1
-    number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
-    moves = (-1, -1), (-1, 0), (-1, 1), (0, -1)
-    found = [np.where(whole, number_of[tuple((at + move).T)], -1) for move in moves]
-    return np.stack(found, axis=1)
+    sources: NDArray[np.int32]  # same shape: flat index in the oriented TI; or empty: not recorded
+    counts: NDArray[np.int64]  # shape (n_facies,): simulated cells; or empty: not counted
+    locations: NDArray[np.int32]  # shape (n_patches, 3): first cell in the oriented TI
 
 
 def make_workspace(
     oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
-) -> Workspace:
-    """Return the arrays that patches of a study need; `totals` is the type of scores with costs."""
+) -> PatchWorkspace:
+    """Return the workspace for patches; `totals` is the type of scores with costs."""
     kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
-    template = search.template
-    n_data = min(len(data.columns), prod(template))
-    return Workspace(
+    template, n_facies = search.template, len(oriented.proportions)
+    ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
+    return PatchWorkspace(
         scores=np.zeros(shape, kind),
         totals=np.zeros(shape, totals),
         energies=np.zeros(shape, kind),
         energies_of=np.zeros(4, np.int64),
         terms=make_terms(oriented.running, template, search.overlap, search.block),
-        minima=np.zeros(n_segments(n), kind),
-        segments=np.zeros(n_segments(n), np.int64),
-        total_minima=np.zeros(n_segments(n), totals),
-        found=np.zeros(n, np.int64),
-        found_scores=np.zeros(n, kind),
-        found_totals=np.zeros(n, totals),
-        places=np.zeros(search.n_candidates, np.int64),
+        ranking=ranking,
+        total_ranking=ranking._replace(minima=others.minima, values=others.values),
         choice=np.zeros(3, np.int64),
-        after=np.zeros(len(oriented.proportions), np.int64),
-        tilt=np.zeros(len(oriented.proportions)),
+        after=np.zeros(n_facies, np.int64),
+        tilt=np.zeros(n_facies),
         chances=np.zeros(search.n_candidates),
-        at_stake=np.zeros((n_data, 4), np.int64),
         misses=make_misses(len(data.columns), oriented.pyramid.sums.shape[1:], shape),
-        strips=make_strips(oriented.pyramid.square_bits, template),
-        cut=make_cut(template, search.overlap),
+        placing=make_placing(oriented.pyramid.square_bits, template, search.overlap, data),
+    )
+
+
+def make_placing(
+    square_bits: NDArray[np.uint64], template: Triple, overlap: Triple, data: PlacedData
+) -> PlacingWorkspace:
+    """Return the workspace to place patches of at most `template` cells."""
+    at_stake = np.zeros((min(len(data.columns), prod(template)), 4), np.int64)
+    return PlacingWorkspace(
+        make_strips(square_bits, template), at_stake, make_cut(template, overlap)
     )
 
 
 @part_of_kernel
 def box_of(p, overlap):
-    """Return the place of a patch, a row of `make_patches`."""
+    """Return the box of a patch, a row of `make_patches`."""
     return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
 
 
-@part_of_kernel
-def own_energies(squares, box, block, energies, energies_of):
-    """Fill `energies` for a patch, unless the patch before it had the same overlap."""
-    own = box.nz, box.ny, box.nx, box.sides
-    same = True
-    for k in range(4):
-        same = same and energies_of[k] == own[k]
-        energies_of[k] = own[k]
-    if not same:
-        overlap_energies(squares, box, block, energies)
-
-
-@part_of_kernel
-def draw(candidates, box, oriented, search, steering, counts, work, rng):
-    """Return the index of one of the candidates, steered where realizations are."""
-    n_places, block = work.scores.shape[1:], search.block
-    if steering.gain > 0:
-        return draw_towards(
-            oriented.running,
-            candidates,
-            box,
-            block,
-            n_places,
-            steering,
-            counts,
-            work.tilt,
-            work.chances,
-            rng,
-        )
-    if search.match:
-        image, wanted = oriented.pyramid.image, oriented.proportions
-        return closest_to_target(
-            image, candidates, box, block, n_places, wanted, counts, work.after, rng
-        )
-    return draw_index(rng, len(candidates))
-
-
 @kernel
-def simulate_patches(
-    first, last, patches, before, oriented, data, search, steering, rng, work, simulated
-):
-    """Simulate patches `first` to `last` − 1 of the raster path (Algorithm 1, lines 4 to 14).
-
-    `patches` come from `make_patches`, `before` from `patches_before`, or has no columns where
-    locations beside those of other patches may be drawn; `simulated` is changed in place.
-    """
-    image, square_bits, _, phases = oriented.pyramid
-    running = oriented.running
-    grid, sources, counts, locations = simulated
-    scores, totals, places = work.scores, work.totals, work.places
-    segments, found = work.segments, work.found
-    n_places = scores.shape[1], scores.shape[2]
-    block = search.block
-    for number in range(first, last):
-        patch = patches[number]
-        box = box_of(patch, search.overlap)
-        n_groups = overlap_terms(grid, box, block, running, work.terms)
-        own_energies(oriented.squares, box, block, work.energies, work.energies_of)
-        score_places(running, work.terms, n_groups, work.energies, scores)
+def simulate_patches(first, last, inputs, work, simulated, rng):
+    """Simulate patches `first` to `last` − 1 of the raster path; `simulated` changes in place."""
+    patches, before, oriented, data, search, _ = inputs
+    image, square_bits, _, _ = oriented.pyramid
+    grid, block, scores, placing = simulated.grid, search.block, work.scores, work.placing
+    places, n_places = work.ranking.places, (scores.shape[1], scores.shape[2])
+    coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
+    for number in range(first, last):  # line 4: locations of the path
+        box = box_of(patches[number], search.overlap)
+        # Lines 5, 6: the first patch has no overlap. All scores are then 0, and as ties are broken
+        # at random, its candidates are random locations.
+        # Lines 8, 9: the overlap and its coefficients, here block sums
+        n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
+        # Line 10: CCW scores
+        cached_overlap_energies(oriented.squares, box, block, work.energies, work.energies_of)
+        score_places(oriented.running, work.terms, n_groups, work.energies, scores)
+        # Line 11: the K best candidates
         has_data = data_ahead(data, box, search.co_template)
-        n = len(places)
-        free = not has_data and box.sides > 0
-        if free and before.shape[1] > 0:
-            corner = box.z0, box.y0, box.x0
+        is_free = not has_data and box.sides > 0
+        if is_free and before.shape[1] > 0:
+            locations = simulated.locations
             rule_out_continuations(
-                corner, before[number], patches, locations, block, search.reach, scores
+                box, before[number], patches, locations, block, search.reach, scores
             )
+        slack = search.slack if is_free else np.int64(-1)
         if has_data or search.location_cost > 0:
-            weights = SPARSE if patch[7] == 0 else DENSE
-            everywhere = weights.everywhere or not has_data
-            start_totals(
-                scores.reshape(-1), 1.0 if everywhere else search.share, totals.reshape(-1)
-            )
-            if search.location_cost > 0:
-                add_location(box, grid.shape, search.location_cost, search.location_axes, totals)
-            add_missed(
-                phases,
-                grid,
-                data,
-                box,
-                search.co_template,
-                oriented.proportions,
-                weights,
-                search.datum_cost,
-                work.misses,
-                totals,
-            )
-            flat = totals.reshape(-1)
-            best_places(flat, n, rng, work.total_minima, segments, found, work.found_totals, places)
-            if has_data:
-                n = keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
-            elif free and search.slack >= 0:
-                n = keep_within(flat, places, search.slack)
+            is_split = patches[number, 7] > 0
+            n = conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng)
         else:
-            raveled = scores.reshape(-1)
-            best_places(raveled, n, rng, work.minima, segments, found, work.found_scores, places)
-            if free and search.slack >= 0:
-                n = keep_within(raveled, places, search.slack)
-        coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
+            n = unconditional_candidates(scores, slack, work.ranking, rng)
+        # Line 12: random draw; not in the paper: refinement of the location
         refine = search.refine and coarse and (search.exact or not data_ahead(data, box, 1))
+        at_stake = placing.at_stake[:0]
+        if refine:
+            take_strips(grid, box, square_bits, placing.strips)
+            at_stake = placing.at_stake[: data_at_stake(grid, data, box, placing.at_stake)]
         least, place = np.int64(1 << 60), (np.int64(0), np.int64(0), np.int64(0))
-        n_drawn = search.n_drawn if free and refine else 1
+        n_drawn = search.n_drawn if is_free and refine else 1
         for _ in range(n_drawn):
-            drawn = draw(places[:n], box, oriented, search, steering, counts, work, rng)
-            wrong, near = np.int64(0), place_of(places[drawn], n_places, block)
+            drawn = draw(n, box, inputs, simulated.counts, work, rng)
+            misfit, near = np.int64(0), place_of(places[drawn], n_places, block)
             if refine:
-                wrong, z, y, x = refine_place(
-                    image,
-                    square_bits,
-                    grid,
-                    data,
-                    search.missed,
-                    box,
-                    block,
-                    near,
-                    work.strips,
-                    work.at_stake,
+                strips, missed = placing.strips, search.missed
+                misfit, z, y, x = refine_place(
+                    image, square_bits, box, block, near, strips, at_stake, missed
                 )
                 near = z, y, x
-            if wrong < least:
-                least, place = wrong, near
+            if misfit < least:
+                least, place = misfit, near
                 work.choice[0], work.choice[1], work.choice[2] = n, n_drawn, drawn
-        keep_old(grid, data.required, image, place, box, work.cut)
-        paste(image, place, box, work.cut.keep_mask, counts, grid, sources)
-        locations[number, 0], locations[number, 1], locations[number, 2] = place
+        # Line 13: the inverse DWT of Haar coefficients is the slice of the image at the location
+        # Line 14: paste, along the cut
+        cut_and_paste(number, box, place, image, data, placing.cut, simulated)
 
 
-@kernel
-def refine_patches(
-    first, last, patches, image, square_bits, data, missed, overlap, finer, refine, work, simulated
-):
-    """Place patches `first` to `last` − 1 of ms-ccsim near their locations at the coarser scale.
+@part_of_kernel
+def unconditional_candidates(scores, slack, ranking, rng):
+    """Fill `ranking.places` with the K best locations; return how many are candidates.
 
-    `finer` is how many cells of this scale a coarser one is, along each axis. `simulated.locations`
-    are those of the coarser scale on entry, and stay without `refine`.
+    `slack` says how much worse than the best one may be, −1 for any; `scores` has the shape
+    (nz, ny, nx) of locations.
     """
-    grid, sources, counts, locations = simulated
-    for number in range(first, last):
-        box = box_of(patches[number], overlap)
-        place = (
-            finer[0] * np.int64(locations[number, 0]),
-            finer[1] * np.int64(locations[number, 1]),
-            finer[2] * np.int64(locations[number, 2]),
+    flat, places = scores.reshape(-1), ranking.places
+    best_places(flat, rng, ranking)
+    return keep_within(flat, places, slack) if slack >= 0 else len(places)
+
+
+@part_of_kernel
+def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
+    """Do as `unconditional_candidates` with the costs of missed data and location (Fig. 5).
+
+    `has_data` says whether data are in the co-template; if not, only the location costs. `is_split`
+    says whether the patch is part of a split tile. `grid` has the shape (nz, ny, nx).
+    """
+    _, _, oriented, data, search, _ = inputs
+    weights = DENSE if is_split else SPARSE
+    share = search.share if has_data and not weights.everywhere else 1.0
+    flat, places = work.totals.reshape(-1), work.total_ranking.places
+    start_totals(work.scores.reshape(-1), share, flat)
+    if search.location_cost > 0:
+        add_location(box, grid.shape, search.location_cost, search.location_axes, work.totals)
+    phases, proportions, times = oriented.pyramid.phases, oriented.proportions, search.co_template
+    cost, misses = search.datum_cost, work.misses
+    add_missed(phases, grid, data, box, times, proportions, weights, cost, misses, work.totals)
+    best_places(flat, rng, work.total_ranking)
+    if has_data:
+        slack = np.int64(weights.slack * search.slack_cost)
+    return keep_within(flat, places, slack) if slack >= 0 else len(places)
+
+
+@part_of_kernel
+def draw(n, box, inputs, counts, work, rng):
+    """Return the index of one of the first n candidates, drawn towards the target proportions."""
+    _, _, oriented, _, search, steering = inputs
+    block, n_places = search.block, (work.scores.shape[1], work.scores.shape[2])
+    candidates = work.ranking.places[:n]
+    if steering.gain > 0:
+        tilt, chances, running = work.tilt, work.chances, oriented.running
+        return draw_towards(
+            running, candidates, box, block, n_places, steering, counts, tilt, chances, rng
         )
-        if refine:
-            _, z, y, x = refine_place(
-                image,
-                square_bits,
-                grid,
-                data,
-                missed,
-                box,
-                finer,
-                place,
-                work.strips,
-                work.at_stake,
-            )
-            place = z, y, x
-        keep_old(grid, data.required, image, place, box, work.cut)
-        paste(image, place, box, work.cut.keep_mask, counts, grid, sources)
-        locations[number, 0], locations[number, 1], locations[number, 2] = place
+    if search.match:
+        image, target = oriented.pyramid.image, oriented.proportions
+        return closest_to_target(
+            image, candidates, box, block, n_places, target, counts, work.after, rng
+        )
+    return draw_index(rng, n)
+
+
+@part_of_kernel
+def cut_and_paste(number, box, place, image, data, cut, simulated):
+    """Paste the patch at a location of the image, shape (mz, my, mx), and note the location."""
+    grid, sources, counts, locations = simulated
+    keep_old(grid, data.required, image, place, box, cut)
+    paste(image, place, box, cut.keep_mask, counts, grid, sources)
+    locations[number, 0], locations[number, 1], locations[number, 2] = place

@@ -238,14 +238,13 @@ def anodi(
         raise CCWSIMError("no ensemble was given; ANODI needs at least one")
     side, layers = size_of(own, size), layers_of(own, *stacks.values())
     rows = pyramid_histograms(own, None, side, factors, layers=layers)
-    total = sum(len(stack) for stack in stacks.values())
+    step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
-        rows += pyramid_histograms(
-            stack, None, side, factors, _part(progress, done, len(stack), total), layers
-        )
+        part = _part(progress, done * step, (done + len(stack)) * step)
+        rows += pyramid_histograms(stack, None, side, factors, part, layers)
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
-    divergence = divergences(rows, _after(progress))
+    divergence = divergences(rows, _part(progress, HISTOGRAM_SHARE, 1.0))
     between, within = _means(divergence, owner, len(stacks))
     return Anodi(tuple(stacks), tuple(factors), weight, side, divergence, owner, between, within)
 
@@ -272,13 +271,8 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     return weights / weights.sum()
 
 
-def _part(progress: Fraction | None, done: int, n: int, total: int) -> Fraction | None:
+def _part(progress: Fraction | None, begin: float, end: float) -> Fraction | None:
+    """Return the progress of a part of the work, from `begin` to `end` of the whole."""
     if progress is None:
         return None
-    return lambda share: progress(HISTOGRAM_SHARE * (done + share * n) / total)
-
-
-def _after(progress: Fraction | None) -> Fraction | None:
-    if progress is None:
-        return None
-    return lambda share: progress(HISTOGRAM_SHARE + (1 - HISTOGRAM_SHARE) * share)
+    return lambda share: progress(begin + (end - begin) * share)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -177,12 +176,12 @@ class Geobodies:
     percolates_vertical: NDArray[np.bool_] | None = None
 
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
-        """Return the share of the facies that is in geobodies of at least so many cells.
+        """Return the share of the facies in geobodies of at least a number of cells.
 
         Parameters
         ----------
         at_least : array_like, shape (m,)
-            Cells.
+            Numbers of cells.
 
         Returns
         -------
@@ -201,14 +200,6 @@ class Geobodies:
                 cells = np.append(0, np.cumsum(sizes))  # of the largest 0, 1, 2, … geobodies
                 row[:] = cells[np.searchsorted(-sizes, -smallest, side="right")] / cells[-1]
         return shares
-
-
-class _ImageGeobodies(NamedTuple):
-    sizes: NDArray[np.int64]
-    ew: bool
-    ns: bool
-    vertical: bool
-    euler: int
 
 
 def geobody_statistics(
@@ -235,40 +226,34 @@ def geobody_statistics(
     stack = as_stack(images)
     index = stack.index_of(facies)
     touching = neighbours_of(stack.shape, neighbours)
-    found = map_parallel(
-        lambda k: _of_one(stack.volume(k) == index, touching), len(stack), progress
-    )
-    totals = np.array([one.sizes.sum() for one in found], dtype=float)
-    squares = np.array([(one.sizes.astype(float) ** 2).sum() for one in found])
+
+    def one(k: int) -> tuple[NDArray[np.int64], list[bool], int]:
+        inside = stack.volume(k) == index
+        labels, n = label(inside, touching)
+        sizes = np.sort(np.bincount(labels.ravel(), minlength=n + 1)[1:])[::-1]
+        percolates = [_percolates(labels, n, axis) for axis in (2, 1, 0)]
+        return sizes, percolates, euler_number(inside, touching)
+
+    each = map_parallel(one, len(stack), progress)
+    sizes = tuple(own for own, _, _ in each)
+    ew, ns, vertical = np.array([ways for _, ways, _ in each], bool).reshape(-1, 3).T
+    totals = np.array([own.sum() for own in sizes], dtype=float)
+    squares = np.array([(own.astype(float) ** 2).sum() for own in sizes])
     return Geobodies(
-        n_geobodies=np.array([len(one.sizes) for one in found]),
-        sizes=tuple(one.sizes for one in found),
+        n_geobodies=np.array([len(own) for own in sizes]),
+        sizes=sizes,
         gamma=ratio(squares, totals**2),
-        percolates_ew=np.array([one.ew for one in found]),
-        percolates_ns=np.array([one.ns for one in found]),
-        euler_number=np.array([one.euler for one in found]),
+        percolates_ew=ew,
+        percolates_ns=ns,
+        euler_number=np.array([euler for _, _, euler in each]),
         neighbours=touching,
-        percolates_vertical=np.array([one.vertical for one in found]) if stack.is_volumes else None,
+        percolates_vertical=vertical if stack.is_volumes else None,
     )
 
 
-def _of_one(inside: NDArray[np.bool_], neighbours: int) -> _ImageGeobodies:
-    labels, n_geobodies = label(inside, neighbours)
-    sizes = np.bincount(labels.ravel(), minlength=n_geobodies + 1)[1:]
-    return _ImageGeobodies(
-        sizes=np.sort(sizes)[::-1],
-        ew=_have_common_label(labels[:, :, 0], labels[:, :, -1], n_geobodies),
-        ns=_have_common_label(labels[:, 0], labels[:, -1], n_geobodies),
-        vertical=n_geobodies > 0
-        if len(labels) == 1
-        else _have_common_label(labels[0], labels[-1], n_geobodies),
-        euler=euler_number(inside, neighbours),
-    )
-
-
-def _have_common_label(one: NDArray[np.int32], other: NDArray[np.int32], n: int) -> bool:
-    """Return whether one of n geobodies touches both sides of an image."""
+def _percolates(labels: NDArray[np.int32], n: int, axis: int) -> bool:
+    """Return whether one of n geobodies touches both ends of an axis."""
     touches = np.zeros(n + 1, bool)
-    touches[one] = True
+    touches[labels.take(0, axis)] = True
     touches[0] = False
-    return bool(touches[other].any())
+    return bool(touches[labels.take(-1, axis)].any())

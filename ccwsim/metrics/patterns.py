@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.kernels import kernel
+from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.metrics.coarsening import coarsened_volume
 from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
 from ccwsim.metrics.stack import (
@@ -209,7 +209,9 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
             f"patterns of the facies {shown(a.facies)} and {shown(b.facies)} cannot be compared; "
             "count both with the same codes"
         )
-    return float(js_of_frequencies(a.codes, a.frequencies, b.codes, b.frequencies))
+    result = np.zeros((2, 2))
+    _fill_row(*_joined([a, b]), 0, result)
+    return float(result[0, 1])
 
 
 def pattern_distance(
@@ -374,14 +376,15 @@ def _joined(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArr
 
 @kernel
 def _fill_row(codes, shares, starts, row, result):
+    """Compare a histogram with all later ones."""
     a, b = starts[row], starts[row + 1]
     for other in range(row + 1, len(starts) - 1):
         c, d = starts[other], starts[other + 1]
-        result[row, other] = js_of_frequencies(codes[a:b], shares[a:b], codes[c:d], shares[c:d])
+        result[row, other] = _js_of(codes[a:b], shares[a:b], codes[c:d], shares[c:d])
 
 
-@kernel
-def js_of_frequencies(codes_a, shares_a, codes_b, shares_b):
+@part_of_kernel
+def _js_of(codes_a, shares_a, codes_b, shares_b):
     """Merge two sorted histograms; a pattern in only one of them adds half its share."""
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):

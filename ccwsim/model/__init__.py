@@ -1,1 +1,1 @@
-"""The nouns: what a simulation starts from and returns. All are immutable."""
+"""The nouns: inputs and results of a simulation. All are immutable."""

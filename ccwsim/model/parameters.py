@@ -15,57 +15,55 @@ from ccwsim.model.errors import CCWSIMError, shown
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
-"""Parameters that may be an int, for all axes, or for a volume a triple along z, y and x.
-
-`location_weight` may be a number or a triple of numbers in the same way.
-"""
+"""Parameters that are an int for all axes, or for a volume a triple along z, y and x; likewise
+`location_weight`, a number or a triple of numbers."""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
     "but fewer of them fit and the training image is repeated more.",
-    "overlap_size": "How far neighbouring patches overlap, in cells. A wider overlap joins shapes "
-    "better and takes longer.",
+    "overlap_size": "Width of the overlap of neighbouring patches, in cells. A wider overlap joins "
+    "shapes better and takes longer.",
     "wavelet_level": "How often the overlap is halved by the Haar wavelet before it is compared. "
     "Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
     "coarsened.",
-    "n_candidates": "How many of the best locations the patch is drawn from. As published 1 copies "
-    "large pieces of the training image; more copy less and fit less well. By default only those "
-    "within 8 wrong cells of the best are drawn from (more with wide overlaps), and in maps none "
-    "that only copy the image on: there K changes little; in volumes 1 copies more than 20. Near "
-    "hard data those within 6 wrong cells of the best are, often one or two: with dense data K "
-    "changes little.",
+    "n_candidates": "Number of best locations from which the patch is drawn. As published, K = 1 "
+    "copies large pieces of the training image; larger K copies less and fits less well. By "
+    "default only locations within 8 wrong cells of the best are drawn (more with wide overlaps), "
+    "and in maps those that merely continue the image are excluded: K then has little effect; in "
+    "volumes K = 1 copies more than 20. Near hard data only locations within 6 wrong cells of the "
+    "best are drawn, often one or two: with dense data K has little effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "How overlap and training image are compared: sum of squared differences, the "
     "smallest best, as in the authors' code; or the plain cross-correlation of the paper, the "
     "largest best.",
-    "search_fraction": "Where there are hard data, the share of the locations, best overlap "
-    "first, among which one that fits the data is sought. Less keeps to the best overlaps, more "
-    "fits more data at once.",
-    "co_template": "How many template sizes ahead along the path hard data are looked at; 1 looks "
-    "at the patch alone.",
+    "search_fraction": "With hard data, the share of the locations, best overlap first, among "
+    "which one that fits the data is sought. Less keeps to the best overlaps, more fits more data "
+    "at once.",
+    "co_template": "Number of template sizes ahead along the path in which hard data count; 1 "
+    "counts only those in the patch.",
     "random_path": "Start each realization from a random corner along a random axis (8 ways), the "
     "first patch a random distance before the grid. Off: always from the south-west, along rows.",
-    "template_variation": "Each realization draws its own template size up to this share smaller "
-    "or larger than T.",
+    "template_variation": "Each realization draws its template size, up to this share smaller or "
+    "larger than T.",
     "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
-    "towards those of the training image: all realizations then have nearly the same. Off: each "
-    "realization has its own, which vary as those of pieces of the image as large as the grid and "
-    "lie nearer to those of hard data the more of these there are.",
+    "towards those of the training image, so that all realizations have nearly the same. Off: "
+    "proportions vary between realizations, as between equal-sized pieces of the image; with more "
+    "hard data they are nearer to those of the data.",
     "published_draw": "Draw patches as published: the first one begins at the corner of the grid, "
     "any of the K best may be drawn, and nothing steers the proportions. Off: patches begin at "
-    "random, those that fit much worse than the best or only copy the image on are left out, "
-    "and without data the one of two is taken that fits better.",
-    "repair_seams": "Change single cells and simulate windows anew where patches are joined as the "
-    "training image never has it: steps in a boundary, channels that end dead. Off for the "
+    "random, locations that fit much worse than the best or merely continue the image are "
+    "excluded, and without data two are drawn and the better one is used.",
+    "repair_seams": "Change single cells and simulate windows anew where patches are joined in "
+    "ways absent from the training image: steps in a boundary, channels that end dead. Off for the "
     "published method; with hard data that are not honoured exactly, nothing is repaired.",
     "location_weight": "How strongly each patch keeps to its own location in the training image, "
     "for images that change from one end to the other: at 1 a patch from the other end must fit "
     "better by a whole overlap. 0 takes patches from anywhere. In a volume (0.5, 0, 0), along z, y "
-    "and x, keeps a vertical trend alone.",
+    "and x, keeps only a vertical trend.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
     "resolution. This closes the breaks that a coarse level leaves.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
-    "data condition the search on the coarse grid only; what is then wrong stays wrong.",
+    "data condition only the search on the coarse grid; mismatches are not corrected.",
 }
 
 
@@ -99,8 +97,7 @@ def describe_weight(weight: Any) -> str:
 
 @dataclass(frozen=True)
 class Parameters:
-    # The first three and location_weight may be triples, for volumes; to what takes maps they are
-    # numbers.
+    # The first three and location_weight may be triples for volumes, and are numbers for maps.
     template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
     overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
     wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
@@ -144,23 +141,20 @@ class Parameters:
 
     @property
     def level(self) -> int:
-        """How often lengths are halved for the search: 0 for "ccsim", which compares cells."""
+        """The wavelet level of the search: 0 for "ccsim", which compares cells."""
         return 0 if self.method == "ccsim" else self.wavelet_level
 
     @property
     def scale(self) -> int:
-        """How often the images are up-gridded: the level for the method "ms-ccsim", else 0.
-
-        Of levels along three axes the largest.
-        """
+        """How often images are up-gridded: the (largest) level for "ms-ccsim", else 0."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are drawn as published: where it is asked for, or a location weight.
+        """Whether patches are drawn as published: on request, or with a location weight.
 
-        Patches near their own place have no others to be drawn from, and must begin with the grid.
-        With a weight along z alone they have all others at their height.
+        Patches that keep to their own location have no others to be drawn from, and must begin with
+        the grid. A weight only along z leaves all others at their height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 
@@ -172,7 +166,7 @@ class Parameters:
 
     @property
     def step(self) -> Any:
-        """How far the path goes from one patch to the next, T − OR, in cells."""
+        """T − OR, in cells: the distance from one patch to the next."""
         if isinstance(self.template_size, int) and isinstance(self.overlap_size, int):
             return self.template_size - self.overlap_size
         sizes = zip(_triple(self.template_size), _triple(self.overlap_size), strict=True)
@@ -189,7 +183,7 @@ class Parameters:
         Raises
         ------
         CCWSIMError
-            For a map where one of them is a triple.
+            For a map, if one of them is a triple.
 
         Examples
         --------
@@ -219,7 +213,7 @@ class Parameters:
 
 
 def parameter_table() -> list[dict[str, str]]:
-    """Return one row a parameter: name, symbol, matlab, allowed, default, meaning.
+    """Return a row per parameter: name, symbol, matlab, allowed, default, meaning.
 
     Examples
     --------
@@ -240,8 +234,8 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
     >>> legal_sizes(3, 5, 32)
     [8, 16, 24, 32]
     """
-    unit = 2**level
-    return list(range(-(-smallest // unit) * unit, largest + 1, unit))
+    block = 2**level
+    return list(range(-(-smallest // block) * block, largest + 1, block))
 
 
 def _number(name: str, value: Any, low: float, high: float, open_below: bool = False) -> float:
@@ -293,7 +287,7 @@ def _weight(p: Parameters, name: str, low: float, high: float) -> None:
 
 
 def _each(value: Any) -> Sequence[Any] | None:
-    """Return what is given along z, y and x, or None for one number."""
+    """Return three values along z, y and x, or None for a single number."""
     if isinstance(value, np.ndarray) and value.ndim:
         value = value.tolist()
     return value if isinstance(value, (tuple, list)) and len(value) == 3 else None
@@ -309,12 +303,12 @@ def _check_sizes(p: Parameters) -> None:
     if all(isinstance(size, int) for size in sizes):
         _check_axis("", *sizes)
         return
-    for axis, *own in zip(AXES[::-1], *map(_triple, sizes), strict=True):
-        _check_axis(f" along {axis}", *own)
+    for axis, *lengths in zip(AXES[::-1], *map(_triple, sizes), strict=True):
+        _check_axis(f" along {axis}", *lengths)
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or along all where they are the same; z may be thin."""
+    """Check the sizes along one axis, or along all if they are the same; z may be thin."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
@@ -322,13 +316,13 @@ def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
 
 
 def _check_size(what: str, where: str, size: int, level: int, low: int, high: int) -> None:
-    """Say which sizes a level allows where it does not allow this one."""
-    unit = 2**level
-    if size % unit == 0 and low <= size <= high:
+    """Raise, with the nearest legal sizes, if a level does not allow a size."""
+    block = 2**level
+    if size % block == 0 and low <= size <= high:
         return
     legal = legal_sizes(level, low, high)
-    near = sorted(legal, key=lambda own: (abs(own - size), own))[:2]
-    rule = f"a multiple of {unit}"
+    near = sorted(legal, key=lambda other: (abs(other - size), other))[:2]
+    rule = f"a multiple of {block}"
     if size > high:
         rule = "at most half the template"
     elif size < low:
@@ -351,8 +345,9 @@ def _documented() -> str:
         names += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
         lines.append(f"{row['name']} : {row['allowed']}; default {row['default']}")
         lines.append(f"    {row['meaning']}" + (f" ({', '.join(names)})" if names else ""))
-    lines += ["", "Raises", "------", "CCWSIMError", "    For a value that is not allowed; the"]
-    lines += ["    message says which would be.", "", "Examples", "--------"]
+    lines += ["", "Raises", "------", "CCWSIMError"]
+    lines += ["    For a value that is not allowed; the message suggests others.", ""]
+    lines += ["Examples", "--------"]
     lines += [">>> Parameters(template_size=48, overlap_size=8).step", "40"]
     lines += [">>> Parameters((16, 48, 48), (4, 8, 8), wavelet_level=(1, 2, 2)).step"]
     lines += ["(12, 40, 40)"]

@@ -1,4 +1,4 @@
-"""A study: everything that a simulation starts from, checked to fit together."""
+"""A study: the inputs of a simulation, checked to fit together."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ from ccwsim.model.training_image import TrainingImage
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What realizations are simulated from.
+    """Training image, grid, parameters, hard data and seed of realizations.
 
     Raises
     ------
     CCWSIMError
         For data outside the grid or of an unknown facies, for a template larger than the training
-        image, and where one of image, grid, data and parameters is that of a map and another that
-        of a volume; the message says what would fit.
+        image, and for a mixture of maps and volumes; the message suggests a remedy.
 
     Examples
     --------
@@ -59,9 +58,8 @@ class Study:
 
     @cached_property
     def facies_of_data(self) -> NDArray[np.uint8]:
-        """Where the facies of each datum stands in the codes of the training image, shape (n,)."""
-        found = np.searchsorted(self.training_image.codes, self.hard_data.facies)
-        return found.astype(np.uint8)
+        """Index of the facies of each datum in the codes of the training image, shape (n,)."""
+        return np.searchsorted(self.training_image.codes, self.hard_data.facies).astype(np.uint8)
 
 
 def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
@@ -98,14 +96,14 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
     )
 
 
-def _smaller(p: Parameters, own: Lengths, shape: tuple[int, ...]) -> str:
-    """The sizes along all axes that fit into a volume, as they are given to `Parameters`."""
+def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:
+    """Return sizes along all axes that fit into a volume, as arguments of `Parameters`."""
     fitting = []
-    for template, overlap, level, n in zip(*own, shape, strict=True):
+    for template, overlap, level, n in zip(*lengths, shape, strict=True):
         while template > n and level and n < 2 * 2**level:
             level -= 1
-        unit = 2**level
-        template = min(template, n // unit * unit)
-        fitting.append((template, min(overlap, template // 2 // unit * unit), level))
-    found = zip(PER_AXIS, zip(*fitting, strict=True), own, strict=True)
-    return " and ".join(f"{name}={new}" for name, new, old in found if new != old)
+        block = 2**level
+        template = min(template, n // block * block)
+        fitting.append((template, min(overlap, template // 2 // block * block), level))
+    changes = zip(PER_AXIS, zip(*fitting, strict=True), lengths, strict=True)
+    return " and ".join(f"{name}={new}" for name, new, old in changes if new != old)

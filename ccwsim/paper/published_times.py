@@ -48,15 +48,12 @@ class PublishedTime:
     source: Source
     where: str  # the table or figure
     image: str  # training image: "channel", "stone wall", "three facies", …
-    n_cells: int | None  # cells of the grid; None if the source at hand does not say
-    n_data: int | None  # hard data, 0 for an unconditional run; None if the source does not say
-    # "ccwsim" or "ms-ccsim", as `Parameters.method` has it, or the name of another engine
-    method: str
-    # wavelet level, or scale of MS-CCSIM; None if the source does not say or has none
-    level: int | None
-    cpu_seconds: float | None  # None if no run came to an end
-    # share of the hard data not honoured at full resolution, 0 … 1; None where not reported
-    wrong_share: float | None = None
+    n_cells: int | None  # cells of the grid; None if unknown
+    n_data: int | None  # hard data, 0 for an unconditional run; None if unknown
+    method: str  # "ccwsim", "ms-ccsim" or the name of another engine
+    level: int | None  # wavelet level, or scale of MS-CCSIM; None if unknown
+    cpu_seconds: float | None  # None if no run was completed
+    wrong_share: float | None = None  # hard data not honoured at full resolution; None if unknown
     note: str = ""
 
 
@@ -115,7 +112,7 @@ TABLE_1 = {
 def published_time(
     source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
 ) -> PublishedTime | None:
-    """Return what a source reports for one case, None if it reports nothing."""
+    """Return the time that a source reports for one case, None if there is none."""
     wanted = source, method, level, n_cells, n_data, image
     for t in ALL_TIMES:
         if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:

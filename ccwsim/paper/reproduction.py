@@ -126,7 +126,7 @@ PAPER = (
 KNOWN = (
     "Of the paper's numbers those of Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 "
     "and the changes between levels of Fig. 13 are at hand; its curves, maps and the images of "
-    "Ganges and Sundarbans are not, and where a number is not known the report says so. Seconds of "
+    "Ganges and Sundarbans are not; the report says if a number is not known. Seconds of "
     "MATLAB on another machine (Core i7 at 2.6 GHz) are set beside ours for the record; only "
     "ratios within one run can be compared."
 )
@@ -135,7 +135,7 @@ QUICK_RUN = (
     "Its verdicts are not results; take the full run for those."
 )
 WORDS = (
-    "“agrees”: what the paper says is found here too. “better”, “behind”: our number against the "
+    "“agrees”: the paper's statement is found here too. “better”, “behind”: our number against the "
     "other one. “differs”: the paper's statement is not found. “in part”: one of two measures, "
     "or some of the lags. “surrounded”: the image's curve is among the realizations'. "
     "“less time”: on another machine. “not comparable”: our grid is not the paper's. Two ratios "

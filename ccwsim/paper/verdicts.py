@@ -60,8 +60,13 @@ def order_of(ratio: float, noise: float = NOISE) -> int:
     return int(ratio > noise) - int(ratio < 1 / noise)
 
 
-def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
-    """Judge our CPU time against the paper's, which is of another machine."""
+def of_time(
+    what: str, ours: float, theirs: float, where: str, comparable: bool = True
+) -> Judgement:
+    """Judge our CPU time against the paper's, of another machine, if grids are comparable."""
+    claim = f"{where}: {seconds(theirs)} for {what}."
+    if not comparable:
+        return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
     found = (
@@ -70,12 +75,7 @@ def of_time(what: str, ours: float, theirs: float, where: str) -> Judgement:
     )
     word = compared(ours, theirs, more_is_better=False)
     shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
-    return judged(f"{where}: {seconds(theirs)} for {what}.", found, shown)
-
-
-def not_comparable(claim: str, ours: float) -> Judgement:
-    """Leave a CPU time of the paper open, as our grid is smaller than the paper's."""
-    return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
+    return judged(claim, found, shown)
 
 
 def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:

@@ -1,1 +1,1 @@
-"""Many realizations: where they are simulated and where they are kept."""
+"""Many realizations: their executors, their storage, and the memory they take."""

@@ -17,16 +17,16 @@ from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
-"""Grids of one byte a cell that a thread needs: in path coordinates and in grid coordinates."""
+"""Grids of one byte per cell that a thread needs: in path and in grid coordinates."""
 GRIDS_OF_DATA = 2
-"""With data: their positions in both."""
+"""Grids of data, in both coordinates."""
 BYTES_A_DATUM = 200
 MAKING = 40
-"""Bytes a block of the image while its energies are summed up in whole numbers of 64 bits."""
+"""Bytes per block of the image while its energies are summed up in 64-bit integers."""
 LOOKING_AROUND = 6
-"""Bytes a cell of the image while it is found when a datum counts as isolated."""
+"""Bytes per cell of the image while thresholds for isolated data are computed."""
 TOTALS_AND_PLACES = 24
-"""Bytes a location of scores with costs and of the numbers of the good ones."""
+"""Bytes per location for scores with costs and for the numbers of good locations."""
 MARGIN = 1.25
 MAPS_BYTES = 16
 """Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
@@ -36,10 +36,7 @@ FACIES_BYTES = 12
 def footprint(
     study: Study, n: int, n_workers: int | None = None, keep_sources: bool = False
 ) -> int:
-    """Return about how many bytes `simulate` takes for n realizations, with what it returns.
-
-    The arguments are those of `simulate`.
-    """
+    """Return about the bytes that `simulate`, with these arguments, takes with its result."""
     cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
@@ -72,22 +69,24 @@ def demand_of(
 
 
 def _of_image(study: Study, n: int, n_threads: int) -> int:
-    """Return what the training image takes, in the orientations and template sizes drawn."""
+    """Return the bytes of the training image in the orientations and template sizes drawn."""
     p, image = study.parameters, study.training_image
-    usual = lengths_of(p, study.grid.shape)
-    sizes = templates(p, image.shape) if p.template_variation else [usual.template]
-    own = [_of_oriented(study, usual._replace(template=size)) for size in sizes]
-    ways = (2 if usual.volume else 1) * N_ORIENTATIONS if p.random_path else 1
-    drawn = min(n, ways * len(own))
-    making = MAKING * _n_blocks(study, usual.at_scale(p.scale))
+    usual = lengths_of(p, study.grid.shape)[-1]
+    sizes = templates(p, image.shape) if p.template_variation else [None]
+    sizes = [lengths_of(p, study.grid.shape, size)[-1] for size in sizes]
+    oriented = [_of_oriented(study, lengths) for lengths in sizes]
+    orientations = (2 if usual.volume else 1) * N_ORIENTATIONS if p.random_path else 1
+    drawn = min(n, orientations * len(oriented))
+    making = MAKING * _n_blocks(study, usual)
     if study.hard_data.n and p.exact_data:
         making = max(making, LOOKING_AROUND * image.indices.size)
     repair = _of_repair(study) if repairs(study) else 0
-    return min(drawn * max(own), KEPT_BYTES + n_threads * max(own)) + int(making) + repair
+    largest = max(oriented)
+    return min(drawn * largest, KEPT_BYTES + n_threads * largest) + int(making) + repair
 
 
 def _of_repair(study: Study) -> int:
-    """Return what seams are repaired with: the known patterns, running sums, what makes them."""
+    """Return the bytes of the inputs of seam repair: known patterns and running sums."""
     image, volume = study.training_image, len(study.grid.shape) == 3
     blocks = image.indices.size / (8 if volume else 16)
     planes = 1 if image.n_facies <= 2 else image.n_facies
@@ -97,31 +96,31 @@ def _of_repair(study: Study) -> int:
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     p, image = study.parameters, study.training_image
-    own = lengths.at_scale(p.scale)
-    cells, blocks = image.indices.size / prod(own.unit), _n_blocks(study, own)
+    cells, blocks = image.indices.size / prod(lengths.cell_size), _n_blocks(study, lengths)
     n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
-    squares = blocks * _score_bytes(study, own)
-    of_sums = np.dtype(np.min_scalar_type(prod(own.block))).itemsize
-    of_running = 3 * np.dtype(sum_type(own.level, own.template)).itemsize
+    squares = blocks * _score_bytes(study, lengths)
+    of_sums = np.dtype(np.min_scalar_type(prod(lengths.block))).itemsize
+    of_running = 3 * np.dtype(sum_type(lengths.level, lengths.template)).itemsize
     sums = n_planes * blocks * (of_sums + of_running)
     return int(3 * cells + bits + squares + sums)
 
 
 def _of_search(study: Study) -> int:
-    """Return what a thread keeps of each location: scores and totals, all and the good ones."""
+    """Return the bytes that a thread needs for scores and totals, of all and of good locations."""
     p = study.parameters
-    own = lengths_of(p, study.grid.shape).at_scale(p.scale)
+    lengths = lengths_of(p, study.grid.shape)[-1]
     with_costs = study.hard_data.n > 0 or max(p.location_weights) > 0
-    a_location = 3 * _score_bytes(study, own) + (2 if with_costs else 1) * TOTALS_AND_PLACES
-    return int(a_location * _n_blocks(study, own))
+    a_location = 3 * _score_bytes(study, lengths) + (2 if with_costs else 1) * TOTALS_AND_PLACES
+    return int(a_location * _n_blocks(study, lengths))
 
 
-def _n_blocks(study: Study, own: ScaledLengths) -> float:
-    """Return about how many locations the searched image has."""
-    return study.training_image.indices.size / prod(own.unit) / prod(own.block)
+def _n_blocks(study: Study, lengths: ScaledLengths) -> float:
+    """Return about the number of locations of the searched image."""
+    return study.training_image.indices.size / prod(lengths.cell_size) / prod(lengths.block)
 
 
-def _score_bytes(study: Study, own: ScaledLengths) -> int:
+def _score_bytes(study: Study, lengths: ScaledLengths) -> int:
+    level, template, overlap = lengths.level, lengths.template, lengths.overlap
     correlation = study.parameters.similarity == "correlation"
-    return np.dtype(score_type(own.level, own.template, own.overlap, correlation)).itemsize
+    return np.dtype(score_type(level, template, overlap, correlation)).itemsize

@@ -23,19 +23,19 @@ from ccwsim.system.whole_files import WholeFile, unwritable
 
 
 class Stored(NamedTuple):
-    """What an ensemble holds of finished realizations; `indices` may be a `LazyStack`."""
+    """The finished realizations of an ensemble; `indices` may be a `LazyStack`."""
 
     indices: NDArray[np.uint8]
     sources: NDArray[np.int32] | None
 
 
 class Store(Protocol):
-    """Takes realizations in any order."""
+    """Stores realizations in any order."""
 
     def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None: ...
 
     def finish(self, finished: list[int]) -> Stored:
-        """Return those that were finished, ascending."""
+        """Return the finished ones, ascending."""
         ...
 
 
@@ -43,7 +43,7 @@ class Store(Protocol):
 def store_of(
     study: Study, n: int, keep_sources: bool, out: str | os.PathLike[str] | None
 ) -> Iterator[Store]:
-    """Yield a store for n realizations; a file is complete at the end, or as it was before."""
+    """Yield a store for n realizations; a file is complete at the end, or unchanged."""
     if out is None:
         yield Memory(study.grid.shape, n, keep_sources)
         return
@@ -72,7 +72,7 @@ class Memory:
             self._sources[k] = sources
 
     def finish(self, finished: list[int]) -> Stored:
-        """Return the finished ones, without a copy where these are all."""
+        """Return the finished ones, without a copy if these are all."""
         indices, sources = self._indices, self._sources
         if len(finished) < len(indices):
             indices = indices[finished]
@@ -81,9 +81,9 @@ class Memory:
 
 
 class MapFile:
-    """Writes facies codes to a NumPy file, by a temporary one beside it and a rename.
+    """Writes facies codes to a NumPy file, by a temporary file beside it and a rename.
 
-    Realizations are written, not mapped: pages of a map would count as memory of this process.
+    Realizations are written, as memory-mapped pages would count as memory of this process.
     """
 
     def __init__(
@@ -107,13 +107,13 @@ class MapFile:
 
     def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None:
         """Write realization k at its position."""
-        own = np.ascontiguousarray(self._codes[indices])
+        codes = np.ascontiguousarray(self._codes[indices])
         with self._lock, unwritable(self._path):
             self._file.seek(len(self._header) + k * self._size)
-            self._file.write(own.data)
+            self._file.write(codes.data)
 
     def finish(self, finished: list[int]) -> Stored:
-        """Close the gaps of those that are missing, rename the file, and map it."""
+        """Close the gaps of missing realizations, rename the file, and map it."""
         n = len(finished)
         if not n:
             return Stored(np.empty((0, *self._shape[1:]), np.uint8), None)
@@ -139,7 +139,7 @@ class MapFile:
                 self._file.write(content)
 
     def _header_of(self, n: int) -> bytes:
-        """Return a header whose length does not depend on n: NumPy leaves room for its digits."""
+        """Return a header, whose length does not depend on n: NumPy pads its digits."""
         header = BytesIO()
         kind = np.lib.format.dtype_to_descr(self._codes.dtype)
         shape = n, *self._shape[1:]

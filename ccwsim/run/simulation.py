@@ -1,4 +1,4 @@
-"""The simulation loop: realizations of a study, wherever they are simulated and kept."""
+"""`simulate`: the realizations of a study, on any executor, in memory or on disk."""
 
 from __future__ import annotations
 
@@ -52,32 +52,32 @@ def simulate(
     training_image : TrainingImage or array_like of shape (ny, nx) or (nz, ny, nx)
         An array has facies codes, row 0 at the south, layer 0 at the bottom.
     grid_shape : pair or triple of int, or Grid
-        Rows and columns of the simulation grid; of a volume layers, rows and columns.
+        Rows and columns of the simulation grid, or layers, rows and columns of a volume.
     parameters : Parameters, optional
     hard_data : HardData, pair, table or array_like, optional
         All that `HardData.of` takes: (cells, facies), a table with x, y and facies, or an array of
-        the grid's shape with NaN where nothing is known.
+        the grid's shape with NaN in cells without a datum.
     n_realizations : int
     seed : int, optional
-        None draws one, which `Ensemble.seed` has. The same seed gives the same realizations for any
-        number of workers, and realization r does not depend on how many are asked for.
+        None draws one, stored as `Ensemble.seed`. A seed gives the same realizations for any number
+        of workers, and realization r does not depend on `n_realizations`.
     n_workers : int, optional
-        Threads; as many as there are cores where not given.
+        Threads; one per core by default.
     progress : callable, optional
         Called as progress(fraction, n_done) about 20 times a second.
     cancel : callable, optional
-        Asked as often; returns True to stop.
+        Called as often; returns True to stop.
     first_realization : int
-        Number of the first one: two calls for 0 … 9 and 10 … 19 give what one for 0 … 19 gives.
+        Number of the first one: calls for 0 … 9 and 10 … 19 give the same as one for 0 … 19.
     keep_sources : bool
-        Keep where in the TI each cell came from, at four bytes a cell.
+        Record the cell of the TI that each cell came from, at four bytes per cell.
     executor : concurrent.futures.Executor or distributed.Client, optional
-        Where to simulate instead: threads or processes of a pool, or the workers of a Dask
-        cluster, which have ccwsim too. It stays open. `n_workers` then only counts for an executor
-        that does not tell how many it has.
+        Simulate there instead: on threads or processes of a pool, or on the workers of a Dask
+        cluster, which need ccwsim too. It stays open. `n_workers` then applies only to an executor
+        that does not tell its number.
     out : path, optional
-        An npy file: realizations go straight to it, in facies codes, and the ensemble reads them
-        from there. What was there before is replaced at the end.
+        An npy file to which realizations are written, in facies codes, and from which the ensemble
+        reads them. An existing file is replaced at the end.
 
     Returns
     -------
@@ -86,9 +86,9 @@ def simulate(
     Raises
     ------
     CCWSIMError
-        For inputs that do not fit together; the message says what would.
+        For inputs that do not fit together; the message suggests others.
     Cancelled
-        Where `cancel` returned True; its `ensemble` has the realizations that were finished.
+        If `cancel` returned True; its `ensemble` has the finished realizations.
 
     Examples
     --------

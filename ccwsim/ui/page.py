@@ -1,4 +1,4 @@
-"""What every page starts with: title, style, menu, and the state of the session."""
+"""The frame of every page: title, style, menu, and the state of the session."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.ui.frontend.component import canvas_component
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import COOKIE, browser
@@ -40,7 +40,7 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""The menu: what a page is called, and its file.
+"""The menu: name and file of each page.
 
 `st.navigation(position="top")` of Streamlit 1.67 was tried instead. The first visit of a new server
 by a page's own address drew the page without any menu; at 1024 pixels three of the nine names stood
@@ -54,7 +54,7 @@ OFF_MENU = (("Import", IMPORT_PAGE),)
 def show_page(title: str, body: Callable[[State], None]) -> None:
     """Draw a page: configuration, menu and `body`, which gets the state of the session.
 
-    An error never takes the state away: it is said in words and the page can be used on.
+    An error is shown as a message; the state stays and the page can be used.
     """
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
@@ -64,9 +64,9 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     )
     st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
-    # the page is drawn again in the colours of the theme that the reader switches to
-    canvas_component("theme")(key="theme", data={"theme": theme_name()}, on_theme_change=_nothing)
-    canvas_component("cookie")(key="cookie", data={"name": COOKIE, "value": browser()})
+    # the page is drawn again when the user switches the theme
+    draw_component("theme", "theme", {"theme": theme_name()}, "theme")
+    draw_component("cookie", "cookie", {"name": COOKIE, "value": browser()})
     settle_server()
     bound_uploads()
     first = KEY not in st.session_state
@@ -81,7 +81,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 
 
 def _top(title: str, state: State) -> None:
-    """The menu of pages; share, open and how to use this one; what of an address was not taken."""
+    """Draw the menu of pages, Share, Open and How to, and notes on the address."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
@@ -95,10 +95,6 @@ def _top(title: str, state: State) -> None:
 
 def _read(state: State) -> None:
     state.notes = ()
-
-
-def _nothing() -> None:
-    """That the page is drawn again is all that is asked."""
 
 
 def _menu(title: str) -> None:

@@ -6,14 +6,15 @@ import re
 
 import pytest
 
-from ccwsim.engine.stages.box import L_SHAPE, LEFT, TOP
+from ccwsim.engine.stages.path import L_SHAPE, LEFT, TOP
 from ccwsim.engine.trace import Frame, Trace, fates
+from ccwsim.figures import LIGHT
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice
-from ccwsim.ui.how_it_works.maps import xy_of
+from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
-from ccwsim.ui.how_it_works.words import describe_fate, describe_shape
+from ccwsim.ui.how_it_works.words import describe_fate, describe_sides
 from ccwsim.ui.session.resolve import data_of, image_of
 from tests.browser.hands import (
     GLANCE,
@@ -56,7 +57,7 @@ def trace():
 @pytest.fixture
 def page(tab, address):
     tab.goto(f"{address}/how_it_works")
-    tab.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
+    tab.locator(".st-key-map_how_mended canvas").wait_for(timeout=SLOW)
     at_rest(tab)
     return tab
 
@@ -100,15 +101,15 @@ def own_cell(trace: Trace, number: int) -> tuple[int, int]:
     y, x = p.y0 + p.size - 4, p.x0 + p.size - 4
     ends = zip((y, x), trace.path.offset[1:], trace.path.shape[1:], strict=True)
     y, x = (min(max(at, first), first + n - 1) for at, first, n in ends)
-    box = trace.grid_frame.box_to_grid(y, x, 1, 1)
-    assert trace.patch_of_cell(box.row, box.column) == number
-    return box.row, box.column
+    row, column = trace.grid_frame.cells_to_grid([y, x])[0].tolist()
+    assert trace.patch_of_cell(row, column) == number
+    return row, column
 
 
 def click_grid(page, trace: Trace, number: int) -> None:
     """Jump to a patch by a click on the grid."""
     row, column = own_cell(trace, number)
-    canvas = page.locator(".st-key-how_map_grid canvas")
+    canvas = page.locator(".st-key-map_how_grid canvas")
 
     def click() -> None:
         at_rest(page)
@@ -161,9 +162,10 @@ def check_step(page, trace: Trace, number: int) -> None:
 
 def says_step(page, trace: Trace, number: int, step) -> None:
     told = fates(step)
-    assert describe_shape(trace, step.patch.shape) in page.locator(WHERE).inner_text()
+    view = PatchView(trace, step, told, [], LIGHT)
+    assert describe_sides(trace, step.patch.shape) in page.locator(WHERE).inner_text()
     said = text_of(page, ".st-key-how_steps")
-    assert f"starts in the {trace.grid_frame.origin}" in said
+    assert f"starts in the {'-'.join(trace.grid_frame.faces())}" in said
     assert f"Drawn: CCW {told[0].ccw:.4g}." in said
     if step.patch.shape:
         n = int((step.approximation[0] == step.approximation[0]).sum())
@@ -178,10 +180,7 @@ def says_step(page, trace: Trace, number: int, step) -> None:
     kinds_told = {place.fate for place in told}
     for line in rows:
         words = [word.strip() for word in line.split("\t")]
-        places = [
-            p for p in told
-            if xy_of(trace, p.row, p.column, step.patch.size) == words[0]
-        ]  # fmt: skip
+        places = [place for place in told if view.where(place) == words[0]]
         assert places
         place = places[0]
         assert words[1] == f"{place.ccw:.4g}"
@@ -201,21 +200,21 @@ def hover_drawn(page, trace: Trace, number: int) -> None:
     place = fates(step)[0]
     ny, nx = trace.oriented.pyramid.phases.shape[4:]
     frame = Frame(trace.path.orientation, (ny, nx))
-    at = frame.box_to_grid(place.row, place.column, 1, 1)
+    row, column = frame.cells_to_grid([place.row, place.column])[0].tolist()
     rows, columns = frame.original_shape
-    canvas = page.locator(".st-key-how_map_score canvas")
-    readout = page.locator(".st-key-how_map_score .readout")
+    canvas = page.locator(".st-key-map_how_score canvas")
+    readout = page.locator(".st-key-map_how_score .readout")
 
     def point() -> None:
         box = canvas.bounding_box()
         cell = (box["width"] - 2 * EDGE) / columns
-        y = EDGE + (rows - at.row - 0.5) * cell
+        y = EDGE + (rows - row - 0.5) * cell
         canvas.hover(position={"x": 2, "y": 2}, timeout=SLOW)
-        canvas.hover(position={"x": EDGE + (at.column + 0.5) * cell, "y": y}, timeout=SLOW)
+        canvas.hover(position={"x": EDGE + (column + 0.5) * cell, "y": y}, timeout=SLOW)
 
     said = f"CCW {place.ccw:.4g}, drawn"
     until(point, lambda wait: expect(readout).to_contain_text(said, timeout=wait))
-    expect(readout).to_contain_text(f"({at.column}, {at.row})", timeout=SOON)
+    expect(readout).to_contain_text(f"({column}, {row})", timeout=SOON)
 
 
 def test_every_kind_of_patch_says_what_the_core_says(page, trace):
@@ -319,7 +318,7 @@ def test_local_resimulation_is_told_window_by_window(page, trace):
 def test_it_works_on_a_phone(phone, address, trace):
     page = phone
     page.goto(f"{address}/how_it_works")
-    page.locator(".st-key-how_map_mended canvas").wait_for(timeout=SLOW)
+    page.locator(".st-key-map_how_mended canvas").wait_for(timeout=SLOW)
     at_rest(page)
     first = number_of(page)
     move(page, page.locator(".st-key-how_next button").click, first + 1, len(trace.patches))

@@ -11,7 +11,7 @@ from ccwsim import Grid, Parameters
 from ccwsim.engine.trace import Trace
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.how_it_works.volume import describe_faces
+from ccwsim.ui.how_it_works.words import describe_sides
 from ccwsim.ui.session.resolve import data_of, image_of
 from tests.browser.hands import SLOW, at_rest, soon
 from tests.browser.served import CHROMIUM
@@ -44,8 +44,8 @@ def test_a_volume_is_stepped_through_and_bars_nobody(tab, address):
     own = CHOICES.grid, CHOICES.parameters, data_of(CHOICES), CHOICES.seed
     trace = Trace(Study(image, *own))
     tab.goto(f"{address}/how_it_works?{urlencode(QUERY)}")
-    tab.locator(".st-key-how_volume_cut canvas").first.wait_for(timeout=SLOW)
-    tab.locator(".st-key-how_volume_after canvas").first.wait_for(timeout=SLOW)
+    tab.locator(".st-key-volume_how_cut canvas").first.wait_for(timeout=SLOW)
+    tab.locator(".st-key-volume_how_repair_after canvas").first.wait_for(timeout=SLOW)
     at_rest(tab)
     where, n = tab.locator(".st-key-how_player .where"), len(trace.patches)
     first = int(re.findall(r"Patch (\d+) of", where.inner_text())[0]) - 1
@@ -54,7 +54,7 @@ def test_a_volume_is_stepped_through_and_bars_nobody(tab, address):
         step = trace.at(number)
         text = where.inner_text()
         assert f"Patch {number + 1} of {n}" in text
-        assert f"overlap on {describe_faces(trace, step.patch.shape)}" in text
+        assert f"overlap on {describe_sides(trace, step.patch.shape)}" in text
         shown = tab.evaluate(CELLS)
         assert any(sorted(cells) == sorted(step.cells.ravel().tolist()) for cells in shown)
 
@@ -64,7 +64,7 @@ def test_a_volume_is_stepped_through_and_bars_nobody(tab, address):
     at_rest(tab)
     tab.keyboard.press("ArrowRight")
     soon(lambda: shows(first + 2), SLOW)
-    legend = tab.locator(".st-key-how_volume_score .legend")
+    legend = tab.locator(".st-key-volume_how_score .legend")
     soon(lambda: re.search(r"\d+ locations|1 location", legend.inner_text()) or [][0])
     assert not tab.locator("[data-testid=stException], [data-testid=stAlert]").count()
     assert not looked_through(tab)

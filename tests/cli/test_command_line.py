@@ -535,6 +535,7 @@ def test_the_dashboard_is_found_and_its_options_are_passed_on(tmp_path, monkeypa
     line = command_line(app_file(), 8600, ("--server.headless=true",))
     options = ["showEmailPrompt=false", "port=8600", "headless=true"]
     assert line[-3:] == [f"--server.{option}" for option in options]
+    assert "--server.fileWatcherType=none" in line
     monkeypatch.setattr(ccwsim, "__file__", str(tmp_path / "ccwsim" / "__init__.py"))
     with pytest.raises(ccwsim.CCWSIMError, match="no dashboard"):
         app_file()

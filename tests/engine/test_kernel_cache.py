@@ -1,32 +1,37 @@
-"""Kernels on disk that are damaged, or that have no place, never stop a run."""
+"""Kernels are kept by content; damaged ones, or none that can be kept, never stop a run."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numba
 import pytest
 
-from ccwsim.engine import kernels
+from ccwsim.engine import kernel_cache, kernels, numba_hooks
 
 ROOT = Path(kernels.__file__).parents[2]
 SOURCE = "def twice(x):\n    return 2 * x\n"
 
 
-@pytest.fixture
-def function(tmp_path):
+def loaded(file: Path):
     """A function in a file of its own, as Numba's cache wants it."""
-    file = tmp_path / "a_module.py"
+    file.parent.mkdir(exist_ok=True)
     file.write_text(SOURCE)
-    # Numba takes the date for the version: some file systems still change that of a new file.
-    os.utime(file, (1e9, 1e9))
     spec = importlib.util.spec_from_file_location("a_module", file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.twice
+
+
+@pytest.fixture
+def function(tmp_path):
+    return loaded(tmp_path / "a_module.py")
 
 
 def compiled(function, folder: Path):
@@ -51,6 +56,78 @@ def test_a_damaged_file_is_compiled_anew(function, tmp_path, ending, content, ca
     assert sum(again.stats.cache_hits.values()) == 1  # the cache was mended, not only left alone
 
 
+def test_a_moved_copied_or_touched_file_finds_what_is_compiled(function, tmp_path):
+    folder = tmp_path / "kernels-1"
+    assert compiled(function, folder)(3) == 6
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy / folder.name)
+    os.utime(tmp_path / "a_module.py", (1e9, 1e9))
+    for other in (function, loaded(copy / "a_module.py")):
+        again = compiled(other, copy / folder.name)
+        assert numba_hooks.is_on_disk(again, (numba.int64,))
+        assert again(4) == 8
+        assert sum(again.stats.cache_hits.values()) == 1
+
+
+def test_kernels_of_another_content_are_not_taken(function, tmp_path):
+    assert compiled(function, tmp_path / "kernels-1")(3) == 6
+    (tmp_path / "kernels-1").rename(tmp_path / "kernels-2")
+    assert not numba_hooks.is_on_disk(compiled(function, tmp_path / "kernels-2"), (numba.int64,))
+
+
+@pytest.mark.parametrize(
+    "name", ["engine/stages/cut.py", "engine/kernels.py", "engine/numba_hooks.py"]
+)
+def test_the_name_of_the_folder_says_all_that_the_code_depends_on(name, tmp_path):
+    shutil.copytree(kernel_cache.PACKAGE / "engine", tmp_path / "engine")
+    before = kernel_cache._digest_of_sources(tmp_path)
+    file = tmp_path / name
+    os.utime(file, (1e9, 1e9))
+    assert kernel_cache._digest_of_sources(tmp_path) == before
+    file.write_text(file.read_text() + "# changed\n")
+    assert kernel_cache._digest_of_sources(tmp_path) != before
+    assert kernel_cache.NAME.endswith(f"{kernel_cache.SOURCE}-numba{numba.__version__}")
+
+
+def test_only_folders_of_other_versions_that_were_long_unused_are_removed(tmp_path):
+    names = "kernels-own", "kernels-old", "kernels-recent", "something-else"
+    for name in names:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").touch()
+        os.utime(tmp_path / name, (1e9, 1e9))
+    kernel_cache.note_use(str(tmp_path / "kernels-recent"))
+    assert time.time() - (tmp_path / "kernels-recent").stat().st_mtime < 3600
+    kernel_cache.remove_unused(str(tmp_path / "kernels-own"))
+    assert {path.name for path in tmp_path.iterdir()} == {*names} - {"kernels-old"}
+
+
+def test_the_private_parts_of_numba_are_those_that_were_tested():
+    assert numba_hooks.are_known(), (
+        f"Numba {numba.__version__} is installed, but the private parts in numba_hooks.py are "
+        f"known of {numba_hooks.TESTED} only, and kernels compile slowly. Read what has changed in "
+        "numba.core.caching, codegen and compiler, run the golden tests, then change TESTED."
+    )
+
+
+def test_with_another_version_kernels_are_compiled_in_the_usual_way(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba_hooks, "TESTED", "0.1")
+    monkeypatch.setattr(kernels, "FOLDER", str(tmp_path))
+    monkeypatch.setitem(globals(), "_part", kernels.part_of_kernel(_part_of_it))
+    assert kernels.kernel(_whole)(3) == 7
+    assert {file.name.split(".")[1].split("-")[0] for file in tmp_path.rglob("*.nbi")} == {
+        "_whole",
+        "_part_of_it",
+    }
+
+
+def _part_of_it(x):
+    return 2 * x
+
+
+def _whole(x):
+    return _part(x) + 1  # noqa: F821 - made by the test
+
+
 def python(code: str, **environment: str) -> str:
     given = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
     line = [sys.executable, "-c", code]
@@ -63,7 +140,7 @@ def test_a_user_without_a_home_can_import():
         "os.environ.pop('HOME', None); os.environ.pop('XDG_CACHE_HOME', None)\n"
         "def unknown(uid): raise KeyError(uid)\n"
         "pwd.getpwuid = unknown\n"
-        "from ccwsim.engine.kernels import FOLDER\n"
+        "from ccwsim.engine.kernel_cache import FOLDER\n"
         "print(bool(FOLDER))"
     )
     assert python(code).strip() == "True"

@@ -10,8 +10,8 @@ import pytest
 from scipy import ndimage
 
 from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
-from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import add_location
+from ccwsim.engine.stages.path import Box
 from ccwsim.metrics import proportions, unseen_patterns, vertical_proportions
 
 AXES = (1.0, 1.0, 1.0)

@@ -16,7 +16,6 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import make_plan
 from ccwsim.engine.realization import Realization, random_numbers, simulate_realization
-from ccwsim.engine.stages.path import FROM_ABOVE
 from ccwsim.engine.trace import Trace, fates
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED
@@ -172,12 +171,9 @@ def test_a_frame_puts_the_layers_of_a_volume_where_they_lie(number):
     study = volume(noise((9, 10, 11), 3), (9, 13, 16), CASES["level 1"])
     trace = Trace(study, number)
     last, layers = trace.at(len(trace.patches) - 1).after, trace.before_repair
-    from_above = bool(trace.path.orientation & FROM_ABOVE)
-    last = last[trace.path.offset[0] :]
-    for z, layer in enumerate(layers[::-1] if from_above else layers):
-        np.testing.assert_array_equal(trace.grid_frame.map_to_grid(last[z]), layer)
-        y, x = trace.grid_frame.cell_to_path(3, 5)
-        assert last[z, y, x] == layer[3, 5]
+    np.testing.assert_array_equal(trace.grid_frame.to_grid(last), layers)
+    for z in range(len(layers)):
+        assert last[trace.grid_frame.cell_to_path(z, 3, 5)] == layers[z, 3, 5]
 
 
 def test_patches_that_keep_their_height_begin_before_the_grid_in_layers_alone():

@@ -21,6 +21,7 @@ import streamlit as st
 
 from ccwsim import Grid
 from ccwsim.ui.session import server
+from ccwsim.jobs import queue
 from ccwsim.sharing.choices import Choices
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.job import server_queue

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ccwsim.engine import kernels
+from ccwsim.engine import kernel_cache
 
 ROOT = Path(__file__).parents[2]
 IS_ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -19,9 +19,9 @@ MORTAL = ["setpriv", "--bounding-set=-all"] if IS_ROOT and shutil.which("setpriv
 WORK = """
 from numba.core import event
 with event.install_recorder("numba:compile") as compiled:
-    from ccwsim.engine.stages.cut import wanted
-    assert wanted(0, 1, 1) == wanted(old=0, new=1, datum=1)
-from ccwsim.engine.kernels import FOLDER
+    from ccwsim.engine.stages.conditioning import forced_side
+    assert forced_side(0, 1, 1) == forced_side(old=0, new=1, datum=1)
+from ccwsim.engine.kernel_cache import FOLDER
 print(len(compiled.buffer), FOLDER)
 """
 
@@ -80,5 +80,5 @@ def test_where_there_is_no_room_at_all_kernels_are_compiled_each_time(monkeypatc
         raise OSError("no space left on device")
 
     monkeypatch.setattr("tempfile.mkdtemp", full)
-    monkeypatch.setattr(kernels, "_is_writable", lambda place: False)
-    assert kernels._cache_folder() == ""
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda place: False)
+    assert kernel_cache._cache_folder() == ""

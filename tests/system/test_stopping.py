@@ -41,12 +41,12 @@ def test_the_raster_looks_up_again_and_again(monkeypatch):
     study = Study(CHANNELS, Grid(200, 200))
     counting = After(10**9)
     arguments = study, (1, 32, 32), PreparedImage(study), False
-    raster_of_tiles.simulate_raster(*arguments, random_numbers(0, 0), Watch(counting))
+    realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(counting))
     looks = 10**9 - counting.left
     assert looks > 50
     for n in (0, 1, looks // 2, looks - 1):
         with pytest.raises(Cancelled):
-            raster_of_tiles.simulate_raster(*arguments, random_numbers(0, 0), Watch(After(n)))
+            realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(After(n)))
 
 
 def test_local_resimulation_looks_up_again_and_again(monkeypatch):

@@ -173,7 +173,7 @@ def test_whatever_a_widget_calls_is_guarded(page, finished):
     assert [call for call in calls if not getattr(call, "is_safe", False)] == []
 
 
-HELPERS = {"button", "file_uploader", "canvas_component"}
+HELPERS = {"button", "file_uploader"}
 """They catch the errors of what they are given."""
 
 

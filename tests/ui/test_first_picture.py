@@ -7,8 +7,8 @@ from threading import Event
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim.engine import kernels
-from ccwsim.jobs import job as jobs
+from ccwsim.engine import compilation
+from ccwsim.ui.session import progress
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study import run
 from tests.ui.test_pages import ROOT, SMALL, html
@@ -58,29 +58,28 @@ def test_no_other_study_is_shown_from_the_store(held):
     assert app.session_state[KEY].ensemble is None
 
 
-def test_compiling_says_how_many_kernels_are_done(monkeypatch):
-    assert "of" not in jobs.compilation_text().split(":")[0].replace("of this", "")
-    monkeypatch.setattr(jobs, "compilation", lambda: (7, 24, "search"))
-    assert "7 of 24 done" in jobs.compilation_text()
-    assert kernels.COMPILE_TIME in jobs.compilation_text()
+def test_compiling_says_how_many_kernels_are_done_and_how_long_it_takes(monkeypatch):
+    start = "Compiling the kernels for this machine, on the first run only"
+    assert progress.compilation_text() == f"{start} …"
+    for left, said in ((None, ""), (20.2, ", about 20 s left")):
+        now = compilation.Progress(7, 24, left)
+        monkeypatch.setattr(progress, "compilation", lambda now=now: now)
+        assert progress.compilation_text() == f"{start}: 7 of 24 done{said} …"
 
 
 @pytest.mark.parametrize("page", ["sweep", "benchmark", "paper"])
 def test_an_estimate_of_time_says_that_kernels_compile_before(page, monkeypatch):
-    said = "Before that the kernels compile, once"
+    said = "Before that the kernels compile, once."
     for must in (True, False):
-        monkeypatch.setattr(jobs, "must_compile", lambda must=must: must)
+        monkeypatch.setattr(progress, "must_compile", lambda must=must: must)
         app = opened(page, State(choices=SMALL)).run()
         assert not app.exception
         assert (said in html(app)) == must
 
 
-def test_kernels_must_compile_where_they_are_neither_loaded_nor_on_disk(monkeypatch):
-    for ready, disk, must in (
-        (False, {"paste"}, True),
-        (False, kernels.OUTERMOST | {"paste"}, False),
-        (True, set(), False),
-    ):
-        monkeypatch.setattr(kernels, "_ready", ready)
-        monkeypatch.setattr(kernels, "kernels_on_disk", lambda disk=disk: disk)
-        assert kernels.must_compile() == must
+def test_kernels_must_compile_unless_they_are_on_disk(monkeypatch, tmp_path):
+    monkeypatch.setattr(compilation, "FOLDER", str(tmp_path))
+    for name in sorted(compilation.ENTRY_KERNELS):
+        assert compilation.must_compile()
+        (tmp_path / f"module.{name}-12.py311.1.nbc").touch()
+    assert not compilation.must_compile()

@@ -85,12 +85,12 @@ def test_coordinates_are_those_of_the_grid():
 
 
 def _page() -> None:
-    from ccwsim.ui.frontend.volume import draw_volume
+    from ccwsim.ui.frontend.cells import draw_cells, draw_editable
     from tests.ui.test_volume_view import COLOURS, IMAGE, facies_map
 
     shown = facies_map(IMAGE.indices, IMAGE, COLOURS, "An image")
-    draw_volume(shown, "volume", link="all", on_edits=lambda edits: None)
-    draw_volume(shown, "slices", link="all", body=False, max_height=200)
+    draw_editable(shown, lambda edits: None, {}, link="all")
+    draw_cells(shown, "slices", link="all", body=False, max_height=200)
 
 
 def test_a_page_draws_volumes_again_and_again():

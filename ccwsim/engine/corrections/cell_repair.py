@@ -1,10 +1,10 @@
-"""Seam repair, cell by cell: a cell takes another facies that leaves fewer patterns unseen.
+"""Seam repair by single cells that take another facies (not in the paper).
 
-Not in the paper. Where two patches do not quite meet, much of what the training image never has is
-the work of single cells: a step in a boundary, a notch, a cell alone. Of the cells of an unseen
-pattern the one is changed that leaves the fewest unseen around it. Where none helps, a walk goes on
-from there for a few cells, also where that leaves more unseen at first, and is kept up to where the
-fewest were: tabu search (Glover 1989). Cells with data stay.
+At the seams of patches many unseen patterns are the work of single cells: a step in a boundary, a
+notch, an isolated cell. Of the cells of an unseen pattern the one is changed that leaves the fewest
+unseen patterns around it. If none helps, a walk changes a few cells from there on, even if that
+leaves more at first, and is kept up to its best state: tabu search (Glover 1989). Cells with data
+stay.
 """
 
 from __future__ import annotations
@@ -20,55 +20,50 @@ from ccwsim.engine.corrections.resimulation import Target
 from ccwsim.engine.corrections.seam_repair import has_data
 from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, number_run
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import draw_index, place_of
-from ccwsim.engine.stages.demand import UNKNOWN
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
-"""Layers, rows and columns of the grid that are looked at together, from the cache."""
+"""Layers, rows and columns of the parts of a grid, which fit into the cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""A walk ends where so many more patterns are unseen than there were at its best. In maps, where
-few are left, windows take most of the time."""
+"""A walk ends when more unseen patterns than this are added to those at its best."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
-"""A walk ends after so many changes since it was at its best."""
+"""A walk ends after this number of changes since its best."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
-"""The same of walks in volumes from a pattern with a datum, where at most such a share of the cells
-has one: it takes long to find what both the image and the data allow, but these patterns are few.
-The more data there are the sooner these walks end, down to the usual ones."""
+"""Both limits for walks in volumes that start at data, if at most this share of the cells has data:
+cells that suit both image and data are rare, but so are these patterns. With more data the limits
+fall to the usual ones."""
 STAYS = 4
-"""A cell stays for so many changes after its own, unless a walk gets better than ever by it."""
+"""Changes for which a changed cell stays, unless changing it makes a walk better than ever."""
 LONGEST = 4000
 """Changes of the longest walk, and unseen patterns that it chooses from."""
 
 
-class Part(NamedTuple):
-    """A part of a grid, raveled, with what patterns reach before and behind it along each axis.
+class GridPart(NamedTuple):
+    """A part of a grid, raveled, with a margin of the reach of patterns on each side.
 
     A pattern has the number of its first cell.
     """
 
     shape: Triple  # with that margin
     facies: NDArray[np.uint8]  # UNKNOWN beyond the grid
-    is_free: NDArray[np.bool_]  # whether a cell may be changed: not in the margin, nor with a datum
-    is_inside: NDArray[np.uint8]  # 1 where a pattern begins whose cells are all in the grid
-    rows: NDArray[np.uint32]  # the numbers of rows of patterns
-    line: NDArray[np.uint32]
+    is_free: NDArray[np.bool_]  # cells that may change: not in the margin, without a datum
+    is_inside: NDArray[np.uint8]  # 1 if all cells of a pattern are in the grid
+    rows: NDArray[np.uint32]  # numbers of rows of patterns
+    line: NDArray[np.uint32]  # workspace of `number_run`
     numbers: NDArray[np.uint32]  # of patterns
-    is_unseen: NDArray[np.uint8]  # 1 where an unseen pattern begins
-    unseen: NDArray[np.uint32]  # where these begin
-    n_unseen: NDArray[np.uint8]  # of the patterns that a cell is in
-    was_tried: NDArray[np.bool_]  # where no other facies of a cell leaves fewer unseen
+    is_unseen: NDArray[np.uint8]  # 1 for an unseen pattern
+    unseen: NDArray[np.uint32]  # the unseen patterns
+    n_unseen: NDArray[np.uint8]  # unseen patterns that a cell is in
+    was_tried: NDArray[np.bool_]  # cells for which no other facies leaves fewer unseen
     stays: NDArray[np.uint16]  # the change of a walk up to which a cell stays
     near: NDArray[np.uint64]  # shape (LONGEST,): patterns that a walk chooses from
-    changed: NDArray[np.uint64]  # shape (LONGEST,): the cells that it changed, one after another,
-    before: NDArray[np.uint8]  # and what they were
-    aside: NDArray[np.uint64]  # how far the neighbours are; those before a cell go round
-    # of the cells of a pattern: how far they are from the first, and how much they count in its
-    # number
-    steps: NDArray[np.uint64]
-    weights: NDArray[np.uint32]
+    changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a walk changed, in order
+    before: NDArray[np.uint8]  # shape (LONGEST,): their facies before
+    aside: NDArray[np.uint64]  # distances to the neighbours, modulo 2⁶⁴
+    steps: NDArray[np.uint64]  # distances of the cells of a pattern from the first
+    weights: NDArray[np.uint32]  # factors of the cells in the number of a pattern
 
 
 def repair_cells(
@@ -78,12 +73,12 @@ def repair_cells(
     walks: bool,
     report: Callable[[float], None] = lambda share: None,
 ) -> int:
-    """Change single cells of a realization; return how many times one was.
+    """Change single cells of a realization, in place; return the number of changes.
 
-    In place. With `walks` they go on where no single cell helps; `rng` is used for these alone.
-    `patterns` are of cells side by side. The source of a changed cell is where the training image
-    goes on from that of a neighbour, if it has the facies there, and −1 elsewhere. `report` is
-    called now and then with the share that is done, and may raise to stop.
+    With `walks`, which alone use `rng`, walks start where no single change helps. `patterns` are of
+    cells side by side. The source of a changed cell continues that of a neighbour if the training
+    image has the new facies there, and is −1 otherwise. `report` is called with the share that is
+    done, and may raise to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -98,16 +93,15 @@ def repair_cells(
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
-        n_changed += change_cells(
-            target, patterns, some, lengths, part, rng, walks, ends, ends_at_data
-        )
+        limits = walks, ends, ends_at_data
+        n_changed += change_cells(target, patterns, some, lengths, part, rng, *limits)
     return n_changed
 
 
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
-    """Return by how many more unseen patterns, and after how many changes, a walk ends.
+    """Return the limits of walks, `FURTHER` and `PATIENCE`.
 
-    `share` is that of the cells with data, for walks that begin at one; 0 for all others.
+    `share` is the share of cells with data for walks that start at data, 0 for all others.
 
     Examples
     --------
@@ -121,7 +115,7 @@ def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
     return max(further, FURTHER_VOLUME), max(patience, PATIENCE_VOLUME)
 
 
-def make_part(patterns: Patterns, lengths: Triple) -> Part:
+def make_part(patterns: Patterns, lengths: Triple) -> GridPart:
     """Return the arrays for parts of a grid."""
     nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
     n = nz * ny * nx
@@ -130,16 +124,16 @@ def make_part(patterns: Patterns, lengths: Triple) -> Part:
     is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     near, changed = np.zeros(LONGEST, np.uint64), np.zeros(LONGEST, np.uint64)
     walked = np.zeros(n, np.uint16), near, changed, np.zeros(LONGEST, np.uint8)
-    found = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
+    counted = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
     steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
     of_cells = np.array(steps, np.uint64), cell_weights(patterns)
     ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
     aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
-    return Part((nz, ny, nx), facies, is_free, is_inside, *found, *walked, aside, *of_cells)
+    return GridPart((nz, ny, nx), facies, is_free, is_inside, *counted, *walked, aside, *of_cells)
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
-    """Return how much the label of each cell of a pattern counts in its number, raveled."""
+    """Return the factor of the label of each cell of a pattern in its number, raveled."""
     (nz, ny, nx), size = patterns.cells, 2**32
     of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
     in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]
@@ -148,11 +142,10 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 @kernel
 def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
-    """Change cells of parts of the grid, each from its first cell on; return how many.
+    """Change cells of parts of the grid; return the number of changes.
 
-    `firsts` has the shape (n, 3); all parts have the same lengths but where the grid ends. `ends`
-    says where walks end, by `FURTHER` and `PATIENCE`, `ends_at_data` where those do that begin at
-    data.
+    `firsts`, shape (n, 3), are the first cells of the parts, `lengths` theirs unless the grid ends
+    before. `ends` are the limits of walks, `ends_at_data` those of walks that start at data.
     """
     n_changed = 0
     for i in range(len(firsts)):
@@ -174,15 +167,15 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
             first = np.uint64(part.unseen[k])
             if part.is_unseen[first]:
                 with_datum = has_data(target.data, box_of(first, origin, patterns, part))
-                own = ends_at_data if with_datum else ends
-                n = walk(first, own, patterns, part, rng)
+                limits = ends_at_data if with_datum else ends
+                n = walk(first, limits, patterns, part, rng)
                 n_changed += write_back(n, target, origin, part)
     return n_changed
 
 
 @part_of_kernel
 def box_of(first, origin, patterns, part):
-    """Return where a pattern of a part is in the grid."""
+    """Return the box in the grid of a pattern of a part."""
     z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
     nz, ny, nx = patterns.cells
     return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
@@ -190,7 +183,7 @@ def box_of(first, origin, patterns, part):
 
 @part_of_kernel
 def write_back(n, target, origin, part):
-    """Give cells of the grid what the first `n` changed ones of a part are; return how many differ.
+    """Copy the first `n` changed cells of a part to the grid; return the number that differ.
 
     A walk may have changed a cell twice, and back.
     """
@@ -210,7 +203,7 @@ def write_back(n, target, origin, part):
 
 @part_of_kernel
 def copy_part(grid, data, origin, lengths, patterns, part):
-    """Copy a part of the grid, from a first cell that is a reach before it."""
+    """Copy a part of the grid and its margin; `origin` is the first cell of the margin."""
     nz, ny, nx = part.shape
     (reach_z, reach_y, reach_x), (z0, y0, x0) = patterns.reach, origin
     facies, is_free, is_inside = part.facies, part.is_free, part.is_inside
@@ -240,7 +233,7 @@ def copy_part(grid, data, origin, lengths, patterns, part):
 
 @part_of_kernel
 def find_unseen_patterns(patterns, part):
-    """Number all patterns of a part, and find those that are unseen; return how many."""
+    """Number all patterns of a part, and list the unseen ones; return their number."""
     numbers, rows, steps = part.numbers, part.rows, part.steps
     is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
     size, base = np.uint64(len(numbers)), patterns.row_base
@@ -254,30 +247,29 @@ def find_unseen_patterns(patterns, part):
             numbers[u] = numbers[u] * base + rows[u + step]
     for u in range(size):
         is_unseen[u] = 0
-    found = np.int64(0)
+    n_found = np.int64(0)
     for u in range(n):
         is_unseen[u] = part.is_inside[u] & (1 - is_known(patterns, numbers[u]))
-        part.unseen[found] = u
-        found += is_unseen[u]
-    if found == 0:
-        return found
+        part.unseen[n_found] = u
+        n_found += is_unseen[u]
+    if n_found == 0:
+        return n_found
     for u in range(size):
         was_tried[u] = False
     for u in range(size):
         n_unseen[u] = 0
-    for i in range(found):
+    for i in range(n_found):
         first = np.uint64(part.unseen[i])
         for k in range(n_cells):
             n_unseen[first + steps[k]] += np.uint8(1)
-    return found
+    return n_found
 
 
 @part_of_kernel
 def best_change(first, patterns, part):
     """Return the cell of a pattern and its new facies that leave the fewest patterns unseen.
 
-    A cell becomes what one of its neighbours is. The facies is UNKNOWN where no change leaves fewer
-    than there are.
+    The new facies is that of a neighbour; UNKNOWN if no change leaves fewer than there are.
     """
     cells, aside = part.facies, part.aside
     n_aside = np.uint64(len(aside))
@@ -303,9 +295,9 @@ def best_change(first, patterns, part):
 
 @part_of_kernel
 def walk(first, ends, patterns, part, rng):
-    """Change cells one after another, from an unseen pattern on; return how many are kept.
+    """Change cells one after another, from an unseen pattern on; return the number kept.
 
-    These leave fewer patterns unseen than there were, and are the first in `part.changed`.
+    The kept ones, first in `part.changed`, leave fewer patterns unseen than there were.
     """
     further, patience = ends
     near, changed, before = part.near, part.changed, part.before
@@ -317,14 +309,14 @@ def walk(first, ends, patterns, part, rng):
             n_near -= 1
             near[k] = near[n_near]
             continue
-        cell, facies, own = next_change(near[k], n_changed, least - more, patterns, part, rng)
-        if facies == UNKNOWN or more + own > least + further:
+        cell, facies, added = next_change(near[k], n_changed, least - more, patterns, part, rng)
+        if facies == UNKNOWN or more + added > least + further:
             break
         changed[n_changed], before[n_changed] = cell, part.facies[cell]
         n_near = change_cell(cell, facies, n_near, patterns, part)
         n_changed += 1
         part.stays[cell] = n_changed + STAYS
-        more += own
+        more += added
         if more < least:
             least, n_kept = more, n_changed
     for i in range(n_changed):
@@ -336,11 +328,11 @@ def walk(first, ends, patterns, part, rng):
 
 @part_of_kernel
 def next_change(first, n_changed, better, patterns, part, rng):
-    """Return a cell of a pattern, its new facies and how many more patterns it leaves unseen.
+    """Return a cell of a pattern, its new facies and the unseen patterns that this adds.
 
-    The fewest, also where these are more than there are; one of those that leave as few is drawn. A
-    cell that stays changes only if that leaves fewer than `better` more, which is none or less. The
-    facies is UNKNOWN where no cell can change.
+    One of the changes that add the fewest is drawn, even if these are more than 0. A cell that
+    stays changes only if that adds fewer than `better`, which is at most 0. The facies is UNKNOWN
+    if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
@@ -370,7 +362,7 @@ def next_change(first, n_changed, better, patterns, part, rng):
 
 @part_of_kernel
 def n_unseen_after(cell, facies, limit, patterns, part):
-    """Count the unseen patterns around a cell after a change; no further than to `limit`."""
+    """Count the unseen patterns around a cell after a change; counting may end at `limit`."""
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
     numbers, is_inside, steps, weights = part.numbers, part.is_inside, part.steps, part.weights
     n = np.int64(0)
@@ -385,10 +377,9 @@ def n_unseen_after(cell, facies, limit, patterns, part):
 
 @part_of_kernel
 def change_cell(cell, facies, n_near, patterns, part):
-    """Give a cell of a part another facies, and note which patterns are unseen then.
+    """Give a cell of a part another facies, and update the unseen patterns.
 
-    Those that were not before are put after the `n_near` ones in `part.near`; return how many are
-    there then.
+    New ones are added after the `n_near` in `part.near`; return the number that are there then.
     """
     numbers, is_unseen, n_unseen, steps = part.numbers, part.is_unseen, part.n_unseen, part.steps
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
@@ -401,7 +392,7 @@ def change_cell(cell, facies, n_near, patterns, part):
         now = np.uint8(part.is_inside[first] & (1 - is_known(patterns, number)))
         if now == is_unseen[first]:
             continue
-        more = np.uint8(now - is_unseen[first])  # goes round where they become fewer
+        more = np.uint8(now - is_unseen[first])  # wraps if they become fewer
         is_unseen[first] = now
         for i in range(n_steps):
             n_unseen[first + steps[i]] += more
@@ -413,7 +404,7 @@ def change_cell(cell, facies, n_near, patterns, part):
 
 @part_of_kernel
 def forget(cell, patterns, part):
-    """Let cells be tried again that share a pattern with a cell, or are beside one that does."""
+    """Forget tries of all cells that share a pattern with a cell, or are beside one that does."""
     (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
     z, y, x = place_of(np.int64(cell), (ny, nx), (1, 1, 1))
     for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
@@ -425,7 +416,7 @@ def forget(cell, patterns, part):
 
 @part_of_kernel
 def source_beside(target, place):
-    """Return where the training image goes on from a neighbour's source as a cell is, or −1."""
+    """Return the source that continues a neighbour's source with the facies of a cell, or −1."""
     image, sources, (z, y, x) = target.image, target.sources, place
     (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
     for a in range(6):

@@ -1,12 +1,12 @@
-"""The exact minimum cut of a volume's patch: the largest flow from old cells to new ones.
+"""The exact minimum cut of a volume's patch, as a maximum flow from old cells to new ones.
 
-The cut pays, for each pair of neighbours of which one stays old and one is taken new, the cells of
-the two that differ between old and new; beyond the overlap a cell counts as its neighbour does. The
-cheapest cut is a largest flow (Ford and Fulkerson 1956), here found as Boykov and Kolmogorov (2004)
-do: two trees of cells, one from the old cells and one from the new ones, grow until they meet; flow
-goes along the way between them, and what it cuts off looks for another parent. Only cells that
-differ and those between them take part: all others cost nothing on either side. Data are capacities
-that no cheapest cut goes through, as long as they do not contradict each other.
+For each pair of neighbours of which one stays old and one is taken new, the cut pays the cells of
+the two that differ between old and new; beyond the overlap a cell counts as its neighbour does. By
+Ford and Fulkerson (1956) the cheapest cut is a maximum flow, found here as Boykov and Kolmogorov
+(2004) do: two trees of cells, one from the old cells and one from the new ones, grow until they
+meet; flow is sent along the way between them, and cells that this cuts off look for another parent.
+Only cells that differ and those between them take part: all others cost nothing on either side.
+Data are capacities that no cheapest cut passes, unless they contradict each other.
 """
 
 from __future__ import annotations
@@ -17,39 +17,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, inside_overlap
-from ccwsim.engine.stages.demand import KEEP_OLD, UNKNOWN, wanted
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.conditioning import KEEP_OLD, forced_side
+from ccwsim.engine.stages.path import (
+    ABOVE,
+    BELOW,
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    UNKNOWN,
+    Triple,
+    inside_overlap,
+)
 
 SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
-"""A cell whose facies stays or changes; beyond the overlap: inside, outside of it, no neighbour."""
+"""States: facies stays or changes; beyond the overlap: inside of it, outside, no neighbour."""
 BROKEN_CELL = 1 << 20
-"""What a cut pays for a datum it would drop: more than all seams of a patch."""
+"""Cost of a datum that a cut would drop: more than all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
 """The tree that a cell is in; inactive cells take no part."""
 ROOT, ORPHAN, NONE = 6, 7, 8
-"""Parents that are no direction: of a cell that is joined to old or new cells itself, of one that
-was cut off, and of one in no tree."""
+"""Parents that are no direction: of a cell joined to old or new cells itself, of one that was cut
+off, of one in no tree."""
 FAR = 1 << 30
 
 
 class FlowWorkspace(NamedTuple):
-    """Arrays for the cut of one box, with a margin of one cell on each side."""
+    """Workspace for the cut of one box: n cells, with a margin of one cell on each side."""
 
-    state: NDArray[np.uint8]
-    beside: NDArray[np.uint8]  # how many of the six neighbours differ
-    # to the neighbour in each of six directions, eight numbers a cell: see `_link`
-    capacity: NDArray[np.uint8]
-    rest: NDArray[np.int32]  # capacity left: from the old cells, or where negative to the new ones
-    tree: NDArray[np.uint8]  # that each cell is in
-    parent: NDArray[np.uint8]  # the direction of its parent
-    distance: NDArray[np.int32]  # steps to the root of its tree
-    time: NDArray[np.int32]  # when these were counted
-    # cells that take part; those whose neighbours are to be looked at, in a ring; and cells cut off
-    cells: NDArray[np.uint32]
-    queue: NDArray[np.uint32]
-    is_queued: NDArray[np.bool_]
-    orphans: NDArray[np.uint32]
+    state: NDArray[np.uint8]  # shape (n,)
+    beside: NDArray[np.uint8]  # shape (n,): number of the six neighbours that differ
+    capacity: NDArray[np.uint8]  # shape (8 * n,): to the neighbour in a direction, see `_link`
+    rest: NDArray[np.int32]  # shape (n,): capacity left from the old cells; < 0: to the new ones
+    tree: NDArray[np.uint8]  # shape (n,)
+    parent: NDArray[np.uint8]  # shape (n,): direction
+    distance: NDArray[np.int32]  # shape (n,): steps to the root of the tree
+    time: NDArray[np.int32]  # shape (n,): when these were counted
+    cells: NDArray[np.uint32]  # shape (n,): cells that take part
+    queue: NDArray[np.uint32]  # shape (n,), a ring: cells whose neighbours are still to be visited
+    is_queued: NDArray[np.bool_]  # shape (n,)
+    orphans: NDArray[np.uint32]  # shape (n,): cells that were cut off
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
@@ -66,9 +73,9 @@ def make_flow(template: Triple) -> FlowWorkspace:
 
 @part_of_kernel
 def minimum_cut(grid, data, image, place, box, flow, keep_mask):
-    """Mark in `keep_mask` the cells of a box where the grid stays, and no others.
+    """Mark in `keep_mask` the cells of a box where the grid stays; return the cost of the cut.
 
-    Returns the cost of the cut.
+    The arguments are those of `keep_old`.
     """
     row, layer = box.nx + 2, (box.nx + 2) * (box.ny + 2)
     back, down, below = np.uint64(-1), np.uint64(-row), np.uint64(-layer)
@@ -84,13 +91,13 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
                 v = u + steps[a]
                 if flow.state[v] == SAME and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD
-    kept = keep_mask.reshape(-1)
+    keep = keep_mask.reshape(-1)
     for z in range(box.nz):
         for y in range(box.ny):
             first = np.uint64((z + 1) * layer + (y + 1) * row + 1)
             to = np.uint64((z * keep_mask.shape[1] + y) * keep_mask.shape[2])
             for x in range(np.uint64(box.nx)):
-                kept[to + x] = flow.tree[first + x] == OF_OLD
+                keep[to + x] = flow.tree[first + x] == OF_OLD
     return total
 
 
@@ -133,7 +140,7 @@ def _mark_states(grid, image, place, box, flow):
 
 @part_of_kernel
 def _count_beside(box, row, layer, flow):
-    """Count for each cell of the box how many of its neighbours differ between old and new."""
+    """Count the neighbours of each cell of the box that differ between old and new."""
     state, beside, n = flow.state, flow.beside, np.uint64(box.nx)
     for z in range(1, box.nz + 1):
         for y in range(1, box.ny + 1):
@@ -143,17 +150,17 @@ def _count_beside(box, row, layer, flow):
             below, above = u - np.uint64(layer), u + np.uint64(layer)
             for x in range(n):
                 k = np.uint64(x)
-                found = np.uint8(0)
+                n_different = np.uint8(0)
                 for v in (left, right, top, bottom, below, above):
-                    found += np.uint8(state[v + k] == DIFFERS)
-                beside[u + k] = np.uint8(found)
+                    n_different += np.uint8(state[v + k] == DIFFERS)
+                beside[u + k] = np.uint8(n_different)
 
 
 @part_of_kernel
 def _make_graph(grid, data, image, place, box, steps, flow):
     """Set the capacities of the cells that differ and their neighbours.
 
-    Returns how many these are, and the flow through single cells.
+    Return the number of these cells, and the flow through single cells.
     """
     tz, ty, tx = place
     state, n, total = flow.state, 0, np.int64(0)
@@ -166,7 +173,7 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                 if own > DIFFERS:
                     continue
                 if own == SAME and flow.beside[u] < 2:
-                    continue  # nothing flows through a cell with one way in
+                    continue  # no flow through a cell with one open side
                 source, sink = np.int32(0), np.int32(0)
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
@@ -177,9 +184,9 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                 datum = data[box.z0 + z, box.y0 + y, box.x0 + x]
                 if own == DIFFERS and datum != UNKNOWN:
                     old = grid[box.z0 + z, box.y0 + y, box.x0 + x]
-                    demand = wanted(old, image[tz + z, ty + y, tx + x], datum)
-                    if demand:
-                        if demand == KEEP_OLD:
+                    side = forced_side(old, image[tz + z, ty + y, tx + x], datum)
+                    if side:
+                        if side == KEEP_OLD:
                             source += BROKEN_CELL
                         else:
                             sink += BROKEN_CELL
@@ -199,9 +206,9 @@ def _link(u, a):
 
 @part_of_kernel
 def _largest_flow(n, steps, flow):
-    """Send all flow from old to new cells; return how much goes through more than one cell.
+    """Send all flow from old to new cells; return the flow through more than one cell.
 
-    In the end the tree of the old cells has all that flow from them could still reach.
+    In the end the tree of the old cells has all cells that flow from them could still reach.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue, is_queued = flow.capacity, flow.queue, flow.is_queued
@@ -270,7 +277,7 @@ def _largest_flow(n, steps, flow):
 def _augment(old, new, meets, steps, flow):
     """Send flow from root to root over the link in direction `meets` from `old` to `new`.
 
-    Returns how many cells were cut off by it, and how much it is.
+    Return the number of cells that this cuts off, and the flow.
     """
     capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
     amount, u = np.int32(capacity[_link(old, meets)]), old
@@ -318,9 +325,9 @@ def _augment(old, new, meets, steps, flow):
 
 @part_of_kernel
 def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
-    """Find a cell that was cut off another parent in its tree, the nearest to the root, or free it.
+    """Give an orphan the parent in its tree that is nearest to the root, or free it.
 
-    Returns how many cells are cut off now, and the end and length of the queue.
+    Return the number of orphans, and the end and length of the queue.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue = flow.capacity, flow.queue
@@ -333,7 +340,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
         if left == 0:
             continue
         steps_up, w = 0, v
-        while True:  # up to the root, or to where the way is known
+        while True:  # up to the root, or a cell with a known distance
             if time[w] == now:
                 steps_up += distance[w]
                 break

@@ -1,7 +1,7 @@
-"""Shift a drawn location to where it fits best at full resolution (not in the paper).
+"""Shift a location to where it fits best at full resolution (not in the paper).
 
-The search at level J knows only locations at multiples of 2^J cells; shifting by up to 2^J − 1
-cells closes the gaps of that lattice.
+The search at level J knows only locations at multiples of 2^J cells. Shifts of up to 2^J − 1 cells
+close the gaps of that lattice.
 """
 
 from __future__ import annotations
@@ -9,56 +9,49 @@ from __future__ import annotations
 import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.engine.stages.bits import n_different, take_strips
-from ccwsim.engine.stages.box import inside_overlap
-from ccwsim.engine.stages.demand import UNKNOWN
-
-MIDDLE = 13
-"""Of 3 × 3 × 3 places, the one that they are around."""
+from ccwsim.engine.stages.bits import n_different
+from ccwsim.engine.stages.path import UNKNOWN, inside_overlap
 
 
 @part_of_kernel
-def refine_place(image, square_bits, grid, data, missed, box, block, place, strips, at_stake):
-    """Return the layer, row and column of the TI, near `place`, whose patch fits best.
+def refine_place(image, square_bits, box, block, place, strips, at_stake, missed):
+    """Return the misfit, layer, row and column of the location near `place` that fits best.
 
-    After its misfit: wrong cells of overlap, and `missed` for each missed datum. `at_stake`, shape
-    (n, 4), is workspace for the data that the cut cannot keep.
+    The misfit is the number of wrong cells in the overlap, from `take_strips`, and `missed` for
+    each missed datum of `at_stake`, shape (n, 4), from `data_at_stake`. `image` has the shape
+    (mz, my, mx), `square_bits` (n_planes, mz, my, n_words); `place` is a multiple of `block`, both
+    (z, y, x). The stride is halved from half a block down to 1.
     """
-    take_strips(grid, box, square_bits, strips)
-    n = data_at_stake(grid, data, box, at_stake)
     best_z, best_y, best_x = place
     words, shape = square_bits.reshape(-1), square_bits.shape
-    best = _misfit(image, words, shape, at_stake, n, missed, place, strips, np.int64(1 << 60))
+    best = _misfit(image, words, shape, at_stake, missed, place, strips, np.int64(1 << 60))
+    last_z, last_y = image.shape[0] - box.nz, image.shape[1] - box.ny
+    last_x = image.shape[2] - box.nx
     stride = max(block[0], block[1], block[2]) // 2
     while stride > 0:
         middle_z, middle_y, middle_x = best_z, best_y, best_x
         dz = stride if stride <= block[0] // 2 else 0
         dy = stride if stride <= block[1] // 2 else 0
         dx = stride if stride <= block[2] // 2 else 0
-        for k in range(0 if dz else 9, 27 if dz else 18):
-            i, j, m = k // 9 - 1, k // 3 % 3 - 1, k % 3 - 1
-            if (j and not dy) or (m and not dx) or k == MIDDLE:
-                continue
-            z, y, x = middle_z + i * dz, middle_y + j * dy, middle_x + m * dx
-            if (
-                0 <= z <= image.shape[0] - box.nz
-                and 0 <= y <= image.shape[1] - box.ny
-                and 0 <= x <= image.shape[2] - box.nx
-            ):
-                near = z, y, x
-                misfit = _misfit(image, words, shape, at_stake, n, missed, near, strips, best)
-                if misfit < best:
-                    best, best_z, best_y, best_x = misfit, z, y, x
+        for z in range(max(middle_z - dz, 0), min(middle_z + dz, last_z) + 1, max(dz, 1)):
+            for y in range(max(middle_y - dy, 0), min(middle_y + dy, last_y) + 1, max(dy, 1)):
+                for x in range(max(middle_x - dx, 0), min(middle_x + dx, last_x) + 1, max(dx, 1)):
+                    if z == middle_z and y == middle_y and x == middle_x:
+                        continue
+                    near = z, y, x
+                    misfit = _misfit(image, words, shape, at_stake, missed, near, strips, best)
+                    if misfit < best:
+                        best, best_z, best_y, best_x = misfit, z, y, x
         stride //= 2
     return best, best_z, best_y, best_x
 
 
 @part_of_kernel
 def data_at_stake(grid, data, box, at_stake):
-    """Fill `at_stake` with the data of a box that the cut cannot keep; return how many.
+    """Fill `at_stake` with the data of a box that the cut cannot keep; return their number.
 
-    Layer, row and column in the box, and facies. Data in the overlap that the grid honours are left
-    out.
+    Its rows, shape (n, 4), are layer, row and column in the box, and facies. Data in the overlap
+    that the grid honours are left out.
     """
     low_z, _, low_y, _, low_x, _ = inside_overlap(box)
     shape, n = data.facies.shape, 0
@@ -80,11 +73,11 @@ def data_at_stake(grid, data, box, at_stake):
 
 
 @part_of_kernel
-def _misfit(image, words, shape, at_stake, n, missed, place, strips, limit):
-    """Count wrong cells in the overlap and missed data; no further than to `limit`."""
+def _misfit(image, words, shape, at_stake, missed, place, strips, limit):
+    """Count wrong cells in the overlap and missed data; counting may end at `limit`."""
     tz, ty, tx = place
     wrong = np.int64(0)
-    for i in range(n):
+    for i in range(len(at_stake)):
         facies = image[tz + at_stake[i, 0], ty + at_stake[i, 1], tx + at_stake[i, 2]]
         wrong += missed * (facies != at_stake[i, 3])
     if wrong >= limit:

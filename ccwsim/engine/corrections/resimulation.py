@@ -1,9 +1,9 @@
-"""Local re-simulation: windows around data that the raster pass missed are simulated anew.
+"""Local re-simulation of windows around data that the raster pass missed (not in the paper).
 
-Not in the paper. The window takes a patch of the training image that honours *every* datum in it,
-and is cut into the grid on all sides. As old or new cell is right at each datum, a window never
-breaks another one. Where no patch fits well the window is halved; in a volume it loses layers
-first, as layers are where a well has its data.
+A window takes a patch of the training image that honours *every* datum in it, and is cut into the
+grid on all sides. As the old or the new cell is right at each datum, a window never breaks another
+one. If no patch fits well the window is halved; in a volume it loses layers first, as wells have
+their data along z.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, known_patterns
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.engine.stages.bits import (
     Strips,
@@ -23,10 +24,20 @@ from ccwsim.engine.stages.bits import (
     nth_bit,
     take_strips,
 )
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.candidates import draw_index
-from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
+from ccwsim.engine.stages.path import (
+    ABOVE,
+    BELOW,
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    UNKNOWN,
+    Box,
+    Triple,
+    inside_overlap,
+)
 from ccwsim.model.ensemble import FORCED
 
 MIN_SIZE = 4
@@ -34,70 +45,66 @@ MIN_SIZE = 4
 MIN_SIZE_ISOLATED = 8
 """Side of the smallest window around an isolated datum, in cells."""
 TOLERANCE = 0.12
-"""Share of the ring of a window that may be wrong."""
+"""Largest share of wrong cells in the ring of a window."""
 TOLERANCE_SMALLEST = 0.5
-"""The same for the smallest window: the cell is forced where it does not fit."""
+"""Tolerance of the smallest window: a cell whose window does not fit is forced."""
 TOLERANCE_ISOLATED = 0.18
-"""The same for windows around an isolated datum."""
+"""Tolerance of windows around an isolated datum."""
 RARE = 0.002
-"""A datum is isolated if it has fewer cells of its facies around it than all but this share of the
+"""A datum is isolated if fewer cells of its facies are around it than for all but this share of the
 training image."""
 MAX_COMPARED = 3000
-"""At most so many locations that honour the data are compared, chosen at random."""
+"""Largest number of locations that honour the data and are compared, chosen at random."""
 MAX_COMPARED_VOLUME = 1000
-"""The same in a volume, where each has many more cells; once as many are found, no more of the
-image is looked at."""
+"""Their number in a volume, where each has many more cells; the search of the image ends then."""
 LOCATIONS_AT_ONCE = 100_000
-"""Locations of a volume that are looked at before they are counted."""
+"""Locations of a volume that are searched before they are counted."""
 THIN = 2
 """Layers of the thinnest window of a volume that has more."""
 N_BEST = 4
-"""The patch is drawn from so many of the best."""
+"""The patch is drawn from as many of the best."""
 DENSE = 0.75
 """Share of cells with data from which patterns of data are looked up first."""
-PATTERN_BITS = 20
-"""Bits of the number of a pattern; two may share one, which only costs a look at all locations."""
-HASH = 0x9E3779B1
-"""An odd number without a pattern of its own."""
 LOCATIONS_PER_CALL = 10_000_000
-"""Locations of windows compared between two looks at cancel: some hundredths of a second."""
+"""Locations of windows compared between two polls of cancel: some hundredths of a second."""
+NO_PATTERNS = Patterns(
+    *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
+    *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
+)
+OnWindow = Callable[[int, Triple, bool], None]
+"""Called as on_window(datum, lengths, fits) after each window; lengths are 1 for a forced cell."""
 
 
 class Target(NamedTuple):
-    """What is simulated anew, and from what; `grid` and `sources` change in place.
+    """A realization to correct, and the training image; `grid` and `sources` change in place.
 
     All arrays have layers; those of a map have one.
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
-    # shape (n_planes, mz, my, n_words): the same as `to_bits` and `to_square_bits` give it
-    bits: NDArray[np.uint64]
-    square_bits: NDArray[np.uint64]
-    # shape (nz, ny, nx): all data, from `data_grid`: every window honours all that are in it
-    data: NDArray[np.uint8]
+    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): from `to_bits`
+    square_bits: NDArray[np.uint64]  # the same shape: from `to_square_bits`
+    data: NDArray[np.uint8]  # shape (nz, ny, nx): all data, from `data_grid`
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
-    # shape (nz, ny, nx) or empty: flat index in the TI of each cell, kept up to date where it is
-    # not empty; −1 where a cell was set alone
+    # shape (nz, ny, nx) or empty: flat index in the TI of each cell, −1 for a cell set singly
     sources: NDArray[np.int32]
-    # whether chance decides of each location whether it is compared, as it did in the published
-    # way; otherwise one of each few is
+    # compare each location with a fixed chance, as the published draw does; else one of every few
     by_chance: bool = False
 
 
 class Honouring(NamedTuple):
     """The locations that honour all data of a window."""
 
-    mask: NDArray[np.uint64]  # shape (mz, my, n_words): the bits of locations
-    # shape (64 * mask.size,): which of them are compared, from `draw_numbers`
-    numbers: NDArray[np.int32]
+    mask: NDArray[np.uint64]  # shape (mz, my, n_words): bits of locations
+    numbers: NDArray[np.int32]  # shape (64 * mask.size,): those to compare, from `draw_numbers`
 
 
-class Workspace(NamedTuple):
-    """Arrays for windows of at most one size."""
+class WindowWorkspace(NamedTuple):
+    """Workspace for windows up to one size."""
 
     honouring: Honouring
-    patterns: NDArray[np.bool_]  # from `known_patterns`; empty where data are not dense
-    best: NDArray[np.int64]
+    patterns: Patterns  # of cells side by side; NO_PATTERNS if data are not dense
+    best: NDArray[np.int64]  # shape (N_BEST, 4): misfit, layer, row and column of a location
     strips: Strips
     cut: CutWorkspace
     counts: NDArray[np.int64]
@@ -110,18 +117,15 @@ def resimulate(
     rng: np.random.Generator,
     isolated_below: NDArray[np.float64] | None = None,
     report: Callable[[float], None] = lambda share: None,
-    on_window: Callable[[int, Triple, bool], None] | None = None,
+    on_window: OnWindow | None = None,
 ) -> NDArray[np.int16]:
-    """Honour the data of a realization, in place; return the status of each datum.
+    """Honour the data of a realization, in place; return their status, shape (n,).
 
-    Three steps: windows around what is wrong, halved from the template down; forced cells where
-    even the smallest fits nowhere; larger windows again around the data that are left isolated,
-    with fewer cells of their own facies around them than the training image ever has, which needs
-    `isolated_below`. `report` is called now and then with the share of the windows that are done,
-    and may raise to stop; `on_window` is called with (datum, lengths, fits) after each window, and
-    with lengths of 1 for each forced cell. `cells`, shape (n, 3), are layers, rows and columns.
-
-    Returns the data status, shape (n,), as `Ensemble.data_status` has it.
+    Three steps: windows around missed data, halved from the template down; forced cells if even the
+    smallest window fits nowhere; larger windows again around isolated data, which have fewer cells
+    of their facies around them than `isolated_below`, by facies index. `report` is called with the
+    share of windows that are done, and may raise to stop. `cells` has the shape (n, 3); the status
+    is that of `Ensemble.data_status`.
     """
     image, grid, sources = target.image, target.grid, target.sources
     places = tuple(cells.T)
@@ -130,13 +134,13 @@ def resimulate(
     nz, ny, nx = largest_window(template, image.shape, grid.shape)
     volume = nz > 1 or image.shape[0] > 1
     dense = len(cells) > DENSE * grid.size and not volume
-    work = Workspace(
+    work = WindowWorkspace(
         make_honouring(target.bits),
-        known_patterns(image[0]) if dense else np.empty(0, np.bool_),
+        known_patterns(image, spacing=1) if dense else NO_PATTERNS,
         np.empty((N_BEST, 4), np.int64),
         make_strips(target.square_bits, (nz, ny, nx)),
         make_cut((nz, ny, nx), tuple(max(1, n // 4) for n in (nz, ny, nx))),  # type: ignore[arg-type]
-        np.zeros(0, np.int64),  # cells by facies are not counted here
+        np.zeros(0, np.int64),  # cells by facies are not counted
     )
     most = MAX_COMPARED_VOLUME if volume else MAX_COMPARED
     sizes = _halved((nz, ny, nx), MIN_SIZE)
@@ -178,7 +182,7 @@ def resimulate(
 
 
 def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
-    """Return the arrays for all locations of an image; memory is taken for what is used alone."""
+    """Return the arrays for all locations of an image; the system provides only used memory."""
     mask = np.empty(bits.shape[1:], np.uint64)
     return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
@@ -186,9 +190,7 @@ def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
 def largest_window(
     template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
 ) -> Triple:
-    """Return the lengths of the first window: the template, as far as image and grid hold it.
-
-    Rows and columns are as many of each, so that a window is as wide as it is long.
+    """Return the lengths of the first window: the template, cut to image and grid, and square.
 
     Examples
     --------
@@ -202,7 +204,7 @@ def largest_window(
 def _halved(size: Triple, smallest: int) -> list[Triple]:
     """Return a window and its halves, down to `smallest` rows and columns.
 
-    Before rows and columns are halved, a window with many layers is tried with a quarter of them.
+    A window with many layers is tried with a quarter of them before rows and columns are halved.
 
     Examples
     --------
@@ -226,14 +228,15 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return, by facies index up to 255, the `own_counts` below which a datum is isolated."""
     thresholds = np.zeros(256)
     for index in range(int(image.max()) + 1):
-        own = image == index
-        if own.any():
-            thresholds[index] = np.quantile(_counts_around(own, _layers_around(image))[own], RARE)
+        marked = image == index
+        if marked.any():
+            counts = _counts_around(marked, _layers_around(image))
+            thresholds[index] = np.quantile(counts[marked], RARE)
     return thresholds
 
 
 def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
-    """Return `own_counts` of all cells at once, one axis after the other: of one facies."""
+    """Return `own_counts` of all cells of one facies, one axis after the other."""
     counts = marked.astype(np.uint8)
     for axis, reach in enumerate((layers, 2, 2)):
         wide = np.pad(counts, [(reach * (a == axis),) * 2 for a in range(3)], mode="edge")
@@ -246,9 +249,9 @@ def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
 
 @allocating_kernel
 def own_counts(grid, cells, layers=0):
-    """Count the cells of a cell's own facies among those around it (the edge is repeated).
+    """Count the cells around each of some cells, shape (n, 3), that have its facies.
 
-    5 × 5 cells, of its own layer and of `layers` below and above; `cells`, shape (n, 3).
+    Among 5 × 5 cells of its layer and of `layers` below and above; the edge is repeated.
     """
     last_z, last_y, last_x = grid.shape[0] - 1, grid.shape[1] - 1, grid.shape[2] - 1
     counts = np.zeros(len(cells), np.int64)
@@ -266,17 +269,17 @@ def own_counts(grid, cells, layers=0):
 
 
 def _layers_around(image: NDArray[np.uint8]) -> int:
-    """Return how many layers below and above count as around a cell: none in a map."""
+    """Return the layers below and above that count as around a cell: none in a map."""
     return 1 if len(image) > 1 else 0
 
 
 @kernel
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
-    """Simulate windows of one size around data anew.
+    """Simulate windows of one size around data at `cells`, shape (n, 3), anew.
 
-    A share of the ring up to `tolerance` may be wrong; at most `most` locations are compared. With
-    `anyway` also data that the grid honours by now are taken. `fits`, shape (n,), becomes True
-    where the grid honours the datum.
+    A share of the ring up to `tolerance` may be wrong; at most `most` locations are compared. Data
+    that the grid honours by now are skipped, unless `anyway`. `fits`, shape (n,), becomes True if
+    the window fits or the datum is honoured.
     """
     image, _, _, data, grid, sources, _ = target
     for i in range(len(cells)):
@@ -285,13 +288,12 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
             fits[i] = True
             continue
         box = window_around(z, y, x, size, grid.shape)
-        if len(work.patterns) > 0 and is_unknown(data[0], box, y, x, work.patterns):
+        if len(work.patterns.known) > 0 and is_unknown(data[0], box, y, x, work.patterns):
             continue
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
         inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
         limit = np.int64(tolerance * (box.nz * box.ny * box.nx - inside))
-        among = limit, most, rng, work.honouring
-        n = fitting_windows(target, box, *among, work.strips, work.best)
+        n = fitting_windows(target, box, limit, most, rng, work.honouring, work.strips, work.best)
         if n == 0:
             continue
         drawn = draw_index(rng, n)
@@ -303,10 +305,10 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
 
 @part_of_kernel
 def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
-    """Fill `best` with the locations that honour all data in a box and whose ring fits best.
+    """Fill `best`, shape (n, 4), with the locations that honour all data in a box and fit best.
 
-    Return how many. At most `limit` cells of the ring may be wrong, and about `most` locations are
-    compared; `honouring` and `strips` are workspace.
+    Return their number. At most `limit` cells of the ring may be wrong, and about `most` locations
+    are compared; `honouring` and `strips` are workspace.
     """
     image, bits, square_bits, data, grid, _, by_chance = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
@@ -330,13 +332,10 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
 
 @part_of_kernel
 def window_around(z, y, x, size, shape):
-    """Return the window of a size around a cell, with overlaps where the grid goes on."""
+    """Return the window of a size around a cell, with overlaps on all sides within the grid."""
     nz, ny, nx = size
-    z0, y0, x0 = (
-        first_cell(z, nz, shape[0]),
-        first_cell(y, ny, shape[1]),
-        first_cell(x, nx, shape[2]),
-    )
+    z0, y0 = first_cell(z, nz, shape[0]), first_cell(y, ny, shape[1])
+    x0 = first_cell(x, nx, shape[2])
     sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0) | (BELOW if z0 > 0 else 0)
     sides |= (RIGHT if x0 + nx < shape[2] else 0) | (BOTTOM if y0 + ny < shape[1] else 0)
     sides |= ABOVE if z0 + nz < shape[0] else 0
@@ -346,44 +345,38 @@ def window_around(z, y, x, size, shape):
 
 @part_of_kernel
 def first_cell(middle, size, length):
-    """Return where a window of `size` cells around `middle` begins, inside of `length` cells."""
+    """Return the first cell of a window of `size` cells around `middle`, within `length` cells."""
     return min(max(middle - size // 2, 0), length - size)
-
-
-def known_patterns(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return which numbers the patterns of 4 × 4 cells of a map have."""
-    ny, nx = (length - MIN_SIZE + 1 for length in image.shape)
-    known = np.zeros(2**PATTERN_BITS, np.bool_)
-    number = np.zeros((max(ny, 0), max(nx, 0)), np.uint32)  # products go round, as a hash may
-    for dy, dx in np.ndindex(MIN_SIZE, MIN_SIZE):
-        number = number * np.uint32(HASH) + image[dy : dy + ny, dx : dx + nx] + np.uint32(1)
-    known[number.ravel() >> np.uint32(32 - PATTERN_BITS)] = True
-    return known
 
 
 @part_of_kernel
 def is_unknown(data, box, y, x, patterns):
-    """Return whether the 4 × 4 cells around a datum of a box all have data as the TI never has."""
+    """Return whether the 4 × 4 cells around a datum of a box have data in an unseen pattern.
+
+    `data` has the shape (ny, nx). False unless all of these cells have data.
+    """
     y0 = min(max(y - MIN_SIZE // 2, box.y0), box.y0 + box.ny - MIN_SIZE)
     x0 = min(max(x - MIN_SIZE // 2, box.x0), box.x0 + box.nx - MIN_SIZE)
-    number = np.uint64(0)
+    number = np.uint32(0)
     for dy in range(MIN_SIZE):
+        row = np.uint32(0)
         for dx in range(MIN_SIZE):
             facies = data[y0 + dy, x0 + dx]
             if facies == UNKNOWN:
                 return False
-            number = (number * np.uint64(HASH) + facies + np.uint64(1)) & np.uint64(0xFFFFFFFF)
-    return not patterns[number >> np.uint64(32 - PATTERN_BITS)]
+            row = np.uint32(row * patterns.base + patterns.labels[facies])
+        number = np.uint32(number * patterns.row_base + row)
+    return not is_known(patterns, number)
 
 
 @part_of_kernel
 def honouring_places(bits, data, box, shape, part, mask):
-    """Mark in `mask` the locations of the TI whose window honours all data; return how many.
+    """Mark in `mask` the locations of the TI whose window honours all data; return their number.
 
-    `bits` are those of the TI, of `shape`; location (z, y, x) is bit x % 64 of word x // 64 of row
-    y of layer z. `part` is the first row of locations and how many are looked at, over all layers
-    and from the last one on to the first. Of many data few are looked at: hardly any location
-    honours the first of them.
+    `bits`, shape (n_planes, mz, my, n_words), are those of the TI, of `shape`; location (z, y, x)
+    is bit x % 64 of word x // 64 of row y of layer z. `part` is the first row of locations to
+    search and their number, counted over all layers and from the last one on to the first. With
+    many data few are read: hardly any location honours the first of them.
     """
     n_planes, full = len(bits), ~np.uint64(0)
     nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -428,14 +421,14 @@ def honouring_places(bits, data, box, shape, part, mask):
 
 @part_of_kernel
 def row_of(number, layers, rows):
-    """Return layer and row of a row of locations, counted on from the last to the first."""
+    """Return layer and row of a row of locations; after the last comes the first."""
     number %= layers * rows
     return number // rows, number % rows
 
 
 @part_of_kernel
 def next_row(z, y, layers, rows):
-    """Return layer and row of the next row of locations: a division for each would take longer."""
+    """Return layer and row of the next row of locations; faster than `row_of`, which divides."""
     if y + 1 < rows:
         return z, y + 1
     return (z + 1 if z + 1 < layers else 0), np.int64(0)
@@ -445,20 +438,20 @@ def next_row(z, y, layers, rows):
 def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit, rng, best):
     """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
-    Return how many. Only marked locations with at most `limit` wrong cells count; `sample` says
-    which of them are looked at, as `draw_numbers` has it, and `part` is as `honouring_places` has
-    it. The first of equal ones are kept, so the search begins at a random one.
+    Return their number. Only marked locations with at most `limit` wrong cells count; `sample` is
+    that of `draw_numbers`, `part` that of `honouring_places`. The first of equal ones are kept, so
+    the search begins at a random one.
     """
     mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
     first_row, n_rows = part
-    turned, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
+    start_row, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
     n_numbers = draw_numbers(rng, sample, numbers)
     n, one, words = 0, np.uint64(1), square_bits.reshape(-1)
     worst = limit + 1
-    passed, looked = np.int64(0), np.int64(0)  # marked locations, and those that were looked at
+    passed, looked = np.int64(0), np.int64(0)  # marked locations, and those compared
     for k in range(n_rows):
-        pz, py = row_of(first_row + (turned + k) % n_rows, layers, rows)
+        pz, py = row_of(first_row + (start_row + k) % n_rows, layers, rows)
         for half in range(2):
             start = first_x if half == 0 else np.int64(0)
             end = columns if half == 0 else first_x
@@ -482,10 +475,10 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
 
 @part_of_kernel
 def draw_numbers(rng, sample, numbers):
-    """Fill `numbers` with which of the marked locations are looked at; return how many.
+    """Fill `numbers` with the marked locations to compare; return their number.
 
-    `sample` has how many are marked, how many of these are looked at, and whether chance decides of
-    each: a random number for each of them takes longer than one for each that is looked at.
+    `sample` has the number of marked locations, about how many to compare, and `by_chance`: a
+    random number for each marked location takes longer than one for each to compare.
     """
     n_places, most, by_chance = sample
     n, chosen, share = np.int64(0), np.int64(0), most / n_places
@@ -495,7 +488,7 @@ def draw_numbers(rng, sample, numbers):
         return n_places
     if by_chance:
         for k in range(n_places):
-            numbers[n] = k  # the next one takes the place of one that is not looked at
+            numbers[n] = k  # overwritten by the next one if not chosen
             n += np.int64(rng.random() < share)
         return n
     while True:
@@ -508,7 +501,7 @@ def draw_numbers(rng, sample, numbers):
 
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
-    """Take a location among the best; return how many these are, and what others must be below."""
+    """Add a location to the best; return their number, and the misfit that others must be below."""
     at = n
     if n < len(best):
         n += 1

@@ -1,9 +1,9 @@
-"""Seam repair: windows are simulated anew where patches are joined as the image never has it.
+"""Seam repair: windows with unseen patterns are simulated anew (not in the paper).
 
-Not in the paper. A cut joins two patches as well as it can; what it cannot join ends dead or in
-shapes that no place of the training image has. Windows around such patterns take a patch that fits
-what is around them, cut in on all sides, if that leaves fewer of them. The patch honours every
-datum in its window, and what stays did so before.
+A cut joins two patches as well as possible; what it cannot join ends dead or in shapes that the
+training image does not have. Windows around such patterns take a patch that fits their
+surroundings, cut in on all sides, if that leaves fewer of them. The patch honours every datum in
+its window, and so does the old grid.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.refinement import refine_place
 from ccwsim.engine.corrections.resimulation import (
     THIN,
     Honouring,
@@ -29,11 +30,26 @@ from ccwsim.engine.corrections.unseen_patterns import (
     unseen_places,
 )
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.bits import Strips, make_strips, n_different, take_strips
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
-from ccwsim.engine.stages.candidates import best_places, draw_index, n_segments, place_of
-from ccwsim.engine.stages.cut import UNKNOWN, CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
+from ccwsim.engine.stages.candidates import (
+    Ranking,
+    best_places,
+    draw_index,
+    make_ranking,
+    place_of,
+)
+from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
+from ccwsim.engine.stages.path import (
+    ABOVE,
+    BELOW,
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    UNKNOWN,
+    Box,
+    Triple,
+)
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     Terms,
@@ -47,65 +63,62 @@ from ccwsim.engine.stages.similarity import (
 )
 
 N_BEST = 2
-"""So many of the best locations are tried."""
+"""The best locations that are tried."""
 N_BEST_DATA = 8
-"""The same in windows of volumes with data, which leave fewer locations that fit well."""
+"""Those in windows of volumes with data, which leave fewer locations that fit well."""
 LEAST, LEAST_VOLUME = 3, 4
-"""A window has at least so many unseen patterns."""
+"""Unseen patterns that a window has at least."""
 MAX_COMPARED = 500
-"""At most so many locations that honour the data of a window are compared."""
+"""Largest number of locations that honour the data of a window and are compared."""
 LOCATIONS = 12_500
-"""About so many locations of a volume are compared for a window."""
+"""About the number of locations of a volume that are compared for a window."""
 CHANGE = 0.1
-"""Unseen patterns that a cell counts by which a facies becomes more or less."""
+"""Cost, in unseen patterns, of a cell by which the number of cells of a facies changes."""
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
-"""At most so many windows of a map are repaired without data and with them, the worst ones: those
-after them change little. In volumes, where seams are surfaces, all are."""
+"""Largest number of windows of a map that are repaired, per tile, without data and with them: the
+worst ones, as others change little. In volumes, where seams are surfaces, all are."""
 WINDOWS_PER_CALL = 256
 
 
 class Repair(NamedTuple):
-    """A training image as windows of one size are sought in it."""
+    """Inputs of seam repair: the training image, prepared for windows of one size."""
 
     patterns: Patterns
     side_by_side: Patterns  # of cells without others between them
     window: Triple
-    ring: Triple  # what a window has in common with the grid, along each axis
+    ring: Triple  # width of the overlap of a window, along each axis
     block: Triple
+    shift_block: Triple  # over which locations are refined: equal along y and x
     running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
-    least: int  # a window has at least so many unseen patterns
+    least: int  # unseen patterns that a window has at least
 
 
-class Workspace(NamedTuple):
-    """Arrays for one window after another."""
+class RepairWorkspace(NamedTuple):
+    """Workspace for one window after another."""
 
-    scores: NDArray[np.number[Any]]
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the locations compared for a window
     terms: Terms
-    minima: NDArray[np.number[Any]]
-    segments: NDArray[np.int64]
-    found: NDArray[np.int64]
-    found_scores: NDArray[np.number[Any]]
-    places: NDArray[np.int64]
-    # shape (n, 4): misfit, layer, row and column of the locations that are tried
-    best: NDArray[np.int64]
+    ranking: Ranking
+    best: NDArray[np.int64]  # shape (n, 4): misfit, layer, row and column of locations to try
+    no_data: NDArray[np.int64]  # shape (0, 4): for `refine_place`
     honouring: Honouring
     strips: Strips
     cut: CutWorkspace
-    kept: NDArray[np.bool_]  # the mask of the best cut
-    trial: NDArray[np.uint8]  # the window with what patterns reach around it
-    rows: NDArray[np.uint32]  # shape (layers, rows, columns): the numbers of rows of patterns
-    numbers: NDArray[np.uint32]
-    counts: NDArray[np.int64]  # shape (n_facies,): how many cells of each facies a patch adds
+    best_mask: NDArray[np.bool_]  # shape of a window: the mask of the best cut
+    trial: NDArray[np.uint8]  # shape of a window and the reach of patterns around it
+    rows: NDArray[np.uint32]  # the same shape: numbers of rows of patterns
+    numbers: NDArray[np.uint32]  # of the patterns of a layer
+    counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
     no_sources: NDArray[np.int32]  # empty
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
-    """Return window, ring and block for a template, in `room` that image and grid have.
+    """Return window, ring and block for a template, for an image and grid of at least `room`.
 
     Windows of a map are half as long as the template, rings a quarter of that. Those of a volume
-    have two layers, and three eighths of the rows and columns: the thinner, the more fit. Blocks
-    fill both. Axes with few cells are taken whole, without a ring.
+    have two layers, and three eighths of the rows and columns: the thinner, the more locations fit.
+    Window and ring are whole blocks. Along a short axis the window has all cells, without a ring.
 
     Examples
     --------
@@ -116,7 +129,7 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
     """
     volume = template[0] > 1
     n_layers = min(THIN if volume else 1, room[0])
-    found = [(n_layers, 0, n_layers)]
+    lengths = [(n_layers, 0, n_layers)]
     for t, most in zip(template[1:], room[1:], strict=True):
         side, wide, large = (3 * t / 8, 1 / 6, 16) if volume else (t / 2, 1 / 4, 12)
         block = 4 if side >= large else 2
@@ -124,15 +137,15 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
         ring = max(round(side * wide / block) * block, block)
         if window <= 2 * ring:
             window, ring, block = min(t, most), 0, 1
-        found.append((window, ring, block))
-    window, ring, block = zip(*found, strict=True)
+        lengths.append((window, ring, block))
+    window, ring, block = zip(*lengths, strict=True)
     return window, ring, block
 
 
 def prepare_repair(
     image: NDArray[np.uint8], template: Triple, grid_shape: Triple, n_facies: int
 ) -> Repair:
-    """Return what windows are sought in; `image` is in layers and not oriented."""
+    """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is not oriented."""
     room = tuple(min(a, b) for a, b in zip(image.shape, grid_shape, strict=True))
     window, ring, block = window_lengths(template, room)  # type: ignore[arg-type]
     level = tuple(n.bit_length() - 1 for n in block)
@@ -149,29 +162,27 @@ def prepare_repair(
     least = LEAST_VOLUME if len(image) > 1 else LEAST
     patterns = known_patterns(image)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1)
-    return Repair(patterns, near, window, ring, block, running, energy.astype(kind), least)
+    lengths = window, ring, block, (block[0], max(block), max(block))
+    return Repair(patterns, near, *lengths, running, energy.astype(kind), least)
 
 
-def make_workspace(repair: Repair, target: Target, n_facies: int) -> Workspace:
-    """Return the arrays for the windows of a realization."""
+def make_workspace(repair: Repair, target: Target, n_facies: int) -> RepairWorkspace:
+    """Return the workspace for the windows of a realization."""
     nz, ny, nx = repair.energy.shape
     shape = min(nz, max(LOCATIONS // (ny * nx), 1)), ny, nx
     kind, n, window = repair.energy.dtype, prod(shape), repair.window
     both = tuple(2 * n for n in repair.ring)
     wide = tuple(w + 2 * r for w, r in zip(window, repair.patterns.reach, strict=True))
-    return Workspace(
+    return RepairWorkspace(
         scores=np.zeros(shape, kind),
         terms=make_terms(repair.running, window, both, repair.block),  # type: ignore[arg-type]
-        minima=np.zeros(n_segments(n), kind),
-        segments=np.zeros(n_segments(n), np.int64),
-        found=np.zeros(n, np.int64),
-        found_scores=np.zeros(n, kind),
-        places=np.zeros(min(N_BEST, n), np.int64),
+        ranking=make_ranking(n, min(N_BEST, n), kind),
         best=np.zeros((N_BEST_DATA if window[0] > 1 else N_BEST, 4), np.int64),
+        no_data=np.zeros((0, 4), np.int64),
         honouring=make_honouring(target.bits),
         strips=make_strips(target.square_bits, window),
         cut=make_cut(window, repair.ring),
-        kept=np.zeros(window, np.bool_),
+        best_mask=np.zeros(window, np.bool_),
         trial=np.zeros(wide, np.uint8),
         rows=np.zeros(wide, np.uint32),
         numbers=np.zeros(wide[1] * wide[2], np.uint32),
@@ -189,18 +200,18 @@ def repair_seams(
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
 ) -> int:
-    """Repair at most so many windows of a realization, in place; return how many were changed.
+    """Repair at most `most` windows of a realization, in place; return the number of changed ones.
 
-    Windows with `forced` cells, shape (n, 3), stay as they are. `report` is called now and then
-    with the share that is done, and may raise to stop.
+    Windows with `forced` cells, shape (n, 3), stay as they are. `report` is called with the share
+    that is done, and may raise to stop.
     """
     patterns, window = repair.patterns, repair.window
     places = unseen_places(target.grid, patterns, window, repair.least, report)[:most]
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
-        places = places[:0]  # a smaller grid than what it was prepared for
+        places = places[:0]  # the grid is smaller than a window
     work = make_workspace(repair, target, n_facies)
-    for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # compiled also without any
+    for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # compiled even without any
         report(first / max(len(places), 1))
         some = places[first : first + WINDOWS_PER_CALL]
         n_changed += repair_windows(target, repair, some, forced, rng, work)
@@ -209,7 +220,7 @@ def repair_seams(
 
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
-    """Repair windows around places, shape (n, 3), one after another; return how many changed."""
+    """Repair windows around cells `places`, shape (n, 3); return the number of changed ones."""
     image, _, _, data, grid, sources, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
@@ -223,9 +234,10 @@ def repair_windows(target, repair, places, forced, rng, work):
         box = Box(z0, y0, x0, nz, ny, nx, sides, oz, oy, ox)
         if has_any(forced, box):
             continue
-        first_z, first_y, first_x, tz, ty, tx = surroundings(grid, box, patterns, work.trial)
-        inside = Box(z0 - first_z, y0 - first_y, x0 - first_x, nz, ny, nx, sides, oz, oy, ox)
-        before = n_unseen(work.trial, tz, ty, tx, patterns, work.rows, work.numbers, 1 << 30)
+        around = surroundings(grid, box, patterns, work.trial)
+        first_z, first_y, first_x = z0 - around.z0, y0 - around.y0, x0 - around.x0
+        inside = Box(first_z, first_y, first_x, nz, ny, nx, sides, oz, oy, ox)
+        before = n_unseen(work.trial, around, patterns, work.rows, work.numbers, 1 << 30)
         if before < repair.least:
             continue
         if has_data(data, box):
@@ -238,7 +250,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
             if volume and work.best[number, 0] > before:
-                continue  # a ring that differs so much hardly ever leaves fewer
+                continue  # such a ring hardly ever leaves fewer
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
             mask, change = work.cut.keep_mask, 0
@@ -249,17 +261,17 @@ def repair_windows(target, repair, places, forced, rng, work):
             for k in range(len(work.counts)):
                 change += abs(work.counts[k])
             limit = np.int64(np.ceil(least))
-            after = n_unseen(work.trial, tz, ty, tx, patterns, work.rows, work.numbers, limit)
+            after = n_unseen(work.trial, around, patterns, work.rows, work.numbers, limit)
             cost = after + CHANGE * change / 2
             if cost < least and after < before:
                 least, chosen = cost, place
                 for z in range(nz):
                     for y in range(ny):
                         for x in range(nx):
-                            work.kept[z, y, x] = mask[z, y, x]
+                            work.best_mask[z, y, x] = mask[z, y, x]
         if chosen[0] >= 0:
             n_changed += 1
-            paste(image, chosen, box, work.kept, work.counts[:0], grid, sources)
+            paste(image, chosen, box, work.best_mask, work.counts[:0], grid, sources)
     return n_changed
 
 
@@ -275,7 +287,7 @@ def has_any(cells, box):
 
 @part_of_kernel
 def has_data(data, box):
-    """Return whether any cell of a box has a datum."""
+    """Return whether any cell of a box has a datum; `data` comes from `data_grid`."""
     cells = data.reshape(-1)
     for z in range(box.z0, box.z0 + box.nz):
         for y in range(box.y0, box.y0 + box.ny):
@@ -289,13 +301,13 @@ def has_data(data, box):
 
 @part_of_kernel
 def well_fitting_windows(target, box, repair, rng, work):
-    """Fill `work.best` with the locations whose ring fits best by blocks, shifted; return how many.
+    """Fill `work.best` with the locations whose ring fits best by blocks, refined; return how many.
 
-    As the search for a patch, but for an overlap on all sides; in as many layers of the image, from
-    a random one on, as `work.scores` has.
+    This is the search for a patch with an overlap on all sides, in as many layers of the image,
+    from a random one on, as `work.scores` has.
     """
     image, _, square_bits, _, grid, _, _ = target
-    running, scores, places = repair.running, work.scores, work.places
+    running, scores, places = repair.running, work.scores, work.ranking.places
     n_groups = overlap_terms(grid, box, repair.block, running, work.terms)
     n_layers = len(scores)
     layer = draw_index(rng, len(repair.energy) - n_layers + 1)
@@ -303,21 +315,22 @@ def well_fitting_windows(target, box, repair, rng, work):
         work.terms.offsets[k] += layer * running.shape[3] * running.shape[4]
     energy = repair.energy[layer : layer + n_layers]
     score_places(running, work.terms, n_groups, energy, scores)
-    flat, n, found = scores.reshape(-1), len(places), work.found
-    best_places(flat, n, rng, work.minima, work.segments, found, work.found_scores, places)
+    best_places(scores.reshape(-1), rng, work.ranking)
     take_strips(grid, box, square_bits, work.strips)
-    words, n_places = square_bits.reshape(-1), (scores.shape[1], scores.shape[2])
+    n_places, missed = (scores.shape[1], scores.shape[2]), np.int64(0)
     for k in range(len(places)):
         z, y, x = place_of(places[k], n_places, repair.block)
-        place = z + layer * repair.block[0], y, x
-        misfit, z, y, x = shifted(place, repair, image.shape, words, square_bits.shape, work.strips)
+        near, block = (z + layer * repair.block[0], y, x), repair.shift_block
+        misfit, z, y, x = refine_place(
+            image, square_bits, box, block, near, work.strips, work.no_data, missed
+        )
         work.best[k, 0], work.best[k, 1], work.best[k, 2], work.best[k, 3] = misfit, z, y, x
     return len(places)
 
 
 @part_of_kernel
 def surroundings(grid, box, patterns, trial):
-    """Copy a box with all cells that patterns in it reach; return its first cell and lengths."""
+    """Copy a box and all cells that patterns in it reach to `trial`; return the larger box."""
     reach_z, reach_y, reach_x = patterns.reach
     z0, y0, x0 = max(box.z0 - reach_z, 0), max(box.y0 - reach_y, 0), max(box.x0 - reach_x, 0)
     nz = min(box.z0 + box.nz + reach_z, grid.shape[0]) - z0
@@ -330,28 +343,4 @@ def surroundings(grid, box, patterns, trial):
             first = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
             for x in range(np.uint64(nx)):
                 flat[to + x] = cells[first + x]
-    return z0, y0, x0, nz, ny, nx
-
-
-@part_of_kernel
-def shifted(place, repair, shape, words, words_shape, strips):
-    """Return the location near `place`, within a block, whose ring fits best, after its misfit."""
-    best_z, best_y, best_x = place
-    best = n_different(words, words_shape, place, strips, np.int64(1 << 60))
-    last_z, last_y = shape[0] - repair.window[0], shape[1] - repair.window[1]
-    last_x = shape[2] - repair.window[2]
-    stride = max(repair.block[0], repair.block[1], repair.block[2]) // 2
-    while stride > 0:
-        middle_z, middle_y, middle_x = best_z, best_y, best_x
-        dz = stride if stride <= repair.block[0] // 2 else 0
-        for z in range(max(middle_z - dz, 0), min(middle_z + dz, last_z) + 1, max(dz, 1)):
-            for y in range(max(middle_y - stride, 0), min(middle_y + stride, last_y) + 1, stride):
-                for x in range(
-                    max(middle_x - stride, 0), min(middle_x + stride, last_x) + 1, stride
-                ):
-                    near = z, y, x
-                    wrong = n_different(words, words_shape, near, strips, best)
-                    if wrong < best:
-                        best, best_z, best_y, best_x = wrong, z, y, x
-        stride //= 2
-    return best, best_z, best_y, best_x
+    return Box(z0, y0, x0, nz, ny, nx, 0, 0, 0, 0)

@@ -1,7 +1,7 @@
-"""Which patterns of a realization the training image never has.
+"""Patterns of a realization that the training image never has (not in the paper).
 
-Not in the paper. A pattern is a number, and a table of bits says of each whether the image has it:
-a realization is looked at in a pass, a window of it in a microsecond.
+A pattern is a number, and a table of bits says whether the image has it, so that a realization is
+searched in one pass, a window of it in a microsecond.
 """
 
 from __future__ import annotations
@@ -14,41 +14,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.path import Box, Triple
 
 SIDE, SPACING = 4, 2
-"""Patterns of a map have 4 × 4 cells, every second one: wide enough to see an end from its side."""
+"""Patterns of a map have 4 × 4 cells, every second one: wide enough to see a dead end."""
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
-"""Those of a volume have 3 × 3 × 3 cells side by side."""
+"""Patterns of a volume have 3 × 3 × 3 cells side by side."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
-"""Bits of the numbers of patterns, of which a table says which the image has: where there are more
-patterns some share a number, and are taken for known ones."""
+"""Bits of the numbers of patterns in the table. If there are more patterns some share a number, and
+pass for known ones."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
-"""Odd numbers without a pattern of their own."""
+"""Odd numbers with irregular bits."""
 EVERY = 2
-"""Rows of patterns of a map that are looked at to find the windows: ends have several."""
+"""Only every second row of patterns of a map is searched for windows: dead ends have several."""
 ROWS_AT_ONCE = 64
-"""Rows of the training image whose patterns are noted together."""
+"""Rows of the training image whose patterns are marked together."""
 STRIPS_PER_CALL = 64
 
 
 class Patterns(NamedTuple):
-    """Which patterns the training image has."""
+    """The patterns of the training image."""
 
-    known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set where it has pattern n
+    known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set if the image has pattern n
     cells: Triple  # of a pattern along each axis
-    spacing: int
+    spacing: int  # from cell to cell
     reach: Triple  # from the first cell to the last one along each axis
-    labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which the image has them
+    labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which they first occur
     base: np.uint32  # a row of cells is a number to this base
-    row_base: np.uint32  # and the rows of a pattern one to this base
-    shift: int  # the number of a pattern is shifted right by so much
+    row_base: np.uint32  # the rows of a pattern are a number to this base
+    shift: int  # right shift of that number
 
 
 def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
-    """Return which patterns an image in layers has, of cells `spacing` apart.
+    """Return the patterns, of cells `spacing` apart, of an image of shape (nz, ny, nx).
 
-    Without one they are those by which windows are repaired.
+    The default spacing is that of seam repair.
     """
     volume = len(image) > 1
     side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
@@ -60,7 +60,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     known = np.zeros(2 ** (bits - 3), np.uint8)
     base = np.uint32(n_facies if exact else HASH)
     row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
-    # Which patterns share a number must not depend on how facies are numbered.
+    # Labels, so that the patterns that share a number do not depend on how facies are numbered
     first = [int(np.argmax(image.ravel() == facies)) for facies in range(n_facies)]
     labels, numbers = np.zeros(256, np.uint32), np.arange(n_facies, dtype=np.uint32)
     labels[np.argsort(first)] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
@@ -75,7 +75,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
 def _pattern_buffers(
     patterns: Patterns, shape: tuple[int, ...]
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Return the arrays for patterns that begin in one row of cells, of arrays of a shape."""
+    """Return workspace for the numbers of rows and patterns that begin in a box of a shape."""
     wide = [n + r for n, r in zip(shape, patterns.reach, strict=True)]
     return np.zeros(wide, np.uint32), np.zeros(wide[2], np.uint32)
 
@@ -87,42 +87,42 @@ def unseen_places(
     least: int,
     report: Callable[[float], None] = lambda share: None,
 ) -> NDArray[np.int64]:
-    """Return the middle of the unseen patterns of each part of a grid, shape (n, 3).
+    """Return the mean position of the unseen patterns of each part of a grid, shape (n, 3).
 
-    Parts are half as long as a window and have at least so many; those with most come first.
-    `report` is called now and then, and may raise to stop.
+    Parts are half as long as a window and have at least `least` of them; those with most come
+    first. `report` may raise to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
     ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))
     if min(ends) <= 0:
         return np.zeros((0, 3), np.int64)
     n_parts = tuple(-(-n // p) for n, p in zip(ends, part, strict=True))
-    found = np.zeros((prod(n_parts), 4), np.int64)
+    sums = np.zeros((prod(n_parts), 4), np.int64)
     rows, numbers = _pattern_buffers(patterns, (part[0], part[1], grid.shape[2]))
     n_strips = n_parts[0] * n_parts[1]
     every = EVERY if grid.shape[0] == 1 else 1
     for first in range(0, n_strips, STRIPS_PER_CALL):
         report(0.0)
         last = min(first + STRIPS_PER_CALL, n_strips)
-        find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found)
-    bad = found[every * found[:, 0] >= least]
+        find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums)
+    bad = sums[every * sums[:, 0] >= least]
     bad = bad[np.argsort(-bad[:, 0], kind="stable")]
     middle = np.array(patterns.reach) // 2
     return bad[:, 1:] // bad[:, :1] + middle
 
 
 @part_of_kernel
-def number_rows(cells, z0, y0, x0, nz, ny, nx, patterns, rows, line):
-    """Fill `rows` with the numbers of the rows of cells of all patterns that begin in a box.
+def number_rows(cells, box, patterns, rows, line):
+    """Fill `rows` with the numbers of the rows of all patterns that begin in a box.
 
-    `line` is workspace for a row of cells.
+    `cells` and `rows` have three axes; `line` is workspace for a row of cells.
     """
-    flat, own = cells.reshape(-1), rows.reshape(-1)
-    for z in range(nz + patterns.reach[0]):
-        for y in range(ny + patterns.reach[1]):
-            first = ((z0 + z) * cells.shape[1] + y0 + y) * cells.shape[2] + x0
+    flat, numbers = cells.reshape(-1), rows.reshape(-1)
+    for z in range(box.nz + patterns.reach[0]):
+        for y in range(box.ny + patterns.reach[1]):
+            first = ((box.z0 + z) * cells.shape[1] + box.y0 + y) * cells.shape[2] + box.x0
             to = (z * rows.shape[1] + y) * rows.shape[2]
-            number_run(flat, first, own, to, nx, patterns, line)
+            number_run(flat, first, numbers, to, box.nx, patterns, line)
 
 
 @part_of_kernel
@@ -142,7 +142,7 @@ def number_run(cells, first, rows, to, n, patterns, line):
 @part_of_kernel
 def number_patterns(rows, z, y, nx, patterns, numbers):
     """Fill `numbers` with those of the patterns whose first row is row y of layer z."""
-    own, spacing, factor = rows.reshape(-1), patterns.spacing, patterns.row_base
+    flat, spacing, factor = rows.reshape(-1), patterns.spacing, patterns.row_base
     for x in range(np.uint64(nx)):
         numbers[x] = 0
     for i in range(patterns.cells[0]):
@@ -150,26 +150,27 @@ def number_patterns(rows, z, y, nx, patterns, numbers):
             layer, row = z + i * spacing, y + j * spacing
             first = np.uint64((layer * rows.shape[1] + row) * rows.shape[2])
             for x in range(np.uint64(nx)):
-                numbers[x] = numbers[x] * factor + own[first + x]
+                numbers[x] = numbers[x] * factor + flat[first + x]
 
 
 @part_of_kernel
 def is_known(patterns, number):
     """Return whether the image has a pattern."""
-    own = number >> np.uint32(patterns.shift)
-    return patterns.known[own >> np.uint32(3)] >> (own & np.uint32(7)) & 1
+    n = number >> np.uint32(patterns.shift)
+    return patterns.known[n >> np.uint32(3)] >> (n & np.uint32(7)) & 1
 
 
 @kernel
 def mark_known(image, patterns, rows, numbers):
-    """Note all patterns of an image; `rows` and `numbers` are workspace."""
+    """Mark all patterns of an image, shape (nz, ny, nx); `rows` and `numbers` are workspace."""
     reach_z, reach_y, reach_x = patterns.reach
     nz, ny, nx = image.shape[0] - reach_z, image.shape[1] - reach_y, image.shape[2] - reach_x
     known, at_once = patterns.known, rows.shape[1] - reach_y
     for z in range(nz):
         for first in range(0, ny, at_once):
             n = min(at_once, ny - first)
-            number_rows(image, z, first, 0, 1, n, nx, patterns, rows, numbers)
+            box = Box(z, first, 0, 1, n, nx, 0, 0, 0, 0)
+            number_rows(image, box, patterns, rows, numbers)
             for y in range(n):
                 number_patterns(rows, 0, y, nx, patterns, numbers)
                 for x in range(nx):
@@ -178,10 +179,10 @@ def mark_known(image, patterns, rows, numbers):
 
 
 @kernel
-def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, found):
+def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums):
     """Count the unseen patterns of the parts of strips `first` to `last` − 1 of a grid.
 
-    A strip has all parts along x; each `every`-th row of patterns is looked at. `found`, shape
+    A strip has all parts along x; each `every`-th row of patterns is searched. `sums`, shape
     (n_parts, 4), gets their number and the sums of their layers, rows and columns.
     """
     end_z = grid.shape[0] - patterns.reach[0]
@@ -190,34 +191,32 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
     for strip in range(first, last):
         z0, y0 = strip // n_parts[1] * part[0], strip % n_parts[1] * part[1]
         nz, ny = min(part[0], end_z - z0), min(part[1], end_y - y0)
-        number_rows(grid, z0, y0, 0, nz, ny, nx, patterns, rows, numbers)
+        number_rows(grid, Box(z0, y0, 0, nz, ny, nx, 0, 0, 0, 0), patterns, rows, numbers)
         for z in range(nz):
             for y in range(0, ny, every):
                 number_patterns(rows, z, y, nx, patterns, numbers)
                 for x in range(nx):
                     if not is_known(patterns, numbers[x]):
                         at = strip * n_parts[2] + x // part[2]
-                        found[at, 0] += 1
-                        found[at, 1] += z0 + z
-                        found[at, 2] += y0 + y
-                        found[at, 3] += x
+                        sums[at, 0] += 1
+                        sums[at, 1] += z0 + z
+                        sums[at, 2] += y0 + y
+                        sums[at, 3] += x
 
 
 @part_of_kernel
-def n_unseen(cells, nz, ny, nx, patterns, rows, numbers, limit):
-    """Count the unseen patterns of a box of cells from its corner; counting may end at `limit`.
+def n_unseen(cells, box, patterns, rows, numbers, limit):
+    """Count the unseen patterns of the cells of a box, of which `cells` is a copy from its corner.
 
-    The rows of a layer are one run, as those of a window alone are short; `rows` has the shape of
-    `cells`, `numbers` room for a layer.
+    Counting may end at `limit`. The rows of a layer are one run, as a single row of a window is
+    short. `cells` and the workspace `rows` have one shape; `numbers` holds a layer.
     """
-    n, width = 0, cells.shape[2]
+    n, width, nz, ny, nx = 0, cells.shape[2], box.nz, box.ny, box.nx
     run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]
-    flat, own = cells.reshape(-1), rows.reshape(-1)
-    layer = cells.shape[1] * width
+    flat, flat_rows = cells.reshape(-1), rows.reshape(-1)
+    layer, whole = cells.shape[1] * width, run + patterns.reach[1] * width
     for z in range(nz):
-        number_run(
-            flat, z * layer, own, z * layer, run + patterns.reach[1] * width, patterns, numbers
-        )
+        number_run(flat, z * layer, flat_rows, z * layer, whole, patterns, numbers)
     for z in range(nz - patterns.reach[0]):
         number_patterns(rows, z, 0, run, patterns, numbers)
         for y in range(ny - patterns.reach[1]):

@@ -1,8 +1,8 @@
-"""Facies as bits: 64 cells are compared at once.
+"""Facies as bits, so that 64 cells are compared at once.
 
-The facies index of a cell is written in binary; bit b of 64 cells makes one word of plane b. Two
-cells differ where any of their planes does. Cells of a row, side by side, are compared with those
-of 64 locations side by side; cells of a square of 8 × 8, with those of one location.
+Bit b of the facies indices of 64 cells makes one word of plane b. Two cells differ if any of their
+planes does. Words by rows compare one cell with 64 locations side by side; words by squares of
+8 × 8 cells compare a square with one location.
 """
 
 from __future__ import annotations
@@ -13,30 +13,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
-from ccwsim.engine.stages.box import inside_overlap
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.path import Triple, inside_overlap
 
 SIDE = 8
-"""Rows and columns of the square of cells whose bits make a word."""
+"""Side of the square of cells whose bits make a word."""
 FIRST_ROW = 0x0101010101010101
 """The bits of the first row of a square."""
 
 
 class Strips(NamedTuple):
-    """The cells in the overlap of a box that locations are compared with, square by square."""
+    """The overlap of a box in squares of cells, to compare it with locations."""
 
-    # shape (n,): where each square begins, in words from the one that a location begins in
+    # shape (n,): first word of each square, counted from the word in which a location begins
     offsets: NDArray[np.uint64]
-    # shape (n * n_planes,): their facies, the planes of a square side by side
+    # shape (n * n_planes,): facies of the cells, the planes of a square side by side
     words: NDArray[np.uint64]
-    mask: NDArray[np.uint64]  # shape (n,): which cells they are
-    n: NDArray[np.int64]  # shape (1,): how many squares there are
+    mask: NDArray[np.uint64]  # shape (n,): the cells of each square that are in the overlap
+    n: NDArray[np.int64]  # shape (1,): number of squares in use
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     """Return the bits of facies indices by rows, shape (n_planes, nz, ny, n_words).
 
-    A row has one word more than it needs, so that 64 bits can be read from any cell on.
+    A row has one extra word, so that 64 bits can be read from any cell on.
     """
     nz, ny, nx = image.shape
     planes = _n_planes(image)
@@ -49,9 +48,9 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
 def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
 
-    Byte x of row y has the cells (y, x) to (y + 7, x), so that eight bytes from there on are a
-    square of 8 × 8 cells: cell (y + i, x + j) is bit 8 j + i. A row has one word more than it
-    needs, so that a square can be read from any cell on.
+    Byte x of row y has the cells (y, x) to (y + 7, x), so that the eight bytes from x on are a
+    square: cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a square can be
+    read from any cell on.
     """
     nz, ny, nx = image.shape
     planes = _n_planes(image)
@@ -60,13 +59,13 @@ def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
         columns[plane, :, :ny, :nx] = image >> plane & 1
     words = columns.view("<u8").astype(np.uint64, copy=False)
     cells, width = words.ravel(), words.shape[3]
-    for n in (1, 2, 4):  # of columns of n cells those of twice as many
+    for n in (1, 2, 4):  # from columns of n cells to columns of 2 n
         cells[: -n * width] |= cells[n * width :] << np.uint64(n)
     return np.ascontiguousarray(words[:, :, :ny])
 
 
 def _n_planes(image: NDArray[np.uint8]) -> int:
-    """Return how many binary digits the facies indices of an image have."""
+    """Return the number of binary digits of the facies indices of an image."""
     return max(int(image.max()).bit_length(), 1)
 
 
@@ -80,9 +79,9 @@ def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:
 
 @part_of_kernel
 def take_strips(grid, box, square_bits, strips):
-    """Fill `strips` with the facies that the grid has in the overlap of a box.
+    """Fill `strips` with the facies of `grid`, shape (nz, ny, nx), in the overlap of a box.
 
-    `square_bits` are those of the image that they will be compared with.
+    `square_bits`, shape (n_planes, mz, my, n_words), are those of the image to compare it with.
     """
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     cells, _, rows, columns = grid.reshape(-1), *grid.shape
@@ -132,7 +131,7 @@ def _bytes(n):
 
 @part_of_kernel
 def n_bits(word):
-    """Return how many bits of 64 are set; compilers know this way."""
+    """Return the number of bits set in a word; compilers recognize this form."""
     one, two = np.uint64(0x5555555555555555), np.uint64(0x3333333333333333)
     n = word - (word >> np.uint64(1) & one)
     n = (n & two) + (n >> np.uint64(2) & two)
@@ -142,10 +141,10 @@ def n_bits(word):
 
 @part_of_kernel
 def nth_bit(word, n):
-    """Return which bit of a word is the one after the n lowest that are set; it has more than n.
+    """Return the position of the set bit number n (from 0, lowest first) of a word.
 
-    Without a branch, as none could be foreseen: first the byte is found by the bits of all bytes up
-    to each, then, as if its bits were bytes, the bit.
+    Without branches, which would be unpredictable: sums of bits up to each byte give the byte, then
+    the same for its bits, spread to bytes, gives the bit.
     """
     ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
     before, one = np.uint64(n), np.uint64(1)
@@ -163,16 +162,16 @@ def nth_bit(word, n):
 
 @part_of_kernel
 def _n_bytes(high):
-    """Return eight times how many bytes of a word have their highest bit set; no other is."""
+    """Return 8 times the number of bytes whose highest bit is set; no other bit may be set."""
     return (high >> np.uint64(7)) * np.uint64(FIRST_ROW) >> np.uint64(56) << np.uint64(3)
 
 
 @inlined_part_of_kernel
 def n_different(cells, shape, place, strips, limit):
-    """Return in how many cells of its strips a box differs from a location of the image.
+    """Return the number of cells of `strips` that differ from a location of the image.
 
-    Counting may end at `limit`. `cells` are the image by squares, raveled, and `shape` their
-    shape: to ravel them for each location would take longer than to count.
+    Counting may end at `limit`. `cells` are `square_bits` of the image, raveled, and `shape` is
+    their shape before: raveling them for each location would take longer than counting.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape

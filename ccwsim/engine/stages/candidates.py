@@ -1,40 +1,59 @@
-"""The K best locations and the draw among them (section 4.4; Algorithm 1, lines 11 and 12).
+"""The K best locations and the draw among them (section 4.4, Fig. 3 e; Algorithm 1, lines 11, 12).
 
-Not in the paper: where no data say which of them fit, those are out that only go on with a patch
-beside this one as the training image does, or that fit much worse than the best; and
-`location_weight` keeps patches near their own place. Locations are numbered by layer, row and
-column.
+Not in the paper: candidates that are much worse than the best are left out, and without data those
+that only continue a patch beside this one as the training image does; `location_weight` keeps
+patches near their own location. Locations are numbered by layer, row and column.
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Scores whose smallest is kept, so that most are passed over once the K best lie in others. They
+"""Scores in a segment, of which the minimum is kept, so that most scores are read only once. They
 are as far apart as there are segments: vectors compare the scores of many segments at once."""
 COUNTED = 2**14
 """Scores that the smallest type of scores can count."""
 
 
+class Ranking(NamedTuple):
+    """Workspace to find the K best of n scores."""
+
+    minima: NDArray[np.number[Any]]  # shape (n_segments(n),), of the type of the scores
+    segments: NDArray[np.int64]  # shape (n_segments(n),): segments with good scores
+    good: NDArray[np.int64]  # shape (n,): numbers of the locations with good scores
+    values: NDArray[np.number[Any]]  # shape (n,): their scores
+    places: NDArray[np.int64]  # shape (K,): numbers of the K best locations
+
+
+def make_ranking(n: int, k: int, kind: Any) -> Ranking:
+    """Return the workspace to find the k best of n scores of a type."""
+    segments = np.zeros(n_segments(n), np.int64)
+    good, places = np.zeros(n, np.int64), np.zeros(k, np.int64)
+    return Ranking(segments.astype(kind), segments, good, good.astype(kind), places)
+
+
 def n_segments(n: int) -> int:
-    """Return how many segments n scores have."""
+    """Return the number of segments of n scores."""
     return -(-n // SEGMENT)
 
 
 @part_of_kernel
 def draw_index(rng, n):
-    """Return a whole number from 0 to n − 1, all equally likely."""
+    """Return a random integer from 0 to n − 1, all equally likely."""
     return min(np.int64(rng.random() * n), n - 1)
 
 
 @part_of_kernel
 def kth_smallest(values, n, k):
-    """Return the k-th smallest of the first n values, whole numbers.
+    """Return the k-th smallest of the first n values, which are integers.
 
-    The range it lies in is halved by counting, which takes no branch on a value.
+    By bisection of their range with counting, which takes no branch on a value.
     """
     low = high = values[0]
     for i in range(n):
@@ -66,7 +85,7 @@ def n_up_to(row, limit):
 
 @part_of_kernel
 def segment_minima(scores, minima):
-    """Fill `minima` with the smallest score of each segment."""
+    """Fill `minima` with the minimum of each segment of raveled scores."""
     n, step = np.uint64(len(scores)), np.uint64(len(minima))
     for s in range(step):
         minima[s] = scores[s]
@@ -77,16 +96,15 @@ def segment_minima(scores, minima):
 
 
 @part_of_kernel
-def best_places(scores, k, rng, minima, segments, found, values, places):
-    """Fill `places` with the k best locations; equal scores at the end are drawn at random.
+def best_places(scores, rng, ranking):
+    """Fill `ranking.places` with the K best locations; ties for the last ranks are drawn at random.
 
-    Taking the first of many equal ones would favour one corner of the training image. `scores` are
-    raveled; `places` gets numbers of locations, those that are better than the k-th first.
-    `minima` and `segments`, as many as there are segments, `found` and `values`, as many as there
-    are locations, are workspace.
+    Taking the first of many equal ones would favour one corner of the training image. `scores`,
+    shape (n,), are raveled. Locations better than the K-th come first.
     """
+    minima, segments, good, values, places = ranking
+    k, n_parts = len(places), len(minima)
     segment_minima(scores, minima)
-    n_parts = len(minima)
     # k segments have a score up to the k-th smallest of their minima, so the k-th best is no larger
     least = kth_smallest(minima, n_parts, min(k, n_parts))
     if n_parts < k:
@@ -101,14 +119,14 @@ def best_places(scores, k, rng, minima, segments, found, values, places):
         for i in range(n_chosen):
             x = first + segments[i]
             if x < len(scores) and scores[x] <= limit:
-                found[n] = x
+                good[n] = x
                 values[n] = scores[x]
                 n += 1
     last = values.dtype.type(kth_smallest(values, n, k))
     better = 0
     for i in range(n):
         if values[i] < last:
-            places[better] = found[i]
+            places[better] = good[i]
             better += 1
     ties = 0
     n_free = k - better
@@ -118,12 +136,12 @@ def best_places(scores, k, rng, minima, segments, found, values, places):
         ties += 1
         at = ties - 1 if ties <= n_free else draw_index(rng, ties)
         if at < n_free:
-            places[better + at] = found[i]
+            places[better + at] = good[i]
 
 
 @part_of_kernel
 def keep_within(scores, places, slack):
-    """Move the locations within `slack` of the best to the front of `places`; return how many.
+    """Move the locations within `slack` of the best to the front of `places`; return their number.
 
     Hard data leave few locations that fit them. The K-th best may then be far worse than the best,
     and drawing it would break shapes without more variation where it matters.
@@ -145,10 +163,10 @@ def keep_within(scores, places, slack):
 def add_location(box, shape, cost, axes, totals):
     """Add `cost` times the squared distance from a box's own location to the score of each.
 
-    For images that are not stationary, which section 5.9 names as a limit of the method: both the
-    box in the grid, of `shape`, and a location in the image are measured as shares of the way from
-    one end to the other. The cost is thus that of a location at the other end of one axis; `axes`
-    says how much each of them counts.
+    For nonstationary images, which section 5.9 names as a limit of the method. The position of the
+    box in the grid, of `shape`, and that of a location in the image are shares of the way from one
+    end to the other, so that `cost` is that of a location at the other end of one axis; `axes` has
+    the weight of each axis. `totals` has the shape (nz, ny, nx) of locations.
     """
     nz, ny, nx = totals.shape
     layer = box.z0 / max(shape[0] - box.nz, 1) * (nz - 1)
@@ -166,7 +184,10 @@ def add_location(box, shape, cost, axes, totals):
 
 @part_of_kernel
 def place_of(number, n_places, block):
-    """Return layer, row and column, in cells, of a location by its number."""
+    """Return layer, row and column, in cells, of a location by its number.
+
+    `n_places` are the rows and columns of locations.
+    """
     ny, nx = n_places
     layer_row = number // nx
     return (
@@ -177,20 +198,20 @@ def place_of(number, n_places, block):
 
 
 @part_of_kernel
-def rule_out_continuations(first, before, patches, locations, block, reach, scores):
-    """Give locations near the verbatim continuation of patches beside one the worst score.
+def rule_out_continuations(box, before, patches, locations, block, reach, scores):
+    """Give locations near the verbatim continuation of patches beside a box the worst score.
 
-    `first` is the first cell of the patch, `before` has the numbers of the patches beside it that
-    are simulated already, −1 where there is none. Among candidates that all fit well, these fit
-    best, and the training image would be copied on and on.
+    `before`, shape (4,), has the numbers of those patches, −1 for none; `patches`, shape (n, 10),
+    and `locations`, shape (n, 3), are those of the realization. Among candidates that all fit well,
+    continuations fit best, and the training image would be copied on and on.
     """
     worst = scores.dtype.type(2 ** (8 * scores.itemsize - 1) - 1)
     for number in before:
         if number < 0:
             continue
-        z = (locations[number, 0] + first[0] - patches[number, 0]) // block[0]
-        y = (locations[number, 1] + first[1] - patches[number, 1]) // block[1]
-        x = (locations[number, 2] + first[2] - patches[number, 2]) // block[2]
+        z = (locations[number, 0] + box.z0 - patches[number, 0]) // block[0]
+        y = (locations[number, 1] + box.y0 - patches[number, 1]) // block[1]
+        x = (locations[number, 2] + box.x0 - patches[number, 2]) // block[2]
         for pz in range(max(z - reach[0], 0), min(z + reach[0] + 2, scores.shape[0])):
             for py in range(max(y - reach[1], 0), min(y + reach[1] + 2, scores.shape[1])):
                 for px in range(max(x - reach[2], 0), min(x + reach[2] + 2, scores.shape[2])):

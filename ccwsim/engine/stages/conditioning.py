@@ -4,8 +4,8 @@ The paper searches the sorted scores one after another. Not in the paper: the we
 against the overlap, the limit on how much worse than the best a candidate may be, and smaller
 patches where data are dense.
 
-Agreement is counted at full resolution, cell by cell, for every location of the training image: the
-approximation of a datum says little about the cell it lies in.
+Agreement is counted at full resolution for every location of the training image, cell by cell: the
+approximation of a datum says little about its cell.
 """
 
 from __future__ import annotations
@@ -18,52 +18,50 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
-from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import RasterPath, Triple
+from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 
 
 class Weights(NamedTuple):
-    """How much data count in the choice of a location, in wrong cells of overlap."""
+    """Cost of data in the choice of a location, in wrong cells of overlap."""
 
-    missed: int  # what a datum counts that the patch would miss
-    held: int  # the same where the cell is in the overlap and right already: the cut can keep it
-    ahead: int  # the same for a datum in the co-template: the next patches can still honour it
-    slack: int  # a location is drawn only if it is at most so much worse than the best
-    # whether every location is looked at, not the share with the best overlaps alone
-    everywhere: bool
+    missed: int  # of a datum that the patch would miss
+    held: int  # if its cell is in the overlap and right already: the cut can keep it
+    ahead: int  # of a missed datum in the co-template: the next patches can still honour it
+    slack: int  # by which a candidate may be worse than the best location
+    everywhere: bool  # search all locations, not only the share with the best overlaps
 
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
-"""Few data a patch: the overlap keeps shapes whole; local re-simulation honours what is left."""
+"""For whole tiles: the overlap keeps shapes whole; local re-simulation honours the other data."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
-"""Tiles that are split: the data themselves say where the shapes run; few locations fit them."""
+"""For split tiles: the data themselves show the shapes; few locations fit them."""
+KEEP_OLD, TAKE_NEW = 1, 2
+"""The sides of a cut."""
 MAX_DATA = 10
-"""A tile with more data than this a patch is split into smaller patches. In a map whose overlap is
-larger than usual they are more (`ScaledLengths.max_data`)."""
+"""A tile with more data per patch is split into smaller patches. The limit is higher for maps with
+a larger overlap than usual (`ScaledLengths.max_data`)."""
 MAX_TERMS = 1024
-"""Data that are counted together: more are counted a part after the other."""
+"""Data counted in one pass."""
 MAX_COUNTED = 255
-"""Misses that a byte holds."""
+"""Largest number of misses in a byte."""
 N_CLASSES = 256
 
 
 class PlacedData(NamedTuple):
-    """Hard data in path coordinates, as the kernels need them."""
+    """Hard data in path coordinates."""
 
-    # shape (nz, ny, nx): facies index of the datum of each cell, UNKNOWN where there is none
-    facies: NDArray[np.uint8]
+    facies: NDArray[np.uint8]  # shape (nz, ny, nx): from `data_grid`
     columns: NDArray[np.int64]  # shape (n,): column of each datum, by layer and row
-    # shape (nz * ny + 1,): where the data of each row of each layer begin in `columns`
-    first: NDArray[np.int64]
-    # shape (nz, ny, nx): the data that refinement and cut must keep: `facies`, or none where the
-    # data only condition the choice of the location
+    first: NDArray[np.int64]  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
+    # shape (nz, ny, nx): the data that refinement and cut must keep: `facies`, or none if the data
+    # only condition the search
     required: NDArray[np.uint8]
 
 
 def data_grid(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
-    """Return the facies index of the datum of each cell, UNKNOWN where there is none."""
+    """Return the facies index of the datum of each cell of a grid of `shape`, UNKNOWN for none."""
     data = np.full(shape, UNKNOWN, np.uint8)
     data[tuple(cells.T)] = facies
     return data
@@ -72,25 +70,25 @@ def data_grid(
 def place_data(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: Triple, keep: bool = True
 ) -> PlacedData:
-    """Return data on a grid of `shape`; `cells`, shape (n, 3), and `facies` (indices) have n rows.
+    """Return data on a grid of `shape`; `cells` has the shape (n, 3), `facies` (indices) (n,).
 
-    Without `keep` they only condition the choice of locations.
+    Without `keep` they only condition the search.
     """
     grid = data_grid(cells, facies, shape)
     layers, rows, columns = cells.T
     order = np.lexsort((columns, rows, layers))
-    own_rows = layers * shape[1] + rows
-    first = np.searchsorted(own_rows[order], np.arange(shape[0] * shape[1] + 1))
+    row_of_datum = layers * shape[1] + rows
+    first = np.searchsorted(row_of_datum[order], np.arange(shape[0] * shape[1] + 1))
     required = grid if keep else np.full(shape, UNKNOWN, np.uint8)
     return PlacedData(grid, np.ascontiguousarray(columns[order]), first, required)
 
 
 def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> list[Triple]:
-    """Return into how many parts, along each axis, a tile can be split.
+    """Return the numbers of parts, along each axis, into which a tile can be split.
 
     The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
     T itself, the overlap is at most half of a part. Rows and columns are split alike, layers as far
-    as they can be; those of a volume first are halved along one axis alone, as a well runs.
+    as possible; tiles of a volume are first halved along only one axis, for data along a well.
 
     Examples
     --------
@@ -121,9 +119,9 @@ def split_tiles(
     max_data: float = MAX_DATA,
     volume: bool = False,
 ) -> NDArray[np.int64]:
-    """Return which of `splits` each tile takes: the first with at most `max_data` a part.
+    """Return the index in `splits` for each tile: the first with at most `max_data` per part.
 
-    On average in a map; in a volume, where a well may lie in one part alone, in the fullest.
+    In a map on average; in a volume, where all data of a well may be in one part, in the fullest.
     """
     split_of = np.full(prod(path.tiles), len(splits) - 1)
     if len(splits) == 1:
@@ -143,43 +141,43 @@ def split_tiles(
 def _data_of_parts(
     data: PlacedData, path: RasterPath, template: Triple, overlap: Triple, parts: Triple
 ) -> NDArray[np.int64]:
-    """Count the data of the fullest part of each tile, if all are split into so many parts."""
+    """Count the data of the fullest part of each tile, if all are split into `parts`."""
     z, y = np.divmod(
         np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), len(data.facies[0])
     )
     places = np.column_stack([z, y, data.columns])
     width = np.array(overlap)
     step = (np.array(template) - width) // parts
-    there = np.multiply(path.tiles, parts)
-    counts = np.zeros(there, np.int64)
+    n_parts = np.multiply(path.tiles, parts)
+    counts = np.zeros(n_parts, np.int64)
     for back in np.ndindex(2, 2, 2):  # a cell is in at most two parts along each axis
         at = places // step - back
-        inside = (at >= 0) & (at < there) & (places - at * step < step + width)
+        inside = (at >= 0) & (at < n_parts) & (places - at * step < step + width)
         np.add.at(counts, tuple(at[inside.all(axis=1)].T), 1)
     of_tile = counts.reshape([n for pair in zip(path.tiles, parts, strict=True) for n in pair])
     return of_tile.max(axis=(1, 3, 5)).ravel()
 
 
 class Misses(NamedTuple):
-    """Arrays in which the data that locations miss are counted."""
+    """Workspace to count the data that locations miss."""
 
-    # shape (6, n): of each datum, the first cell it meets, how many layers, rows and columns of
-    # locations meet one, its facies, and what missing it costs
+    # shape (6, n), per datum: the cell of the image that it meets for location 0; the layers, rows
+    # and columns of locations that meet a cell; its facies; its cost
     terms: NDArray[np.int64]
-    counts: NDArray[np.uint8]  # how many data each location misses, rows of the image apart
-    # the column of each of these, where a byte holds it: rows are not one run where the image ends
-    # within them, and short ones are no work for vectors; empty where rows are long
+    counts: NDArray[np.uint8]  # data that each location misses; rows are as long as in the image
+    # column of each entry of `counts`, to mask columns beyond the end of the image without a loop
+    # per row; empty if a byte does not hold columns
     column_of: NDArray[np.uint8]
-    # shape (nz, ny, nx) of locations, 0 between patches: the cost of data beyond the end of the
-    # image, as changes from one layer, row and column of locations to the next
+    # shape (nz, ny, nx) of locations, 0 between patches: cost of data beyond the end of the image,
+    # as changes from one layer, row and column of locations to the next
     beyond: NDArray[np.int64]
-    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: where `beyond` is not 0
-    steps: NDArray[np.int64]  # shape (nx,): how the cost changes along a row
-    row: NDArray[np.int64]  # and the cost itself
+    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: rows of `beyond` not 0
+    steps: NDArray[np.int64]  # shape (nx,): changes of the cost along a row
+    row: NDArray[np.int64]  # shape (nx,): the cost itself
 
 
 def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
-    """Return the arrays for locations of shape `places` in an image of `blocks`."""
+    """Return the workspace for locations of shape `places` in an image of `blocks`."""
     nz, ny, nx = places if n_data else (0, 0, 0)
     n, short = nz * blocks[1] * blocks[2], blocks[2] <= N_CLASSES
     return Misses(
@@ -195,7 +193,7 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
 
 @part_of_kernel
 def data_ahead(data, box, times):
-    """Return whether any datum lies in a box that is stretched `times` its lengths ahead."""
+    """Return whether any datum is in a box that is stretched `times` its lengths ahead."""
     shape = data.facies.shape
     if len(data.columns) == 0:
         return False
@@ -209,12 +207,25 @@ def data_ahead(data, box, times):
 
 
 @part_of_kernel
-def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
-    """Add what the missed data cost to the score of every location.
+def forced_side(old, new, datum):
+    """Return the side of a cut, KEEP_OLD or TAKE_NEW, that honours the datum of a cell, 0 if any.
 
-    The co-template is the box stretched `times` its lengths from its first cell. Where the training
-    image ends before it does, `proportions` say what to expect. The weights are multiplied by
-    `datum_cost`, the score of one wrong cell of overlap. `work` comes from `make_misses`.
+    Also 0 if neither `old` nor `new` does.
+    """
+    if datum == UNKNOWN or (old == datum) == (new == datum):
+        return 0
+    return KEEP_OLD if old == datum else TAKE_NEW
+
+
+@part_of_kernel
+def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
+    """Add the cost of the missed data to the score of every location.
+
+    The co-template is the box stretched `times` its lengths from its first cell. Beyond the end of
+    the training image a datum is missed with the chance that `proportions`, shape (n_facies,),
+    give. `weights` are multiplied by `datum_cost`, the score of one wrong cell of overlap. `phases`
+    are those of `Pyramid`; `grid` has the shape (nz, ny, nx), `totals` that of locations; `work`
+    comes from `make_misses`.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
@@ -222,8 +233,8 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     cells, terms, n, beyond = phases.reshape(-1), work.terms, 0, False
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
-            own_row = z * shape[1] + y
-            for i in range(data.first[own_row], data.first[own_row + 1]):
+            row = z * shape[1] + y
+            for i in range(data.first[row], data.first[row + 1]):
                 x = data.columns[i]
                 if x < box.x0 or x >= box.x0 + times * box.nx:
                     continue
@@ -258,7 +269,7 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
 
 @part_of_kernel
 def _expect(work, layers, rows, columns, cost):
-    """Note a cost of all locations but those of the first `layers`, `rows` and `columns`."""
+    """Add a cost to all locations except those in the first `layers`, `rows` and `columns`."""
     beyond, changes = work.beyond, work.changes
     for corner in range(1, 8):
         z = layers if corner & 4 else 0
@@ -274,9 +285,9 @@ def _expect(work, layers, rows, columns, cost):
 def _count_misses(cells, my, mx, terms, n, work, totals):
     """Add the costs of `n` terms to the locations that miss them; the costs become 0.
 
-    Terms are counted together in bytes, 32 locations at once, where totals would be 8: all, if what
-    they cost is so many times the least of them that a byte holds the sum, else those that cost
-    least. All rows of locations of a layer are one run of `cells`, as each alone is short.
+    Misses are counted in bytes, for 32 locations at once: those of all terms, if all costs are
+    multiples of the least and a byte holds the sum, else those of the terms with the least cost.
+    All rows of a layer are one run of `cells`, as a single row is short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of
@@ -330,9 +341,9 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
 
 @part_of_kernel
 def _add_beyond(work, totals):
-    """Add to the score of every location the sum of `beyond` over all up to it, and clear that.
+    """Add the running sums of `beyond` to the scores of all locations, and clear it.
 
-    Few rows of locations change the cost: those between them have that of the one before.
+    The cost changes in few rows of locations: those between have the cost of the row before.
     """
     beyond, changes, steps, row = work.beyond, work.changes, work.steps, work.row
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
@@ -363,8 +374,8 @@ def _add_beyond(work, totals):
 def start_totals(scores, share, totals):
     """Fill `totals` with the scores, ruling out locations not among the best `share` of overlaps.
 
-    The limit is a multiple of a 256th of their range, found by counting: sorting all scores would
-    take longer than the search. Both are raveled.
+    Both have the shape (n,). The limit is a multiple of a 256th of their range, found by counting:
+    sorting all scores would take longer than the search.
     """
     least = most = scores[0]
     for x in range(len(scores)):
@@ -393,10 +404,10 @@ def start_totals(scores, share, totals):
 
 @part_of_kernel
 def ruled_out(totals):
-    """Return what is added to the score of a location that is ruled out: above all others."""
+    """Return the cost of a location that is ruled out: above all others."""
     return 1 << (15 * totals.itemsize // 2)
 
 
 def total_type(bound: float) -> type[np.signedinteger]:
-    """Return the smallest type for scores with costs up to `bound`, and ruled-out ones."""
+    """Return the smallest type for scores with costs up to `bound`, also of ruled-out locations."""
     return np.int32 if bound < 2**29 else np.int64

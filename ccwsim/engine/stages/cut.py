@@ -1,6 +1,6 @@
 """The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14).
 
-Maps are cut strip by strip by dynamic programming. In volumes strips leave steps from slice to
+Maps are cut strip by strip by dynamic programming. In volumes that leaves steps from slice to
 slice, so the exact minimum cut is taken there (see `minimum_cut`).
 """
 
@@ -14,27 +14,26 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections.minimum_cut import FlowWorkspace, make_flow, minimum_cut
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_bits
-from ccwsim.engine.stages.box import BOTTOM, LEFT, RIGHT, TOP
-from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
-from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
+from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 
 BROKEN = 1 << 16
-"""What a cut pays for each datum it would drop: more than any path without one."""
-CHEAP = 32
-"""A boundary that costs less is found among all of a line at once."""
+"""Cost of a datum that a cut would drop: more than any path without one."""
+MAX_BIT_COST = 32
+"""Boundaries that cost less are found with bits, all of a line at once."""
 
 
 class CutWorkspace(NamedTuple):
     """Arrays for the cuts of one patch, large enough for each of its sides."""
 
     keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): where the grid stays as it is
-    # shape (n_words, size): where old and new cells differ, on each line across the boundary: the
-    # cell c from the side is bit c % 64 of word c // 64
+    # shape (n_words, size): cells that differ between old and new, on each line across the
+    # boundary: the cell c from the side is bit c % 64 of word c // 64
     error: NDArray[np.uint64]
-    # shape (size, overlap): KEEP_OLD or TAKE_NEW where only that honours a datum, else 0
-    demand: NDArray[np.uint8]
+    demand: NDArray[np.uint8]  # shape (size, overlap): `forced_side` of each cell
     cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
-    # shape (CHEAP + 2, size + 1): bit c is set where boundary c of a line is reached for k − 2
+    # shape (MAX_BIT_COST + 2, size + 1): bit c of entry k is set if boundary c of a line is reached
+    # at a cost of k − 2
     reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
     flow: FlowWorkspace | None  # of the cut of a volume; without it maps compile nothing of it
@@ -48,7 +47,7 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
         np.zeros(((width + 63) // 64, size), np.uint64),
         np.zeros((size, width), np.uint8),
         np.zeros((size, width + 1), np.int64),
-        np.zeros((CHEAP + 2, size + 1), np.uint64),
+        np.zeros((MAX_BIT_COST + 2, size + 1), np.uint64),
         np.zeros(size, np.int64),
         make_flow(template) if template[0] > 1 else None,
     )
@@ -58,9 +57,8 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
 def boundary(cut, n, m):
     """Fill `cut.path` with the cheapest boundary through n lines of m cells.
 
-    Dynamic programming: boundary c of a line, 0 … m, keeps the cells before c as they are and takes
-    the new ones from c on. It pays the error on both its sides and moves by at most one cell a
-    line, so there is no step that the error would not see.
+    Dynamic programming: boundary c of a line, 0 … m, keeps the cells before c and takes the new
+    ones from c on. It pays the error on both its sides and moves by at most one cell per line.
     """
     demand, cost, path = cut.demand, cut.cost, cut.path
     for i in range(n):
@@ -102,18 +100,18 @@ def _bit(words, c):
 
 
 @part_of_kernel
-def cheap_boundary(cut, n, m):
-    """Fill `cut.path` as `boundary` does without data, if it costs less than CHEAP; return whether.
+def bit_boundary(cut, n, m):
+    """Fill `cut.path` as `boundary` does without data, if that costs less than MAX_BIT_COST.
 
-    For a cost of 0, 1, 2 … the boundaries that are reached for it are found, all of a line at once
-    as bits of a word; m is at most 63.
+    Return whether it does. For a cost of 0, 1, 2 … the boundaries reached at that cost are found,
+    all of a line at once as bits of a word; m is at most 63.
     """
     error, reached, path = cut.error, cut.reached, cut.path
     one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
     for i in range(n + 1):
         reached[0, i] = reached[1, i] = np.uint64(0)
     here, cost = np.uint64(0), np.int64(1)
-    while not here and cost <= CHEAP:
+    while not here and cost <= MAX_BIT_COST:
         cost += 1
         here = reached[cost, 0] = full
         for i in range(n):
@@ -150,13 +148,16 @@ def _next(boundaries):
 
 @part_of_kernel
 def keep_old(grid, data, image, place, box, cut):
-    """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is."""
+    """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is.
+
+    `grid` and `data`, from `data_grid`, have the shape (nz, ny, nx), `image` (mz, my, mx).
+    """
     _keep_old(grid, data, image, place, box, cut, cut.flow)
 
 
 @part_of_kernel
 def _keep_old(grid, data, image, place, box, cut, flow):
-    """Do so; only for an argument that is None Numba leaves out the other branch."""
+    """Do as `keep_old`; Numba leaves out a branch only if the argument itself is None."""
     keep_mask = cut.keep_mask
     if flow is not None:
         minimum_cut(grid, data, image, place, box, flow, keep_mask)
@@ -169,9 +170,9 @@ def _keep_old(grid, data, image, place, box, cut, flow):
 
 @part_of_kernel
 def _cut_strips(grid, data, image, place, box, cut, keep_mask):
-    """Cut a layer strip by strip: what one keeps is old for the next, so that they meet in corners.
+    """Cut a layer strip by strip; cells that one keeps are old for the next, to meet in corners.
 
-    `grid`, `data`, `image` and `keep_mask` are the layers of the box.
+    `grid`, `data`, `image` and `keep_mask` are one layer each, shape (ny, nx).
     """
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
@@ -181,7 +182,7 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
         differ, has_data = _compare(grid, data, image, place, box, upright, far, cut, keep_mask)
         if not differ:
             continue
-        if has_data or m > 63 or not cheap_boundary(cut, n, m):
+        if has_data or m > 63 or not bit_boundary(cut, n, m):
             _demand(grid, data, image, place, box, upright, far, cut)
             boundary(cut, n, m)
         for i in range(n):
@@ -192,22 +193,17 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 
 @part_of_kernel
 def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
-    """Fill `cut.error` for a strip; return whether any cell differs, and whether any is a datum.
+    """Fill `cut.error` for a strip; return whether any cell differs, and whether any has a datum.
 
-    A cell that is kept by now is old on both sides of the boundary: it does not differ. Rows are
-    read by unsigned numbers of cells, which need no look at whether they are negative.
+    A cell that is kept already is old on both sides of the boundary: it does not differ.
     """
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
     y0 = box.ny - m if far and not upright else 0
     x0 = box.nx - m if far and upright else 0
     rows, columns = (n, m) if upright else (m, n)
-    cells, others, of_data, kept = (
-        grid.reshape(-1),
-        image.reshape(-1),
-        data.reshape(-1),
-        keep_mask.reshape(-1),
-    )
+    cells, others = grid.reshape(-1), image.reshape(-1)
+    known, keep = data.reshape(-1), keep_mask.reshape(-1)
     error, end = cut.error, np.uint64(m - 1)
     some, has_data = np.uint64(0), False
     for w in range((m + 63) // 64):
@@ -226,7 +222,7 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
                     start, stop = m - stop, m - start
                 word = np.uint64(0)
                 for x in range(np.uint64(start), np.uint64(stop)):
-                    differs = (cells[first + x] != others[other + x]) & (not kept[own + x])
+                    differs = (cells[first + x] != others[other + x]) & (not keep[own + x])
                     c = end - x if far else x
                     word |= np.uint64(differs) << (c & np.uint64(63))
                 error[w, i] = word
@@ -235,12 +231,12 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
             c = m - 1 - i if far else i
             w, shift = c >> 6, np.uint64(c & 63)
             for x in range(np.uint64(columns)):
-                differs = (cells[first + x] != others[other + x]) & (not kept[own + x])
+                differs = (cells[first + x] != others[other + x]) & (not keep[own + x])
                 word = np.uint64(differs) << shift
                 error[w, x] |= word
                 some |= word
         for x in range(np.uint64(columns)):
-            has_data |= of_data[datum + x] != UNKNOWN
+            has_data |= known[datum + x] != UNKNOWN
     return some != 0, has_data
 
 
@@ -253,8 +249,8 @@ def _demand(grid, data, image, place, box, upright, far, cut):
         for c in range(m):
             y, x = _cell_of(i, c, box, upright, far)
             old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
-            wish = wanted(old, new, data[box.y0 + y, box.x0 + x])
-            cut.demand[i, c] = wish if _bit(cut.error[:, i], c) else 0
+            side = forced_side(old, new, data[box.y0 + y, box.x0 + x])
+            cut.demand[i, c] = side if _bit(cut.error[:, i], c) else 0
 
 
 @part_of_kernel
@@ -267,7 +263,7 @@ def _cell_of(i, c, box, upright, far):
 
 @part_of_kernel
 def n_of(cells, first, n_cells, facies):
-    """Count the cells of a facies in a row; in 16 bits, which vectors take more of at once."""
+    """Count the cells of a facies in a row, in 16 bits: more of them fit into a vector."""
     n, facies = np.int16(0), np.uint8(facies)
     for x in range(np.uint64(n_cells)):
         n = np.int16(n + (cells[first + x] == facies))
@@ -276,10 +272,11 @@ def n_of(cells, first, n_cells, facies):
 
 @part_of_kernel
 def paste(image, place, box, keep_mask, counts, grid, sources):
-    """Paste the patch at a place of the image where the grid is not kept.
+    """Paste the patch at a location of the image into a box, except where `keep_mask` is set.
 
-    `counts` (cells by facies) and `sources` (flat indices in the image) are kept up to date where
-    they are not empty.
+    `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), the cells
+    by facies, and `sources`, shape of the grid, flat indices in the image, are updated unless they
+    are empty.
     """
     tz, ty, tx = place
     cells, cells_new, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)

@@ -1,10 +1,10 @@
-"""The raster path: from a random origin in a random direction (section 4.1).
+"""Simulation grid, raster path and the overlaps of patches (section 4.1; Algorithm 1, lines 3, 4).
 
-A map has 8 ways, the symmetries of a square: an origin and a direction each. A volume has 48: its
-layers from below or from above, and as the slowest, the middle or the fastest axis of the path.
-Every stage works in the *path frame*: there the path always starts at layer 0, row 0, column 0, so
-that the overlap is always below, at the top and on the left. The images are oriented instead of the
-algorithm.
+A path has a random origin and a random direction. A map has 8 of them, the symmetries of a square.
+A volume has 48: its layers from below or from above, as the slowest, the middle or the fastest axis
+of the path. All stages work in *path coordinates*, in which every path starts at layer 0, row 0,
+column 0, so that the overlap is always below, at the top and on the left. The images are oriented
+instead of the algorithm.
 """
 
 from __future__ import annotations
@@ -15,15 +15,54 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.kernels import part_of_kernel
+
 T = TypeVar("T")
 Triple = tuple[int, int, int]
-"""Lengths, or a place, along z, y and x."""
+"""Lengths, or a location, along z, y and x."""
+UNKNOWN = 255
+"""A cell that is not simulated yet, or in the grid of data one without a datum."""
+LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
+"""Bits of the sides along which a box overlaps simulated cells."""
+L_SHAPE = LEFT | TOP
+"""The third shape of the overlap of a patch, after the strips LEFT and TOP (Fig. 3 a–c)."""
 N_ORIENTATIONS = 8
 """Bit 0 starts at the far end of the rows, bit 1 of the columns, bit 2 goes along columns."""
 FROM_ABOVE = 8
 """Bit 3 starts at the top layer."""
 ORDERS = ((0, 1, 2), (1, 0, 2), (1, 2, 0))
 """Axes from the slowest to the fastest of the path: only the order of patches depends on them."""
+
+
+class Box(NamedTuple):
+    """A block of cells in the simulation grid, with its overlap; in a map it has one layer."""
+
+    # first layer, row and column
+    z0: int
+    y0: int
+    x0: int
+    # layers, rows and columns
+    nz: int
+    ny: int
+    nx: int
+    sides: int  # sides with an overlap: a sum of LEFT, TOP, BELOW, RIGHT, BOTTOM and ABOVE
+    # widths of the overlap along each axis, in cells
+    oz: int
+    oy: int
+    ox: int
+
+
+@part_of_kernel
+def inside_overlap(box):
+    """Return the first and the end of the layers, rows and columns outside the overlap of a box."""
+    return (
+        box.oz if box.sides & BELOW else 0,
+        box.nz - box.oz if box.sides & ABOVE else box.nz,
+        box.oy if box.sides & TOP else 0,
+        box.ny - box.oy if box.sides & BOTTOM else box.ny,
+        box.ox if box.sides & LEFT else 0,
+        box.nx - box.ox if box.sides & RIGHT else box.nx,
+    )
 
 
 def in_layers(shape: tuple[int, ...]) -> Triple:
@@ -44,7 +83,7 @@ def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def overlap_cells(template: Triple, overlap: Triple) -> int:
-    """Return how many cells a patch has in the overlap where it overlaps on each axis.
+    """Return the number of cells in the overlap of a patch that overlaps along each axis.
 
     Examples
     --------
@@ -72,7 +111,7 @@ def from_path(image: NDArray, orientation: int) -> NDArray:
 
 
 def along_path(lengths: tuple[T, T, T], orientation: int) -> tuple[T, T, T]:
-    """Return what belongs to z, y and x of the grid as the path sees it.
+    """Return values along z, y and x of the grid in the order of the axes of the path.
 
     Examples
     --------
@@ -116,7 +155,7 @@ def cells_from_path(
 
 
 def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
-    """Return how many patches cover `length` cells."""
+    """Return the number of patches that cover `length` cells."""
     step = template_size - overlap_size
     return max(1, -(-(length - overlap_size) // step))
 
@@ -127,9 +166,9 @@ class RasterPath(NamedTuple):
     orientation: int  # 0 … 7 in a map, 0 … 15 in a volume
     order: int  # which of ORDERS
     shape: Triple  # of the grid in path coordinates
-    tiles: Triple  # how many tiles cover it along each axis
-    full: Triple  # what whole tiles cover, at least `shape` and what is before it
-    offset: Triple = (0, 0, 0)  # how far before the grid the first tile begins
+    tiles: Triple  # number of tiles along each axis
+    full: Triple  # cells that whole tiles cover, at least `offset` + `shape`
+    offset: Triple = (0, 0, 0)  # cells from the first cell of the first tile to that of the grid
 
 
 def make_path(
@@ -140,10 +179,10 @@ def make_path(
     order: int = 0,
     offset: Triple = (0, 0, 0),
 ) -> RasterPath:
-    """Return the path over a grid; all but its shape are along the axes of the path.
+    """Return the path over a grid; all arguments but its shape are along the axes of the path.
 
-    The first tile begins `offset` cells before the grid: where it always begins with the grid,
-    seams are at the same cells in all realizations, and show in their mean.
+    The first tile begins `offset` cells before the grid. If it always began with the grid, seams
+    would be at the same cells in all realizations, and show in their mean.
 
     Examples
     --------
@@ -161,5 +200,73 @@ def make_path(
 
 def in_order(path: RasterPath) -> NDArray[np.int64]:
     """Return the numbers of the tiles, by layer, row and column, in the order of the path."""
-    numbers = np.arange(path.tiles[0] * path.tiles[1] * path.tiles[2])
-    return numbers.reshape(path.tiles).transpose(ORDERS[path.order]).ravel()
+    numbers = np.arange(prod(path.tiles)).reshape(path.tiles)
+    return numbers.transpose(ORDERS[path.order]).ravel()
+
+
+def make_patches(
+    path: RasterPath,
+    step: Triple,
+    overlap: Triple,
+    splits: NDArray[np.int64],
+    split_of: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Return the patches in the order of the path, shape (n, 10).
+
+    Columns: first layer, row and column; lengths along these; sides of the overlap (0 for the first
+    patch); index of the split of its tile; the tile; the part of the tile. `step` (T − OR) and
+    `overlap` are along the path, `splits` from `legal_splits`, `split_of` from `split_tiles`.
+    """
+    tiles = in_order(path)
+    n_parts = splits.prod(axis=1)[split_of[tiles]]
+    tile = np.repeat(tiles, n_parts)
+    part = np.arange(len(tile)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
+    parts = splits[split_of[tile]]
+    at = np.stack(np.unravel_index(tile, path.tiles), axis=1)
+    within = np.stack(
+        [part // (parts[:, 1] * parts[:, 2]), part // parts[:, 2] % parts[:, 1],
+         part % parts[:, 2]], axis=1,
+    )  # fmt: skip
+    first = at * step + within * (step // parts)
+    size = step // parts + overlap
+    sides = ((at + within > 0) * _side_bits(overlap)).sum(axis=1)
+    return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
+
+
+def _side_bits(overlap: Triple) -> NDArray[np.int64]:
+    """Return the bit of the side before a patch along each axis, 0 without an overlap there."""
+    return np.array([BELOW, TOP, LEFT]) * (np.array(overlap) > 0)
+
+
+def clip_patches(
+    patches: NDArray[np.int64], path: RasterPath, overlap: Triple, block: Triple, cell_size: Triple
+) -> NDArray[np.int64]:
+    """Return the patches cut to whole blocks of the grid, where the path begins before it.
+
+    Cells outside the grid are cropped in the end: in a volume of few tiles they are a third and
+    more of all. A patch that later ones replace completely is left out. `cell_size` is the number
+    of grid cells along each axis of a cell of the searched scale.
+    """
+    size = np.multiply(block, cell_size)
+    low = np.array(path.offset) // size * block
+    high = -(-np.add(path.offset, path.shape) // size) * block
+    first = patches[:, :3]
+    end = first + patches[:, 3:6]
+    needed = (end - overlap > low) & ((first + overlap < high) | (first <= low))
+    sides = ((first > low) * _side_bits(overlap)).sum(axis=1)
+    first, end = np.maximum(first, low), np.minimum(end, high)
+    return np.column_stack([first, end - first, sides, patches[:, 7:]])[needed.all(axis=1)]
+
+
+def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
+    """Return which patches of a map are beside each and simulated before it, shape (n, 4).
+
+    On the left, at the top and at two corners; −1 for none. Split tiles are left out.
+    """
+    whole = patches[:, 7] == 0
+    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin
+    at = np.stack(np.unravel_index(patches[:, 8], path.tiles[1:]), axis=1) + 1
+    number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
+    moves = (-1, -1), (-1, 0), (-1, 1), (0, -1)
+    beside = [np.where(whole, number_of[tuple((at + move).T)], -1) for move in moves]
+    return np.stack(beside, axis=1)

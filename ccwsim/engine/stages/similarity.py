@@ -1,15 +1,17 @@
 """The CCW score map: how well the overlap fits every location of the training image.
 
-Sections 3.2 and 4.3; Algorithm 1, line 10. The paper's CCW is the plain cross-correlation ΣA·B, the
-largest best (similarity "correlation"). The authors' code takes the sum of squared differences, the
-smallest best, and so does the default here.
+Sections 3.2 and 4.3; Algorithm 1, lines 8 to 10. The paper compares the approximation coefficients
+cA_J of the overlap (OR) with those of the training image (TI). A Haar coefficient is a block sum
+up to a constant, 2^−J in a map, so that here A are the block sums of the TI and B those of the
+overlap: small integers, with which all scores are exact. The paper's CCW is the plain
+cross-correlation ΣA·B, the largest best (similarity "correlation"). The authors' code takes the sum
+of squared differences, the smallest best, and so does the default here.
 
-The sum of squared differences between overlap B and TI A, over the coefficients of the overlap, is
-ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) follows from running sums for each overlap, ΣB² is the
-same for every location. So does ΣA·B, the cross-correlation, by parts: along a line of the overlap
-it is a sum of running sums of A, each times how much B changes there. Facies are bodies, so that B
-changes at few places. With block sums everything is an exact whole number, and of numbers that wrap
-around too, if their type holds what comes out: vectors take the more at once the smaller it is.
+The sum of squared differences over the coefficients of the overlap is ΣA² − 2·ΣA·B + ΣB². ΣA² (the
+*energy*) follows from running sums, ΣB² is the same for every location. ΣA·B is summed by parts:
+along a line of the overlap it is a sum of running sums of A, each times the change of B there.
+Facies are bodies, so that B changes at few places. Unsigned overflow is harmless if the result
+fits its type; vectors hold more of the smaller types.
 """
 
 from __future__ import annotations
@@ -21,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.engine.stages.box import inside_overlap
-from ccwsim.engine.stages.path import Triple, overlap_cells
+from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Rows of locations that are scored together: enough for long loops, few enough for the cache."""
@@ -37,8 +38,7 @@ def score_type(
 ) -> type[np.signedinteger[Any]]:
     """Return the smallest type that holds every score.
 
-    No score is further from 0 than the sum of squares over the largest overlap, of the image or of
-    what is simulated; a correlation is counted twice.
+    The bound is the sum of squares over the largest overlap; a correlation is counted twice.
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
@@ -59,60 +59,59 @@ def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
 def running_sums(
     sums: NDArray[np.integer[Any]], level: Triple, template: Triple
 ) -> NDArray[np.unsignedinteger[Any]]:
-    """Return the block sums, the sums of all before each along x, and those along y.
+    """Return block sums, their running sums along x and those along y.
 
-    Shape (3, n_planes, nz, ny + 1, nx + 1), where block sums have the shape (n_planes, nz, ny, nx).
-    Numbers wrap around: what is summed up of them is exact if their type, `sum_type`, holds it.
+    Shape (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx). Running
+    sums wrap around; a difference of two is exact if their type, `sum_type`, holds it.
     """
     kind, (n_planes, nz, ny, nx) = sum_type(level, template), sums.shape
-    found = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
-    found[0, :, :, :ny, :nx] = sums
-    np.cumsum(sums, axis=3, dtype=kind, out=found[1, :, :, :ny, 1:])
-    np.cumsum(sums, axis=2, dtype=kind, out=found[2, :, :, 1:, :nx])
-    return found
+    running = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
+    running[0, :, :, :ny, :nx] = sums
+    np.cumsum(sums, axis=3, dtype=kind, out=running[1, :, :, :ny, 1:])
+    np.cumsum(sums, axis=2, dtype=kind, out=running[2, :, :, 1:, :nx])
+    return running
 
 
 def running_squares(
     sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
-    """Return ΣA² of all block sums before each, along three axes, with a margin of zeros.
+    """Return running sums of A² along three axes, as `summed_up` does, in the type of the scores.
 
-    In the type of the scores, where the numbers wrap around: that of a box of blocks, a difference
-    of them, is exact all the same if the type holds it.
+    They wrap around; the sum over a box of blocks is exact if the type holds it.
     """
     return summed_up(np.square(sums.astype(np.int64)).sum(axis=0)).astype(kind)
 
 
 def summed_up(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the sums of all values before each, along three axes, with a margin of zeros."""
-    found = np.zeros([n + 1 for n in values.shape], np.int64)
-    inner = found[1:, 1:, 1:]
+    """Return running sums of values along three axes, shape (nz + 1, ny + 1, nx + 1)."""
+    table = np.zeros([n + 1 for n in values.shape], np.int64)
+    inner = table[1:, 1:, 1:]
     inner[...] = values
     for axis, n in enumerate(values.shape):
-        if n > 1:  # along a single one NumPy takes a call for each
+        if n > 1:  # NumPy is slow along an axis of length 1
             np.cumsum(inner, axis, out=inner)
-    return found
+    return table
 
 
 def box_sums(
     table: NDArray[np.int64], size: Triple, first: Triple, last: Triple
 ) -> NDArray[np.int64]:
-    """Return the sum of the part from `first` to `last` of each window of `size` values.
+    """Return, for each window of `size` values, the sum of its part from `first` to `last`.
 
     `table` comes from `summed_up`.
     """
-    found = table
+    sums = table
     for axis, (start, end, t) in enumerate(zip(first, last, size, strict=True)):
-        lines, n = np.moveaxis(found, axis, 0), table.shape[axis] - t
-        found = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
-    return found
+        lines, n = np.moveaxis(sums, axis, 0), table.shape[axis] - t
+        sums = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
+    return sums
 
 
 @part_of_kernel
 def overlap_energies(squares, box, block, energies):
-    """Fill `energies`, shape (nz, ny, nx) of locations, with ΣA² of the overlap of a patch at each.
+    """Fill `energies`, shape (nz, ny, nx) of locations, with ΣA² over the overlap of a box at each.
 
-    `squares` come from `running_squares`.
+    `squares`, shape (nz + 1, ny + 1, nx + 1) of blocks, come from `running_squares`.
     """
     nz, ny, nx = energies.shape
     low_z, _, low_y, _, low_x, _ = inside_overlap(box)
@@ -123,7 +122,7 @@ def overlap_energies(squares, box, block, energies):
             own = np.uint64((z * ny + y) * nx)
             for x in range(np.uint64(nx)):
                 flat[own + x] = 0
-            for corner in range(8):  # those of all blocks, and of those that are not in the overlap
+            for corner in range(8):  # the sum over the box less that over what is not overlap
                 inside = corner & 4 != 0
                 first_z = low_z // block[0] if inside else 0
                 first_y = low_y // block[1] if inside else 0
@@ -138,22 +137,37 @@ def overlap_energies(squares, box, block, energies):
                     flat[own + x] += cells[last + x] - cells[first + x]
 
 
-class Terms(NamedTuple):
-    """What ΣA·B over the overlap of a patch is the sum of, in groups that a sum holds."""
+@part_of_kernel
+def cached_overlap_energies(squares, box, block, energies, energies_of):
+    """Fill `energies` as `overlap_energies` does, unless the box before had the same overlap.
 
-    offsets: NDArray[np.int64]  # where in the running sums, raveled, the first location meets each
-    weights: NDArray[np.unsignedinteger[Any]]  # how often it is added
+    `energies_of`, shape (4,), has the layers, rows, columns and sides of that box.
+    """
+    lengths = box.nz, box.ny, box.nx, box.sides
+    same = True
+    for k in range(4):
+        same = same and energies_of[k] == lengths[k]
+        energies_of[k] = lengths[k]
+    if not same:
+        overlap_energies(squares, box, block, energies)
+
+
+class Terms(NamedTuple):
+    """The terms of ΣA·B over the overlap of a patch, in groups whose sums fit their type."""
+
+    offsets: NDArray[np.int64]  # in the running sums, raveled, of each term for location 0
+    weights: NDArray[np.unsignedinteger[Any]]  # factor of each term
     ends: NDArray[np.int64]  # of the groups
-    sums: NDArray[np.unsignedinteger[Any]]  # those of a group, at several rows of locations
-    largest: int  # a sum
+    sums: NDArray[np.unsignedinteger[Any]]  # of a group, for several rows of locations
+    largest: int  # the largest sum that the type holds
 
 
 def make_terms(
     running: NDArray[np.unsignedinteger[Any]], template: Triple, overlap: Triple, block: Triple
 ) -> Terms:
-    """Return the arrays for the terms of patches with at most so much overlap."""
+    """Return the arrays for the terms of patches with at most this overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
-    # A line has no more than blocks; it takes room for twice as many, and groups are filled up.
+    # A line has at most as many terms as blocks and needs room for twice as many; groups are padded
     n = (3 + AT_ONCE) * n_blocks + 2
     sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
     largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
@@ -163,10 +177,10 @@ def make_terms(
 
 @part_of_kernel
 def overlap_terms(grid, box, block, running, terms):
-    """Find the terms of ΣA·B, from the block sums of the overlap; return how many groups there are.
+    """Fill `terms` with those of ΣA·B for the overlap of a box; return the number of groups.
 
-    Lines are as long as they can be: along x where the overlap goes all the way, along y at its
-    other sides.
+    The block sums B are counted in `grid`, shape (nz, ny, nx); `running` comes from `running_sums`.
+    Lines are as long as possible: along x where the overlap spans the box, along y elsewhere.
     """
     n = n_groups = held = np.int64(0)
     _, n_planes, mz, my, mx = running.shape
@@ -209,7 +223,7 @@ def overlap_terms(grid, box, block, running, terms):
 
 @part_of_kernel
 def fill_up(n, terms):
-    """Add terms that are zero until they are a multiple of `AT_ONCE`; return how many there are."""
+    """Add terms of weight 0 up to a multiple of `AT_ONCE`; return the number of terms."""
     while n % AT_ONCE:
         terms.offsets[n], terms.weights[n] = 0, 0
         n += 1
@@ -218,13 +232,12 @@ def fill_up(n, terms):
 
 @part_of_kernel
 def line_terms(grid, cells, block, facies, sums, n, terms):
-    """Add the terms of a line of blocks after the `n` that are there.
+    """Add the terms of a line of blocks after the `n` there are; return their number.
 
-    The block sums that are not zero, or the running sums where these change: whatever are fewer.
-    `cells` has the first cell of the line, how many there are from block to block, and how many
-    blocks it has; `sums` the number of the first block sum, how far the running sums are behind
-    them, and how far they are from block to block. Return how many terms there are then, and how
-    many cells of the line have the facies.
+    These are the block sums that are not 0, or the running sums where these change: the fewer of
+    the two. `cells` has the first cell of the line, the cells from block to block and the number of
+    blocks; `sums` the number of the first block sum, the distance from there to the running sums,
+    and that from block to block. Also return the number of cells of the line with the facies.
     """
     offsets, weights = terms.offsets, terms.weights
     (uz, uy, ux), (first, step, length), (at, behind, stride) = block, cells, sums
@@ -257,9 +270,9 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
 def score_places(running, terms, n_groups, energy, scores):
     """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
 
-    Several rows are one run of numbers, as rows of locations alone are short; what comes out at
-    the columns between them, where no location is, is left behind. Runs are read by unsigned
-    numbers, which need no look at whether they are negative: that would keep loops from vectors.
+    `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are one run, as a
+    single row is short; sums between rows, for columns without a location, are dropped. Unsigned
+    indices need no check for negative ones, which would prevent vectors.
     """
     nz, ny, nx = scores.shape
     my, mx = running.shape[3], running.shape[4]
@@ -304,5 +317,5 @@ def score_places(running, terms, n_groups, energy, scores):
 
 @part_of_kernel
 def _rows_at_once(nx, mx):
-    """Return how many rows are one run: one where most of it would be left behind."""
+    """Return the number of rows in a run: 1 if most of its sums would be dropped."""
     return ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1

@@ -1,102 +1,115 @@
-"""From path coordinates, where every path begins in the same corner, to grid coordinates."""
+"""From path coordinates, in which every path begins in one corner, to grid coordinates."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.stages.path import cells_to_path, from_path
+from ccwsim.engine.stages.path import (
+    BELOW,
+    FROM_ABOVE,
+    LEFT,
+    TOP,
+    cells_from_path,
+    cells_to_path,
+    from_path,
+    in_layers,
+    in_three,
+)
 
-CORNERS = {(0, 0): "south-west", (0, 1): "south-east", (1, 0): "north-west", (1, 1): "north-east"}
-
-
-class Box(NamedTuple):
-    """A rectangle of cells: its south-west cell, height and width."""
-
-    row: int
-    column: int
-    height: int
-    width: int
+OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
 
 class Frame(NamedTuple):
-    """An image as the path sees it.
+    """A map or a volume as the path sees it.
 
     Attributes
     ----------
     orientation : int
-        0 … 7, see `ccwsim.engine.stages.path`.
-    shape : pair of int
-        Rows and columns in path coordinates.
-    offset : pair of int
-        How many rows and columns the path begins before the first ones.
+        0 … 15, see `ccwsim.engine.stages.path`.
+    shape : pair or triple of int
+        (Layers,) rows and columns in path coordinates.
+    offset : pair or triple of int
+        How many (layers,) rows and columns the path begins before the first ones; () for none.
     """
 
     orientation: int
-    shape: tuple[int, int]
-    offset: tuple[int, int] = (0, 0)
+    shape: tuple[int, ...]
+    offset: tuple[int, ...] = ()
 
     @property
-    def original_shape(self) -> tuple[int, int]:
-        """Rows and columns of the grid, or of the image."""
-        rows, columns = self.shape
-        return (columns, rows) if self.orientation & 4 else (rows, columns)
+    def original_shape(self) -> tuple[int, ...]:
+        """(Layers,) rows and columns of the grid, or of the image."""
+        *layers, rows, columns = self.shape
+        return (*layers, columns, rows) if self.orientation & 4 else self.shape
 
-    def map_to_grid(self, image: NDArray) -> NDArray:
-        """Return a copy of a map in path coordinates, in grid coordinates.
+    @property
+    def _offset(self) -> NDArray[np.int64]:
+        return np.array(self.offset or (0,) * len(self.shape))
+
+    def to_grid(self, array: NDArray) -> NDArray:
+        """Return a copy of an array of whole tiles, in path coordinates, in grid coordinates.
 
         Examples
         --------
-        >>> Frame(1, (2, 2)).map_to_grid(np.array([[1, 2], [3, 4]])).tolist()
+        >>> Frame(1, (2, 2)).to_grid(np.array([[1, 2], [3, 4]])).tolist()
         [[3, 4], [1, 2]]
         """
-        (rows, columns), (y, x) = self.shape, self.offset
-        return np.ascontiguousarray(
-            from_path(image[y : y + rows, x : x + columns], self.orientation)
-        )
+        each = zip(self._offset.tolist(), self.shape, strict=True)
+        return self.turned(array[tuple(slice(start, start + n) for start, n in each)])
 
-    def patch_to_grid(self, patch: NDArray) -> NDArray:
-        """Return a part of a map, in the orientation of the grid."""
-        return np.ascontiguousarray(from_path(patch, self.orientation))
+    def turned(self, part: NDArray) -> NDArray:
+        """Return a copy of a part of a map or volume in the orientation of the grid."""
+        return np.ascontiguousarray(from_path(part, self.orientation))
 
-    def box_to_grid(self, y0: int, x0: int, height: int, width: int) -> Box:
-        """Return a box in grid coordinates; what is outside the image is cut off.
+    def cells_to_grid(self, cells: ArrayLike) -> NDArray[np.int64]:
+        """Return the grid coordinates of cells in path coordinates, shape (n, 2) or (n, 3)."""
+        n = len(self.shape)
+        inside = np.asarray(cells, np.int64).reshape(-1, n) - self._offset
+        return cells_from_path(in_three(inside), in_layers(self.shape), self.orientation)[:, -n:]
+
+    def box_to_grid(self, first: Sequence[int], lengths: Sequence[int]) -> tuple[slice, ...]:
+        """Return a box in grid coordinates; cells outside the map or volume are cut off.
 
         Examples
         --------
-        >>> Frame(4, (10, 20)).box_to_grid(0, 5, 2, 3)
-        Box(row=5, column=0, height=3, width=2)
+        >>> Frame(4, (10, 20)).box_to_grid((0, 5), (2, 3))
+        (slice(5, 8, None), slice(0, 2, None))
         """
-        (rows, columns), (y, x) = self.shape, self.offset
-        last_y, last_x = min(y0 - y + height, rows), min(x0 - x + width, columns)
-        y0, x0 = max(y0 - y, 0), max(x0 - x, 0)
-        y0, height = (rows - last_y if self.orientation & 1 else y0), last_y - y0
-        x0, width = (columns - last_x if self.orientation & 2 else x0), last_x - x0
-        return Box(x0, y0, width, height) if self.orientation & 4 else Box(y0, x0, height, width)
+        low = np.maximum(first, self._offset)
+        high = np.minimum(np.add(first, lengths), self._offset + self.shape)
+        ends = self.cells_to_grid([low, high - 1])
+        each = zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True)
+        return tuple(slice(start, last + 1) for start, last in each)
 
-    def cell_to_path(self, row: int, column: int) -> tuple[int, int]:
-        """Return the path coordinates of a cell of the grid."""
-        cells = cells_to_path(np.array([[row, column]]), self.original_shape, self.orientation)
-        return int(cells[0, 0]) + self.offset[0], int(cells[0, 1]) + self.offset[1]
+    def cell_to_path(self, *cell: int) -> tuple[int, ...]:
+        """Return the path coordinates of a cell, (layer,) row and column, of the grid."""
+        at = cells_to_path(np.array([cell]), self.original_shape, self.orientation)[0]
+        return tuple((at + self._offset).tolist())
 
-    @property
-    def origin(self) -> str:
-        """The corner where the path begins."""
-        far_y, far_x = self.orientation & 1, self.orientation >> 1 & 1
-        return CORNERS[(far_x, far_y) if self.orientation & 4 else (far_y, far_x)]
+    def faces(self, sides: int = LEFT | TOP | BELOW) -> list[str]:
+        """Return where sides, a sum of LEFT, TOP and BELOW along the path, are in the grid.
+
+        Without them it is the corner where the path begins.
+
+        Examples
+        --------
+        >>> Frame(0, (9, 9)).faces(), Frame(6, (9, 9)).faces(LEFT)
+        (['south', 'west'], ['north'])
+        """
+        way = self.orientation
+        ew, ns = ("west", "east"), ("south", "north")
+        across, along = (ns, ew) if way & 4 else (ew, ns)
+        names = {across[bool(way & 2)]: LEFT, along[bool(way & 1)]: TOP}
+        if len(self.shape) == 3:
+            names["above" if way & FROM_ABOVE else "below"] = BELOW
+        order = ("below", "above", *ns, *ew)
+        return [name for name in order if sides & names.get(name, 0)]
 
     @property
     def direction(self) -> str:
-        """Where the path goes along its rows.
-
-        Examples
-        --------
-        >>> Frame(0, (9, 9)).origin, Frame(0, (9, 9)).direction, Frame(6, (9, 9)).direction
-        ('south-west', 'east', 'south')
-        """
-        back = bool(self.orientation & 2)
-        if self.orientation & 4:
-            return "south" if back else "north"
-        return "west" if back else "east"
+        """Where the path goes along its rows: "east", "west", "north" or "south"."""
+        return OPPOSITE[self.faces(LEFT)[0]]

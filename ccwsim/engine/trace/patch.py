@@ -1,4 +1,4 @@
-"""How one patch of a realization was chosen, cut and pasted, and why other locations were not."""
+"""One patch of a realization: how it was chosen, cut and pasted, and why others were rejected."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.box import Box, inside_overlap
 from ccwsim.engine.stages.conditioning import (
     PlacedData,
     Weights,
@@ -17,19 +16,20 @@ from ccwsim.engine.stages.conditioning import (
     make_misses,
     ruled_out,
 )
+from ccwsim.engine.stages.path import Box, inside_overlap
 
 ONE_KIND = {
     "missed": Weights(1, 0, 0, 0, False),
     "held": Weights(0, 1, 0, 0, False),
     "ahead": Weights(0, 0, 1, 0, False),
 }
-"""Weights under which `add_missed` counts the missed data of one kind."""
+"""Weights with which `add_missed` counts the missed data of one kind."""
 
 
 class SeenDatum(NamedTuple):
     """A datum in the template or the co-template, in path coordinates.
 
-    `inside` says whether it lies in the template, `held` whether the overlap has it right already.
+    `inside` says whether it is in the template, `held` whether the overlap has it right already.
     """
 
     row: int
@@ -42,20 +42,20 @@ class SeenDatum(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DataTerms:
-    """What data cost each location.
+    """The cost of data for each location.
 
     Attributes
     ----------
     seen : tuple of SeenDatum
     missed, held, ahead : ndarray of int64, shape ([nz_places,] ny_places, nx_places)
-        How many data the patch of each location would miss: in the template, in the template where
-        the cut can still keep them, and in the co-template.
+        Data that the patch of each location would miss: in the template, in the template where the
+        cut can still keep them, and in the co-template.
     ruled_out : ndarray of bool, of the same shape
-        Locations whose overlap is not among the best share that is looked at.
+        Locations whose overlap is not among the best share that is searched.
     slack : int
         How much worse than the best a candidate may be, in scores.
     weights : Weights
-        Of a missed datum, in wrong cells of overlap.
+        Costs of a missed datum, in wrong cells of overlap.
     reach : int
         Side of the co-template in cells.
     """
@@ -70,7 +70,7 @@ class DataTerms:
     reach: int
 
     def without_layer(self) -> DataTerms:
-        """Return what they are for a map, whose locations have no layer."""
+        """Return the terms for a map, whose locations have no layer."""
         kinds = {name: getattr(self, name)[0] for name in (*ONE_KIND, "ruled_out")}
         return replace(self, **kinds)
 
@@ -85,14 +85,12 @@ def data_terms(
     slack: int,
     totals: NDArray[np.signedinteger],
 ) -> DataTerms:
-    """Return what the data around a patch cost each place; `grid` is as it was before the patch."""
+    """Return the cost of data around a patch for each location; `grid` is that before the patch."""
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
-    certain = np.ones(256)  # what the image ends before costs nothing: only sure misses count
-    counts = {}
-    for kind, one in ONE_KIND.items():
-        found = np.zeros(totals.shape, np.int64)
-        add_missed(phases, grid, data, box, times, certain, one, 1.0, misses, found)
-        counts[kind] = found
+    certain = np.ones(256)  # data beyond the end of the image cost nothing: only sure misses count
+    counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
+    for kind, weight in ONE_KIND.items():
+        add_missed(phases, grid, data, box, times, certain, weight, 1.0, misses, counts[kind])
     out = totals >= ruled_out(totals) // 2
     seen, reach = seen_data(data, grid, box, times), times * box.nx
     return DataTerms(seen, **counts, ruled_out=out, slack=slack, weights=weights, reach=reach)
@@ -102,7 +100,7 @@ def seen_data(
     data: PlacedData, grid: NDArray[np.uint8], box: Box, times: int
 ) -> tuple[SeenDatum, ...]:
     """Return the data of template and co-template, by layer and row."""
-    found = []
+    seen = []
     shape = data.facies.shape
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
@@ -113,31 +111,31 @@ def seen_data(
                 inside = z < box.z0 + box.nz and y < box.y0 + box.ny and x < box.x0 + box.nx
                 facies, required = int(data.facies[z, y, x]), data.required[z, y, x]
                 held = inside and grid[z, y, x] == facies == required
-                found.append(SeenDatum(y, x, facies, inside, bool(held), z))
-    return tuple(found)
+                seen.append(SeenDatum(y, x, facies, inside, bool(held), z))
+    return tuple(seen)
 
 
 class Patch(NamedTuple):
-    """Which patch of the path, in path coordinates.
+    """A patch of the path, in path coordinates.
 
     Attributes
     ----------
     number : int
         0 for the first one.
     tile, part : int
-        Its tile, and which part of it where the tile is split.
+        Its tile, and the part of a tile that is split.
     row, column : int
-        Of the tile.
+        Position of the tile.
     parts : int
-        Into how many parts, along each axis, the tile is split.
+        Parts, along each axis, into which the tile is split.
     split : int
-        The same as an index of the splits that are legal.
+        Index of that split among the legal ones.
     y0, x0, size : int
         First cell and side.
     shape : int
-        Of its overlap: 0 none, 1 left, 2 top, 3 both; 4 more where it lies on patches below.
+        Shape of the overlap: 0 none, 1 left, 2 top, 3 both; 4 is added for patches below.
     z0, layers : int
-        First layer, and how many; 0 and 1 in a map.
+        First layer, and number of layers; 0 and 1 in a map.
     """
 
     number: int
@@ -157,9 +155,9 @@ class Patch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TracedPatch:
-    """How one patch was chosen, cut and pasted; everything in path coordinates.
+    """One patch, chosen, cut and pasted, in path coordinates.
 
-    Arrays of a volume have a first axis more than those of a map, which are described.
+    The shapes are those of a map; arrays of a volume have one more axis, the first.
 
     Attributes
     ----------
@@ -167,43 +165,43 @@ class TracedPatch:
     box : Box
         Its place in the grid, with the overlap.
     before, after : ndarray of uint8, shape (ny, nx)
-        The grid; UNKNOWN where nothing is simulated.
+        The grid; UNKNOWN if not simulated.
     blocks : ndarray of int64, shape (n_planes, size / 2^J, size / 2^J)
         Block sums of the overlap, 0 outside of it.
     scores : ndarray of int, shape (ny_places, nx_places)
-        As the search has them: SSD − ΣB², in block sums.
+        Scores of the search: SSD − ΣB², in block sums.
     energy : int
-        ΣB² of the overlap, in block sums; 0 where the similarity is the correlation.
+        ΣB² of the overlap, in block sums; 0 if the similarity is the correlation.
     block : triple of int
         2^J along each axis, z first.
     places : ndarray of int64, shape (K, 2)
         The K best in blocks, the candidates first.
     n_candidates : int
-        How many of them are near enough to the best to be drawn from.
+        Number of them near enough to the best to be drawn.
     n_drawn : int
-        How many of them were drawn, to take the one that fits best once it is shifted.
+        Number of draws, of which the best after refinement is used.
     drawn : int
-        Which of them was taken.
+        Index of the used one.
     place : pair or triple of int
-        Where the patch was taken from in the end, in cells.
+        Its location after refinement, in cells.
     cells : ndarray of uint8, shape (size, size)
         The patch.
     keep_mask : ndarray of bool, shape (size, size)
-        Where the cut keeps the grid as it was.
+        Cells of the grid that the cut keeps.
     overlap : int
         OR in cells.
     correlation : bool
         Whether locations are compared by correlation.
     slack : int or None
-        How much worse than the best a candidate may be, in scores; None where all K may be drawn.
+        How much worse than the best a candidate may be, in scores; None if all K may be drawn.
     copies : ndarray of bool, shape of `scores`
-        Locations that are left out, as they only go on with a patch beside this one.
+        Locations that are left out, as they only continue a patch beside this one.
     steered : bool
-        Whether candidates are the likelier the more they bring the proportions to their target.
+        Whether candidates are drawn towards target proportions.
     data : DataTerms or None
-        What hard data cost; None where there are none ahead.
+        Costs of hard data; None if there are none ahead.
     totals : ndarray of int64 or None
-        Scores with the costs of data and location, where there are such costs.
+        Scores with the costs of data and location, if there are such costs.
     """
 
     patch: Patch
@@ -231,12 +229,12 @@ class TracedPatch:
 
     @property
     def candidates(self) -> NDArray[np.int64]:
-        """Row and column, in blocks, of the locations that were drawn from."""
+        """Row and column of the candidates, in blocks."""
         return self.places[: self.n_candidates]
 
     @property
     def drawn_place(self) -> tuple[int, ...]:
-        """The drawn location in cells, before it is shifted to where it fits best."""
+        """The drawn location in cells, before refinement."""
         return tuple((self.places[self.drawn] * self._block_along).tolist())
 
     @property
@@ -246,7 +244,7 @@ class TracedPatch:
 
     @cached_property
     def in_overlap(self) -> NDArray[np.bool_]:
-        """Which cells of the patch lie in the overlap, shape (size, size)."""
+        """The cells of the patch in the overlap, shape (size, size)."""
         inside = np.ones((self.box.nz, self.box.ny, self.box.nx), bool)
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(self.box)
         inside[low_z:high_z, low_y:high_y, low_x:high_x] = False
@@ -254,7 +252,7 @@ class TracedPatch:
 
     @property
     def old(self) -> NDArray[np.uint8]:
-        """What the grid had where the patch is placed, shape (size, size)."""
+        """The cells of the grid before the patch, shape (size, size)."""
         first = (self.box.z0, self.box.y0, self.box.x0)[-self.cells.ndim :]
         ends = zip(first, self.cells.shape, strict=True)
         return self.before[tuple(slice(start, start + n) for start, n in ends)]
@@ -270,7 +268,7 @@ class TracedPatch:
 
     @property
     def error(self) -> NDArray[np.bool_]:
-        """Where patch and grid differ in the overlap: the error surface of the cut."""
+        """Cells that differ between patch and grid in the overlap: the error surface of the cut."""
         return self.in_overlap & (self.old != self.cells)
 
     @property
@@ -280,17 +278,17 @@ class TracedPatch:
 
     @cached_property
     def ccw(self) -> NDArray[np.float64]:
-        """The CCW score of each place in wavelet coefficients, shape (ny_places, nx_places).
+        """The CCW score of each location in wavelet coefficients, shape (ny_places, nx_places).
 
-        The sum of squared differences between overlap and image, best where small; or the
-        cross-correlation, best where large.
+        The sum of squared differences between overlap and image, the smallest best; or the
+        cross-correlation, the largest best.
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
         return sums / np.prod(self._block_along)
 
     def best_overlaps(self) -> NDArray[np.int64]:
-        """Return the K places with the best overlaps, whatever the data say; in blocks."""
+        """Return the K locations with the best overlaps, without the costs of data; in blocks."""
         order = np.argsort(self.scores, axis=None, kind="stable")[: len(self.places)]
         return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
 
@@ -299,7 +297,7 @@ Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "locat
 
 
 class PlaceFate(NamedTuple):
-    """What became of one location.
+    """The fate of one location.
 
     Attributes
     ----------
@@ -311,10 +309,10 @@ class PlaceFate(NamedTuple):
         Data that its patch would miss: in the template, there but right in the overlap already,
         and in the co-template.
     fate : str
-        "drawn"; "candidate", that was not drawn; out as the overlap is not among the share that is
-        looked at ("fraction"), as it is too much worse than the best ("slack"), as it only goes on
-        with a patch beside this one ("copy"), as others honour more "data", as it is too far from
-        the patch's own ("location"), or at random among equals ("tie").
+        "drawn"; "candidate": not drawn; or rejected because its overlap is not among the share that
+        is searched ("fraction"), is too much worse than the best ("slack"), or only continues a
+        patch beside this one ("copy"), because others honour more "data", because it is too far
+        from the patch's own ("location"), or at random among equals ("tie").
     """
 
     row: int
@@ -328,20 +326,19 @@ class PlaceFate(NamedTuple):
 
 
 def fates(step: TracedPatch) -> list[PlaceFate]:
-    """Return what became of the K places chosen and of the K with the best overlaps.
+    """Return the fates of the K locations chosen and of the K with the best overlaps.
 
     The drawn one comes first, then the other candidates, then the rejected ones; each by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
-    found: dict[tuple[int, ...], Fate]
-    found = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
-    if (
-        step.totals is not None or step.copies.any()
-    ) and step.patch.shape:  # without an overlap none fits best
+    fate_of: dict[tuple[int, ...], Fate]
+    fate_of = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
+    differ = step.totals is not None or step.copies.any()
+    if differ and step.patch.shape:  # without an overlap all fit equally
         for place in map(tuple, step.best_overlaps().tolist()):
-            found.setdefault(place, _of_rejected(step, place))
+            fate_of.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
-    places = [_place(step, place, fate) for place, fate in found.items()]
+    places = [_place(step, place, fate) for place, fate in fate_of.items()]
     order = {"drawn": 0, "candidate": 1}
     return sorted(
         places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.layer, p.row, p.column)

@@ -1,8 +1,7 @@
 """Where realizations are simulated: threads of this process, any executor, a Dask cluster.
 
-A runner prepares a study and runs its realizations; `simulate` knows nothing else about it. Threads
-share the study. Everywhere else it is sent once to each worker, and realizations come back in
-batches as they are finished.
+A runner prepares a study and runs its realizations. Threads share the study. Other workers get it
+once each, and return realizations in batches.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ def runner_of(executor: Any, n_workers: int | None) -> ThreadRunner | BatchRunne
         return ThreadRunner(workers, executor)
     if isinstance(executor, Executor):
         return BatchRunner(BatchBackend(executor, workers))
-    dask = sys.modules.get("distributed")  # whoever has a client has imported it
+    dask = sys.modules.get("distributed")  # a client exists only after its import
     if dask is not None and isinstance(executor, dask.Client):
         return BatchRunner(ClusterBackend(executor))
     raise CCWSIMError(

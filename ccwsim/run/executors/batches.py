@@ -1,4 +1,4 @@
-"""The submission loop: realizations in batches, sent a few at a time, taken as they come back."""
+"""Realizations in batches: sent to workers a few at a time, collected as they return."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from ccwsim.run.executors.worker import (
 )
 
 BATCH_SECONDS = 0.25
-"""What a batch should take: long beside its way there and back, short beside a second."""
+"""Intended duration of a batch: long compared with its transfer, short compared with a second."""
 BATCH_BYTES = 64_000_000
 BATCHES_PER_WORKER = 2
-"""Under way at a time, so that no worker waits for its next batch."""
+"""Batches submitted at a time, so that no worker waits for its next one."""
 STOP_SECONDS = 0.7
-"""How long running batches may take to return what they have, once they were asked to stop."""
+"""Time for running batches to return their finished realizations after a stop."""
 
 
 class BatchBackend:
     """Sends batches to an executor of `concurrent.futures`, which stays open.
 
-    A request has the key of its study alone; a worker that does not know it says so, and the batch
-    is sent again with the study. `n_workers` counts where the executor does not tell its number.
+    A request has only the key of its study; if the worker does not know it, the batch is sent again
+    with the study. `n_workers` applies if the executor does not tell its number.
     """
 
     def __init__(self, executor: Any, n_workers: int) -> None:
@@ -46,7 +46,7 @@ class BatchBackend:
         self._flag: Any = FileFlag()
 
     def n_workers(self) -> int:
-        """Return how many batches can be worked on at once."""
+        """Return the number of batches that run at once."""
         return self._n_workers
 
     def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
@@ -61,11 +61,11 @@ class BatchBackend:
             raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return how much of these realizations was done at the workers' last report, 0 … 1."""
+        """Return the share of some realizations done at the last report of their workers."""
         return self._flag.shares(numbers)
 
     def recovers(self, error: BaseException) -> bool:
-        """Return whether a batch that ended in an error is to be sent again, or raise in words."""
+        """Return whether a batch that failed is to be sent again; or raise an error with advice."""
         if isinstance(error, BrokenExecutor):
             raise CCWSIMError(
                 "a worker process ended before its work was done, perhaps for lack of memory; "
@@ -79,7 +79,7 @@ class BatchBackend:
         return False
 
     def stop(self) -> None:
-        """Tell the workers that nothing more is wanted."""
+        """Ask the workers to stop."""
         self._flag.set()
 
     def _request(self, numbers: tuple[int, ...]) -> BatchRequest:
@@ -102,7 +102,7 @@ class BatchRunner:
     def run(
         self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
     ) -> list[int]:
-        """Send batches and take what comes back, in any order."""
+        """Do as `ThreadRunner.run`, with batches in any order."""
         dispatch = _Dispatch(self._backend, work, take)
         try:
             while len(dispatch.finished) < work.n:
@@ -119,7 +119,7 @@ class BatchRunner:
 
 
 class _Dispatch:
-    """The batches of one run: which are still to be sent, and which are under way."""
+    """The batches of one run: those still to be sent, and those that were submitted."""
 
     def __init__(self, backend: BatchBackend, work: Work, take: Take) -> None:
         self.finished: list[int] = []
@@ -142,7 +142,7 @@ class _Dispatch:
                 return
 
     def receive(self) -> None:
-        """Wait a moment for replies, and take all that have come."""
+        """Wait a moment for replies, and collect all that arrived."""
         done, _ = wait(self._out, POLL_SECONDS, FIRST_COMPLETED)
         for future in done:
             batch = self._out.pop(future)
@@ -160,7 +160,7 @@ class _Dispatch:
         return sum(self._backend.shares(sent).values())
 
     def stop(self) -> None:
-        """Drop what waits, stop what runs, and take what it returns at once."""
+        """Cancel waiting batches, stop running ones, and collect what they return in time."""
         self._backend.stop()
         done, _ = wait([future for future in self._out if not future.cancel()], STOP_SECONDS)
         for future in done:

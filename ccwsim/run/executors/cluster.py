@@ -1,4 +1,4 @@
-"""Batches for a Dask cluster. Dask is an optional extra and only imported where it is used."""
+"""Batches for a Dask cluster; Dask, an optional extra, is imported only when used."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ SCHEDULER = "CCWSIM_SCHEDULER"
 """Environment variable with the address of a Dask scheduler, such as tcp://host:8786."""
 CONNECT_SECONDS = 5.0
 COUNT_SECONDS = 2.0
-"""Between two counts of the workers, which may come and go."""
+"""Time between two counts of the workers, which may change."""
 RESULT_SECONDS = 3.0
-"""How long a reply may be on its way before it is requested anew."""
+"""Time to wait for a reply before it is requested anew."""
 MAX_LOSSES = 5
-"""How often the study is sent anew when all workers that had it are gone."""
+"""Largest number of times the study is sent anew after its workers were lost."""
 
 _clients: dict[str, Any] = {}
 _lock = Lock()
@@ -37,7 +37,7 @@ _lock = Lock()
 def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
     """Return a client of the Dask scheduler at an address such as tcp://host:8786.
 
-    Raises `CCWSIMError` where dask.distributed is not installed or the scheduler does not answer.
+    Raises `CCWSIMError` if dask.distributed is not installed or the scheduler does not answer.
     """
     try:
         from distributed import Client
@@ -78,7 +78,7 @@ def executor_of_environment() -> Any:
 
 @dataclass(frozen=True)
 class ClusterFlag:
-    """An event that the scheduler of a Dask cluster keeps."""
+    """An event of the scheduler of a Dask cluster."""
 
     name: str
 
@@ -89,7 +89,7 @@ class ClusterFlag:
         return bool(Event(self.name).is_set())
 
     def report(self, number: int, share: float) -> None:
-        """Send to all subscribers how much of a realization is done, 0 … 1."""
+        """Send the share of a realization that is done to all subscribers."""
         from distributed import get_worker
 
         get_worker().log_event(self.name, (number, share))
@@ -98,8 +98,8 @@ class ClusterFlag:
 class ClusterBackend(BatchBackend):
     """Sends batches to the workers of a `distributed.Client`, which stays open.
 
-    It makes futures of its own: those of `Client.get_executor()` would wait for the reply of a
-    worker that was killed until the connection times out.
+    It makes its own futures: those of `Client.get_executor()` would wait for a killed worker until
+    the connection times out.
     """
 
     def __init__(self, client: Any) -> None:
@@ -139,7 +139,7 @@ class ClusterBackend(BatchBackend):
         return max(self._n_workers, 1)
 
     def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
-        """Send a batch; its study is at the workers, and Dask repeats it where a worker ends."""
+        """Send a batch; the workers have the study, and Dask repeats a batch whose worker ends."""
         request, future = self._request(numbers), Future()
         task = self._client.submit(simulate_batch, request, self._study, pure=False)
         task.add_done_callback(lambda task: self._fetch(task, future))
@@ -147,10 +147,10 @@ class ClusterBackend(BatchBackend):
         return future
 
     def _fetch(self, task: Any, future: Future[Reply]) -> None:
-        """Move the reply of a task to its future, wherever it is now, on a thread of the client.
+        """Move the reply of a task to its future, on a thread of the client.
 
-        Dask waits long for a worker that has ended since, although it has the batch done again
-        meanwhile; so the reply is requested anew, with longer waits as replies may be large.
+        Dask waits long for a lost worker although another one repeats the batch; so the reply is
+        requested anew, with longer waits as replies may be large.
         """
         seconds = RESULT_SECONDS
         while not self._stopped and not future.done():
@@ -173,7 +173,7 @@ class ClusterBackend(BatchBackend):
         return {number: self._shares[number] for number in numbers if number in self._shares}
 
     def recovers(self, error: BaseException) -> bool:
-        """Return True where the study was lost with its workers, and is at others now."""
+        """Send the study anew if it was lost with its workers; else as the base class."""
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):

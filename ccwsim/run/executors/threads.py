@@ -33,7 +33,7 @@ class Work(NamedTuple):
 class ThreadRunner:
     """Runs realizations on threads: kernels release the interpreter lock.
 
-    The caller's own `pool` stays open, and its number of threads counts.
+    A given `pool` stays open, and its number of threads applies.
     """
 
     def __init__(self, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
@@ -55,9 +55,9 @@ class ThreadRunner:
     def run(
         self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
     ) -> list[int]:
-        """Hand each realization to `take`; return which were finished, ascending, from 0.
+        """Pass each realization to `take`; return the finished ones, ascending, from 0.
 
-        Fewer than all are finished only where `cancel` returned True.
+        All are finished unless `cancel` returned True.
         """
 
         def task(k: int, watch: Watch) -> None:

@@ -1,4 +1,4 @@
-"""What runs in a worker that shares no memory with the caller, and what is sent there and back."""
+"""A worker that shares no memory with the caller: its requests, replies and simulation."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from ccwsim.system.lru_cache import LruCache
 FLAG_SECONDS = 0.2
 """Seconds between two polls of a flag by a worker, and between two reports of progress."""
 MAX_STUDIES = 4
-"""Studies that a worker keeps, the last ones it worked on."""
+"""Studies that a worker keeps, the most recent ones."""
 
 
 def serialized(study: Study) -> bytes:
-    """Return a study as bytes, without what can be derived from it."""
+    """Return a study as bytes, without derived attributes."""
     image, data = study.training_image, study.hard_data
     parts = (image.array, image.name, image.facies_names), (data.cells, data.facies)
     return pickle.dumps((*parts, study.grid, study.parameters, study.seed))
 
 
 def deserialized(content: bytes) -> Study:
-    """Return a study made anew, with read-only arrays, so that kernels know their types."""
+    """Return the study, with read-only arrays as kernels expect them."""
     (array, name, facies_names), data, grid, parameters, seed = pickle.loads(content)
     image = TrainingImage(array, name=name, facies_names=facies_names)
     return Study(image, grid, parameters, HardData(*data), seed)
@@ -57,12 +57,12 @@ class Flag(Protocol):
     def is_set(self) -> bool: ...
 
     def report(self, number: int, share: float) -> None:
-        """Send how much of a realization is done, 0 … 1."""
+        """Send the share of a realization that is done."""
         ...
 
 
 class PolledFlag:
-    """A flag that is read only every so many seconds, as reading it takes time."""
+    """A flag that is read only every few tenths of a second, as reading it takes time."""
 
     def __init__(self, flag: Flag, every: float = FLAG_SECONDS) -> None:
         self._flag = flag
@@ -71,7 +71,7 @@ class PolledFlag:
         self._seen = False
 
     def is_set(self) -> bool:
-        """Return what the last poll found."""
+        """Return the result of the latest poll."""
         if not self._seen and time.monotonic() >= self._next:
             self._seen = self._flag.is_set()
             self._next = time.monotonic() + self._every
@@ -82,7 +82,7 @@ class PolledFlag:
 class FileFlag:
     """A folder of this machine, which holds progress and is removed to stop the work.
 
-    A worker on another machine never sees it go, and finishes its batch.
+    A worker on another machine does not see that, and finishes its batch.
     """
 
     path: str = field(default_factory=lambda: tempfile.mkdtemp(prefix="ccwsim-"))
@@ -97,44 +97,44 @@ class FileFlag:
         return self.host == socket.gethostname() and not os.path.exists(self.path)
 
     def report(self, number: int, share: float) -> None:
-        """Write to the folder, where it exists, how much of a realization is done."""
+        """Write the share of a realization that is done to the folder, if that exists."""
         with suppress(FileNotFoundError):
             (Path(self.path) / str(number)).write_text(str(share))
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
         """Return the last reports about some realizations."""
-        found = {}
+        shares = {}
         for number in numbers:
             with suppress(FileNotFoundError, ValueError):  # no report yet, or being written
-                found[number] = float((Path(self.path) / str(number)).read_text())
-        return found
+                shares[number] = float((Path(self.path) / str(number)).read_text())
+        return shares
 
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """The numbers of realizations that a worker is asked for, and the key of their study."""
+    """A request for some realizations of a study, which is named by its key."""
 
     study: str
     numbers: tuple[int, ...]
     keep_sources: bool
     flag: Flag
     source: str = SOURCE
-    """Digest of the caller's kernels: others would draw other realizations."""
+    """Digest of the caller's kernels: other kernels may give other realizations."""
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What a worker returns: fewer realizations than requested where the flag was set."""
+    """The realizations of a request; fewer than requested if the flag was set."""
 
     known: bool
-    """False where the worker lacks the study, which must be sent with the request then."""
+    """False if the worker lacks the study, which must then be sent with the request."""
     realizations: list[Realization]
     seconds: float = 0.0
-    """For one of them, to size the next batches."""
+    """Per realization, to size the next batches."""
 
 
 class ReportingWatch(Watch):
-    """A watch that reports to a flag now and then how far a realization is."""
+    """A watch that reports the progress of a realization to a flag."""
 
     def __init__(self, flag: Flag) -> None:
         super().__init__(PolledFlag(flag))
@@ -143,12 +143,12 @@ class ReportingWatch(Watch):
         self._next = 0.0
 
     def begin(self, number: int) -> None:
-        """Report about this realization from now on."""
+        """Report about another realization from now on."""
         self.check()
         self._number, self._next = number, time.monotonic() + FLAG_SECONDS
 
     def report(self, share: float) -> None:
-        """Store and send how much of it is done."""
+        """Store the share that is done, and send it at intervals."""
         super().report(share)
         if self._number is not None and time.monotonic() >= self._next:
             self._next = time.monotonic() + FLAG_SECONDS
@@ -160,16 +160,16 @@ _studies: LruCache[tuple[Study, PreparedImage]] = LruCache(MAX_STUDIES)
 
 
 def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
-    """Simulate some realizations; `content` is the study, None where the worker may have it."""
+    """Simulate some realizations; `content` is the study, None if the worker may have it."""
     if request.source != SOURCE:
         raise CCWSIMError(
             "a worker has another version of ccwsim, which may draw other realizations; "
             "install the same one everywhere"
         )
-    found = _recall(request.study, content)
-    if found is None:
+    prepared = _recall(request.study, content)
+    if prepared is None:
         return Reply(False, [])
-    study, image = found
+    study, image = prepared
     watch = ReportingWatch(request.flag)
     finished: list[Realization] = []
     start = time.perf_counter()
@@ -178,8 +178,7 @@ def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
         start = time.perf_counter()
         for number in request.numbers:
             watch.begin(number)
-            one = simulate_realization(study, number, image, request.keep_sources, watch)
-            finished.append(one)
+            finished.append(simulate_realization(study, number, image, request.keep_sources, watch))
     except Cancelled:
         pass
     seconds = (time.perf_counter() - start) / max(len(finished), 1)
@@ -187,10 +186,10 @@ def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
 
 
 def _recall(key: str, content: bytes | None) -> tuple[Study, PreparedImage] | None:
-    """Return a study and its prepared image, kept from before where possible."""
-    found = _studies.get(key)
-    if found is None and content is not None:
+    """Return a study and its prepared image, if possible those of an earlier request."""
+    prepared = _studies.get(key)
+    if prepared is None and content is not None:
         study = deserialized(content)
-        found = study, PreparedImage(study)
-        _studies.put(key, found)
-    return found
+        prepared = study, PreparedImage(study)
+        _studies.put(key, prepared)
+    return prepared

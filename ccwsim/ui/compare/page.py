@@ -61,12 +61,10 @@ from ccwsim.ui.compare.settings import (
     want_curves,
 )
 from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.map import draw_map
-from ccwsim.ui.frontend.volume import draw_volume
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.curves import draw_curve_key
 from ccwsim.ui.results.maps import (
-    VOLUMES,
     choose,
     e_type_field,
     ghost_panel,
@@ -81,7 +79,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
-from ccwsim.ui.study.study_column import parameter_field, volume_fields
+from ccwsim.ui.study.study_column import parameter_field, size_fields
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -94,8 +92,9 @@ SHOWN_AT_ONCE = {
 """Parameters that are not behind the menu of a setting."""
 MIN_IMAGE_SHARE = 0.8
 """The training image's column is never narrower than this share of a setting's."""
-SCALE: dict[str, Any] = {"scale": "compared", "max_height": 460}
-SLICES: dict[str, Any] = {"link": VOLUMES, "body": False, "max_height": 300}
+MAPS: dict[str, Any] = {"scale": "compared", "body": False}
+MAX_HEIGHTS = {2: 460, 3: 300}
+"""Pixels of maps and of the slices of volumes."""
 """Volumes share their slices and the cursor."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
@@ -184,7 +183,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
             draw(st.selectbox, "method", "Method", p.method, **method)
         with right:
             draw(st.number_input, "n_candidates", "Candidates K", p.n_candidates, **best)
-        volume_fields(p, shape, partial(change_setting, state, k), f"{letter}_")
+        size_fields(p, shape, partial(change_setting, state, k), f"{letter}_")
     else:
         with left:
             draw(st.selectbox, "method", "Method", p.method, **method)
@@ -354,10 +353,9 @@ def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[s
     with first:
         panel_title("Training image")
         shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-        if grid.nz is None:
-            draw_map(shown, "map_image", name="training_image", link="image", leads=False, **SCALE)
-        else:
-            draw_volume(shown, "volume_image", name="training_image", **SLICES)
+        options = MAPS | {"max_height": MAX_HEIGHTS[grid.n_dimensions], "leads": False}
+        link = "image" if grid.nz is None else "grid"
+        draw_cells(shown, "image", name="training_image", link=link, **options)
         _draw_beside(found)
     own = asked.settings[0]
     for k, (column, p) in enumerate(zip(others, asked.settings, strict=True)):
@@ -376,12 +374,9 @@ def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     name = f"{letter}_realization_{r + 1}"
     below = uncertainty_map(state, ensemble, colours)
-    if ensemble.grid.nz is None:
-        draw_map(shown, f"map_{letter}", link="grid", name=name, **SCALE)
-        draw_map(below, f"map_e_type_{letter}", link="grid", name=f"{letter}_e_type", **SCALE)
-    else:
-        draw_volume(shown, f"volume_{letter}", name=name, **SLICES)
-        draw_volume(below, f"volume_e_type_{letter}", name=f"{letter}_e_type", **SLICES)
+    options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[ensemble.grid.n_dimensions]}
+    draw_cells(shown, letter, name=name, **options)
+    draw_cells(below, f"e_type_{letter}", name=f"{letter}_e_type", **options)
 
 
 def _draw_beside(found: Comparison) -> None:

@@ -29,8 +29,8 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cell_map import CellMap
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import fitted, image_of, levels
@@ -266,15 +266,14 @@ def _draw_round(state: State, shown: Round) -> None:
     pictures = [b64encode(map_png(p, colours)).decode() for p in shown.pictures]
     number = quiz.n_rounds
 
-    def chosen() -> None:
-        answer = reported(PICTURES, "chosen")
-        if answer and int(answer["round"]) == number:
+    def chosen(answer: dict[str, int]) -> None:
+        if int(answer["round"]) == number:
             pick(quiz, int(answer["k"]))
 
     picked = quiz.picked is not None
     answer = shown.answer if picked else None  # the browser knows it only afterwards
     data = {"pictures": pictures, "round": number, "picked": quiz.picked, "answer": answer}
-    canvas_component("quiz")(key=PICTURES, data=data, on_chosen_change=chosen)
+    draw_component("quiz", PICTURES, data, "chosen", chosen)
     if picked:
         draw_reveal(quiz, shown, colours)
     _draw_score(quiz)
@@ -331,11 +330,11 @@ def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
     with left:
         panel_title(f"Seams of picture {k + 1}")
         seams = seam_map(shown, k, colours)
-        draw_map(seams, "map_quiz_seams", name="seams", max_height=REVEAL_HEIGHT)
+        draw_cells(seams, "quiz_seams", name="seams", max_height=REVEAL_HEIGHT)
     with middle:
         panel_title("Where its pieces are from")
         pieces = piece_map(shown, k, colours)
-        draw_map(pieces, "map_quiz_pieces", name="pieces", max_height=REVEAL_HEIGHT)
+        draw_cells(pieces, "quiz_pieces", name="pieces", max_height=REVEAL_HEIGHT)
     with words:
         panel_title("What gives it away")
         lines = describe_seams(shown, k)

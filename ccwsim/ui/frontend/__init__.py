@@ -1,1 +1,1 @@
-"""What runs in the browser: one folder a component, with its Python, JavaScript and CSS."""
+"""Components that run in the browser: a folder each, with JavaScript, HTML, CSS and Python."""

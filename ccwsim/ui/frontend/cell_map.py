@@ -1,4 +1,4 @@
-"""What a map or a volume shows: cells, their colours and labels, data and marks on top."""
+"""The cells of a map or a volume with their colours and labels, and data and marks on top."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.figures import CIVIDIS, ramp
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 N_STEPS = 200
-"""Steps of a probability map; ensembles of up to so many realizations show exact shares."""
+"""Steps of a probability map: shares of up to 200 realizations are shown exactly."""
 
 
 @dataclass(frozen=True)
 class CellMap:
-    """A map or volume as the canvas takes it: indices, what each looks like and is called."""
+    """A map or volume to draw: indices, and the colour and the label of each."""
 
     indices: NDArray[np.uint8]  # (ny, nx) or (nz, ny, nx)
     colours: Sequence[str]  # "#rrggbb" of each value of `indices`
-    labels: Sequence[str]  # what the hover says of each
+    labels: Sequence[str]  # of each value, for the hover
     alt: str
     keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
     strip: dict[str, Any] | None = None  # a colour strip instead: colours, low, high
     # (layer,) row, column, index of colour, wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
-    points_are: tuple[str, str] = ("datum", "data")  # what one of the points and several are called
+    points_are: tuple[str, str] = ("datum", "data")  # one of the points, several
     # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
     # colour, label
     marks: list[dict[str, Any]] = field(default_factory=list)
@@ -48,7 +49,7 @@ def facies_map(
 
 def share_map(
     shares: NDArray[np.float64],
-    what: str,
+    name: str,
     alt: str,
     *,
     colours: Sequence[str] = CIVIDIS,
@@ -56,7 +57,7 @@ def share_map(
 ) -> CellMap:
     """Return the map or volume of numbers from 0 to 1, such as probabilities."""
     steps = ramp(colours, N_STEPS + 1)
-    labels = [f"{what} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
+    labels = [f"{name} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
     indices = np.rint(shares * N_STEPS).astype(np.uint8)
     strip = {"colours": list(colours), "low": "0", "high": "1"}
     return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
@@ -67,7 +68,7 @@ def points_of(
 ) -> list[list[int]]:
     """Return hard data as [row, column, facies index, wrong], in volumes after the layer.
 
-    A datum is wrong where a `realization`, in facies codes, says another facies.
+    A datum is wrong if a `realization`, in facies codes, has another facies there.
     """
     if not data.n:
         return []
@@ -78,9 +79,10 @@ def points_of(
     return np.column_stack([data.cells, places, wrong]).astype(int).tolist()
 
 
-def shared_content(cell_map: CellMap) -> dict[str, Any]:
-    """Return what the canvas needs to draw a map as well as a volume."""
-    n_wrong = sum(point[cell_map.indices.ndim + 1] for point in cell_map.points)
+def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
+    """Return the content that the components of maps and volumes share."""
+    n_dimensions = cell_map.indices.ndim
+    n_wrong = sum(point[n_dimensions + 1] for point in cell_map.points)
     return {
         "lut": list(cell_map.colours),
         "labels": list(cell_map.labels),
@@ -91,4 +93,7 @@ def shared_content(cell_map: CellMap) -> dict[str, Any]:
         "points_are": list(cell_map.points_are),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
         "alt": cell_map.alt,
+        "axes": grid is not None,
+        "cell_size": list(grid.cell_size) if grid else [1.0] * n_dimensions,
+        "origin": list(grid.origin) if grid else [0.0] * n_dimensions,
     }

@@ -1,7 +1,8 @@
-"""Components that Streamlit does not have: each is a folder of HTML, CSS and JavaScript."""
+"""Components that Streamlit does not have: each is a folder of JavaScript, HTML and CSS."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,41 +17,63 @@ BELOW = {
     "map": ("shared/drawing",),
     "editor": ("shared/drawing", "map/map", "shared/edits"),
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
+    **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
-"""The modules before that of a component, after `shared/calls`: the browser gets one text."""
+"""The modules that a component builds on, after `shared/calls`: the browser gets one text."""
 ENTRY = "export default "
-"""Before what Streamlit calls: of the modules of a component that is the last one."""
+"""Marks the function that Streamlit calls; of the modules of a component, the one in the last."""
 
 
-def reported(key: str, name: str) -> Any:
-    """Return what a component reported, for a callback; None after a run that was interrupted."""
-    return getattr(st.session_state.get(key), name, None)
+def draw_component(
+    name: str,
+    key: str,
+    data: dict[str, Any],
+    event: str = "",
+    take: Callable[[Any], None] | None = None,
+    **options: Any,
+) -> None:
+    """Draw a component with the content that its JavaScript reads.
+
+    `take` is called with what the component reports as `event`, before the page is drawn again;
+    `options` are those of Streamlit, such as the width.
+    """
+
+    def changed() -> None:
+        value = reported(key, event)
+        if value is not None and take is not None:
+            take(value)
+
+    if event:
+        options[f"on_{event}_change"] = catch_callback_errors(changed)
+    _component(name)(key=key, data=data, **options)
+
+
+def reported(key: str, event: str) -> Any:
+    """Return what a component reported; None after a run that was interrupted."""
+    return getattr(st.session_state.get(key), event, None)
 
 
 @cache
-def canvas_component(name: str) -> Any:
-    """Return the component whose parts are `<name>/<name>.html`, `.css` and `.js`."""
+def _component(name: str) -> Any:
     html, css, js = component_parts(name)
-    component = v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
-
-    def draw(**options: Any) -> Any:
-        for option, value in options.items():
-            if option.startswith("on_"):
-                options[option] = catch_callback_errors(value)
-        return component(**options)
-
-    return draw
+    return v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
 
 
 def component_parts(name: str) -> tuple[str, str, str]:
-    """Return HTML, CSS and JavaScript of a component, after the modules that it builds on."""
+    """Return HTML, CSS and JavaScript of a component, after the modules that it builds on.
+
+    One without HTML of its own has an empty element with its name as class.
+    """
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
-    css, js = ("\n".join(_text(f"{module}.{kind}") for module in modules) for kind in ("css", "js"))
-    inherited = js.count(ENTRY) - 1
-    return _text(f"{name}/{name}.html"), css, js.replace(ENTRY, "", inherited)
+    html, css, js = (
+        "\n".join(filter(None, (_text(f"{module}.{kind}") for module in modules)))
+        for kind in ("html", "css", "js")
+    )
+    n_entries = js.count(ENTRY)
+    return html or f'<div class="{name}"></div>', css, js.replace(ENTRY, "", n_entries - 1)
 
 
 def _text(name: str) -> str:
-    """A file of the folder; a module without a style sheet has none."""
+    """Return a file of the folder, an empty text where there is none."""
     path = FOLDER / name
-    return path.read_text("utf-8") if path.exists() or path.suffix != ".css" else ""
+    return path.read_text("utf-8") if path.exists() else ""

@@ -1,4 +1,4 @@
-"""What the editor of hard data remembers, and its edits: taken one by one, undone, answered."""
+"""State and edits of the editor of hard data: taken one by one, undone, answered."""
 
 from __future__ import annotations
 
@@ -50,17 +50,17 @@ class History:
     future: list[Moment] = field(default_factory=list)
 
     def remember(self, now: Moment) -> None:
-        """Keep a moment that is about to be changed; what was undone before is forgotten."""
+        """Keep a moment before a change; undone moments are forgotten."""
         self.past.append(now)
         self.future.clear()
         del self.past[:-MAX_MOMENTS]
 
     def undo(self, now: Moment) -> Moment | None:
-        """Return the moment before, None where there is none."""
+        """Return the moment before, None if there is none."""
         return self._step(self.past, self.future, now)
 
     def redo(self, now: Moment) -> Moment | None:
-        """Return the moment that was undone last, None where there is none."""
+        """Return the moment that was undone last, None if there is none."""
         return self._step(self.future, self.past, now)
 
     def _step(self, back: list[Moment], forth: list[Moment], now: Moment) -> Moment | None:
@@ -72,7 +72,7 @@ class History:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a reference field is to be sampled: at random, along wells, or on a regular grid."""
+    """How to sample a reference field: at random, along wells, or on a regular grid."""
 
     way: Way = "random"
     n: int = 100  # data, or wells
@@ -81,25 +81,25 @@ class Sampling:
 
 
 @dataclass
-class Table:
-    """The table of data: what it started from, and what the user's edits of it gave."""
+class DataTable:
+    """The table of data: its rows, and notes on the user's edits."""
 
     world: bool = True  # positions are x and y, else row and column
     base: Any = None  # the rows, a DataFrame, before the edits that the widget holds
-    of: tuple = ()  # what `base` and its edits stand for; another one means a new base
+    of: tuple = ()  # identifies the data of `base` with its edits; a change means a new base
     version: int = 0  # counts the bases
     notes: list[str] = field(default_factory=list)
 
 
 @dataclass
 class Editor:
-    """What the page of hard data remembers."""
+    """The state of the page of hard data."""
 
-    ground: Ground = "realization"  # what is under the data
+    ground: Ground = "realization"  # shown under the data
     history: History = field(default_factory=History)
     sampling: Sampling = Sampling()
     reference_choice: ImageChoice | None = None  # to sample; None for the shown realization
-    table: Table = field(default_factory=Table)
+    table: DataTable = field(default_factory=DataTable)
     taken: int = 0  # the number of the last edit of the canvas that was taken
     local: Ensemble | None = None  # re-simulated around the edits since the last run
     message: str = ""  # what went wrong with the last edit
@@ -124,7 +124,7 @@ def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData
 
 
 def take(state: State, choice: DataChoice, reference: TrainingImage | None = None) -> None:
-    """Make other hard data the study's; the ones before can be got back."""
+    """Make other hard data the study's; the present ones go into the history."""
     state.page(Editor).history.remember(moment_of(state))
     state.change(data=choice)
     state.data_draft, state.reference = None, reference
@@ -138,14 +138,14 @@ def take_data(
 ) -> None:
     """Make data placed by hand the study's, unless they are the same.
 
-    `wells` says which cells had a well's name in a file; those without data count no more.
+    `wells` are the cells of named wells in a file; cells without data are ignored.
     """
     if data.digest != data_of(state.choices).digest:
         take(state, DataChoice("placed", placed=data, wells=wells), reference)
 
 
 def moment_of(state: State) -> Moment:
-    """Return what an undo has to bring back."""
+    """Return the present moment for the history."""
     return Moment(state.choices.data, state.reference)
 
 
@@ -166,12 +166,7 @@ def _restore(state: State, moment: Moment | None) -> None:
 
 
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
-    """Take the edits of the canvas that were not taken before, in their order.
-
-    Each has `seq`, a growing number, and `do`, "undo" or "redo", or what was drawn: on a map `set`,
-    a list of [row, column, index of the facies or −1 to erase], in a volume `cells`, a list of
-    [layer, row, column], and `axis`, that across the slice.
-    """
+    """Take the edits that were not taken before, in their order; see `draw_editable`."""
     page_state = state.page(Editor)
     page_state.message = ""
     for edit in sorted(edits, key=lambda edit: edit["seq"]):
@@ -241,7 +236,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble is of the study, its hard data aside."""
+    """Return whether an ensemble is of the study, apart from hard data."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters
@@ -251,11 +246,11 @@ def fits(ensemble: Ensemble, choices: Choices) -> bool:
 
 
 def answer(state: State) -> Ensemble | None:
-    """Return realizations that honour the data as they are, None where only a run can give them.
+    """Return realizations that honour the present data, None if that takes a run.
 
-    Those of the latest run are returned where it had the same data. Where data were only added they
-    are re-simulated locally, which only this page shows, and only until the run that each edit
-    starts is finished. Data that were taken away have left their mark on cells all around.
+    They are those of the latest run if it had the same data. If data were only added, they are
+    re-simulated locally, which only this page shows, and only until the run that each edit starts
+    is finished. Data that were removed have shaped cells around them.
     """
     data, page_state = data_of(state.choices), state.page(Editor)
     known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]

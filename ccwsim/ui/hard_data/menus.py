@@ -80,7 +80,7 @@ def draw_tables(state: State) -> None:
 
 
 def draw_problem(state: State, problem: str) -> None:
-    """Say why the hard data of the study cannot be used, and ask what is to be done."""
+    """Say why the hard data of the study cannot be used, and ask what to do."""
 
     def answer(answers: Answers) -> None:
         state.change(data=replace(state.choices.data, answers=answers))
@@ -109,7 +109,7 @@ def draw_export(state: State, data: HardData) -> None:
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
-    """Take the data of a file if they can be read; keep the choice as a draft where not."""
+    """Take the data of a file if they can be read, otherwise keep the choice as a draft."""
     before = moment_of(state)
     use_data(state, choice, grid)
     if state.choices.data is choice:
@@ -159,7 +159,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Take data sampled as the menu says, and keep the field that they came from."""
+    """Take data sampled as chosen in the menu, and keep their reference field."""
     page_state = state.page(Editor)
     page_state.message = ""
     try:
@@ -173,7 +173,7 @@ def sample(state: State) -> None:
 
 
 def sampled(reference: TrainingImage, how: Sampling) -> HardData:
-    """Return the data of a field in the cells that are asked for."""
+    """Return the data of a field in the cells that `how` asks for."""
     if how.way == "random":
         return sample_random(reference.array, how.n, how.seed)
     if how.way == "grid":
@@ -182,7 +182,7 @@ def sampled(reference: TrainingImage, how: Sampling) -> HardData:
 
 
 def reference_of(state: State) -> TrainingImage:
-    """Return the field to sample; an error where there is none of the shape of the grid."""
+    """Return the field to sample; raise if there is none of the shape of the grid."""
     grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):

@@ -1,9 +1,10 @@
-"""Hard data placed by hand: a map that takes them, a table beside it, and what answers."""
+"""Hard data placed by hand: a map or volume to edit, a table, and the realizations that answer."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -15,11 +16,17 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import map_content
-from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits
-from ccwsim.ui.hard_data.menus import draw_export, draw_import, draw_problem, draw_sampling
+from ccwsim.ui.frontend.cells import draw_editable
+from ccwsim.ui.hard_data.edits import Editor, answer, fits, redo, take, take_edits, undo
+from ccwsim.ui.hard_data.menus import (
+    draw_export,
+    draw_import,
+    draw_problem,
+    draw_sampling,
+    draw_tables,
+)
 from ccwsim.ui.hard_data.table import draw_table
+from ccwsim.ui.hard_data.wells import draw_brush, draw_wells
 from ccwsim.ui.results.maps import (
     colours_of,
     draw_e_type,
@@ -37,76 +44,99 @@ from ccwsim.ui.study.run import start_run_if_needed
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("editor.css")
-KEY = "editor"
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
-REST = 0.4
+REST, REST_VOLUME = 0.4, 0.6
 """Seconds without another edit before the run that answers all of them begins."""
+TOOLS = "“draw” places and moves a datum; “straight” and “freehand” place a line of them."
+TOOLS_VOLUME = (
+    "Click the map: a vertical well through the layers chosen. Press and draw in a section: cells. "
+    "With the keyboard: arrow keys move the slices, Enter does what a click does, Ctrl+Z undoes it."
+)
 
 
 @st.fragment
 def draw_editor(state: State) -> None:
     """Draw the editor over the realizations of the study; an edit redraws only this.
 
-    Every edit starts a run. Until it is finished the map that is edited shows a local answer where
+    Every edit starts a run. Until it is finished the cells that are edited show a local answer if
     data were added; all else shows the run before, dimmed.
     """
     with error_boundary():
-        st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+        draw_style(STYLE)
         problem = problem_of_data(state.choices)
         local = None if problem else answer(state)
-        start_run_if_needed(state, live=True, after=REST if local else 0.0)
+        rest = REST if state.choices.grid.nz is None else REST_VOLUME
+        start_run_if_needed(state, live=True, after=rest if local else 0.0)
         draw_news(state, wait=local is None)
         with st.container(key="editing"):
             if problem:
                 draw_problem(state, problem)
             else:
-                _editor(state)
+                _draw(state)
 
 
-def _editor(state: State) -> None:
-    data, image = data_of(state.choices), image_of(state.choices.image)
-    colours = colours_of(state)
+def _draw(state: State) -> None:
+    data, image, grid = data_of(state.choices), image_of(state.choices.image), state.choices.grid
+    colours, ground = colours_of(state), state.page(Editor).ground
     ensemble, answered = state.ensemble, answer(state)
     if ensemble is not None and not fits(ensemble, state.choices):
         ensemble = None
     if ensemble is not None:
         state.shown = min(state.shown, ensemble.n - 1)
         state.facies = min(state.facies, image.n_facies - 1)
-    _top(state, data, ensemble)
-    with st.container(key="maps"):
-        left, middle, right = map_columns((1.0, 1.0, 0.56), 0, state.choices.grid)
+        with st.container(key="facts_row"):
+            draw_facts(ensemble)
+    _draw_actions(state, data)
+    if grid.nz is None:
+        with st.container(key="maps"):
+            left, middle, right = map_columns((1.0, 1.0, 0.56), 0, grid)
+            middle = middle.container(key="beside")
+    else:
+        draw_brush(state, grid.nz)
+        left, middle = st.columns(2, gap="medium")
+        right = middle
     with left:
-        _ground(state.page(Editor))
-        of_run = state.page(Editor).ground == "e_type"  # a local answer has no E-type
+        _draw_ground_field(state.page(Editor))
+        of_run = ground == "e_type"  # a local answer has no E-type
         draw_canvas(state, data, image, colours, ensemble if of_run else answered or ensemble)
-        if ensemble is not None:  # below, where its length moves no map under the pointer
-            step_note(describe_answer(state, answered))
-    with middle, st.container(key="beside"):
-        if ensemble is not None and state.page(Editor).ground == "e_type":
-            draw_realization(ensemble, colours, state.shown)
-        elif ensemble is not None:
-            draw_e_type(state, ensemble, colours)
-        else:
+        if grid.nz is not None:
+            step_note(TOOLS_VOLUME)
+        # below, where its length moves no map under the pointer
+        if ensemble is not None and (text := describe_answer(state, answered)):
+            step_note(text)
+    with middle:
+        if ensemble is None:
             panel_title("Realizations and E-type")
             step_note("They answer every edit here, once the study has been simulated.")
+        elif ground == "e_type" and grid.nz is None:
+            draw_realization(ensemble, colours, state.shown)
+        else:
+            draw_e_type(state, ensemble, colours)
     with right:
-        draw_table(state, data, image, colours)
-    if ensemble is not None:
+        if grid.nz is None:
+            draw_table(state, data, image, colours)
+        else:
+            draw_wells(state, data)
+    if ensemble is not None and grid.nz is None:
         draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
 
 
-def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
-    page_state = state.page(Editor)
-    if ensemble is not None:
-        with st.container(key="facts_row"):
-            draw_facts(ensemble)
+def _draw_actions(state: State, data: HardData) -> None:
+    """Draw the menus; undo and redo of a map are on its bar of tools."""
+    page_state, volume = state.page(Editor), state.choices.grid.nz is not None
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
         draw_import(state)
+        if volume:
+            draw_tables(state)
         draw_sampling(state)
         draw_export(state, data)
+        if volume:
+            history, args = page_state.history, {"args": (state,)}
+            button("Undo", key="undo", on_click=undo, disabled=not history.past, **args)
+            button("Redo", key="redo", on_click=redo, disabled=not history.future, **args)
         clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
         clear["help"] = "Take all data away; undo brings them back."
         button("Clear", key="clear", on_click=take, **clear)
@@ -115,14 +145,14 @@ def _top(state: State, data: HardData, ensemble: Ensemble | None) -> None:
 
 
 def describe_answer(state: State, answered: Ensemble | None) -> str:
-    """Say what the edited map shows and how it honours the data; None where only a run can tell."""
+    """Say which realization is edited and how it honours the data; None if only a run can tell."""
     number = f"Realization {state.shown + 1}"
     if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
         return "E-type of the data before your edits, until the run with all data is finished."
     if answered is None:
         return f"{number} of the data before: data were taken away, so it is simulated anew."
     if not answered.hard_data.n:
-        return "“draw” places and moves a datum; “straight” and “freehand” place a line of them."
+        return TOOLS if state.choices.grid.nz is None else ""
     text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."
     if not answered.revised:
         return text
@@ -131,7 +161,7 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     return f"{text} Local answer to your edits, until the run with all data is finished."
 
 
-def _ground(page_state: Editor) -> None:
+def _draw_ground_field(page_state: Editor) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
         panel_title("Hard data on")
         ground = bound_to(page_state, "ground", label_visibility="collapsed") | options_of(GROUNDS)
@@ -145,54 +175,46 @@ def draw_canvas(
     colours: list[str],
     ensemble: Ensemble | None,
 ) -> None:
-    """Draw the map with the data on it; its edits are taken into the state."""
-    page_state = state.page(Editor)
-    grid = state.choices.grid
+    """Draw the map or volume with the data on it; its edits are taken into the state."""
+    page_state, grid = state.page(Editor), state.choices.grid
     ground = page_state.ground if ensemble is not None else "empty"
+    alt = "Hard data; arrow keys move, Enter places, Delete erases"
+    if grid.nz is not None:
+        alt = "Hard data of the volume; a click on the map places a well"
     if ensemble is None or ground == "empty":
         shown = empty_map(grid)
     elif ground == "realization":
-        indices = ensemble.indices[state.shown]
-        shown = replace(facies_map(indices, image, colours, "Hard data"), keys=())
+        shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
+        shown = shown if grid.nz is not None else replace(shown, keys=())  # the tools name facies
     else:
         shown = uncertainty_map(state, ensemble, colours)
     status = status_of(data, ensemble, state.shown if ground == "realization" else None)
     points = [
-        [*point[:3], int(how == WRONG), 0 if how == WRONG else how]
+        [*point[:-1], int(how == WRONG), 0 if how == WRONG else how]
         for point, how in zip(points_of(data, image), status, strict=True)
     ]
-    alt = "Hard data; arrow keys move, Enter places, Delete erases"
     shown = replace(shown, point_colours=colours, alt=alt, points=points)
-    content = map_content(shown, grid=grid, link="grid", scale="maps", name="hard_data")
-    history = page_state.history
-    content |= {
-        "brushes": [
-            {"label": name, "colour": colour}
-            for name, colour in zip(image.facies_names, colours, strict=True)
-        ],
+    history, named = page_state.history, zip(image.facies_names, colours, strict=True)
+    editing: dict[str, Any] = {
+        "brushes": [{"label": name, "colour": colour} for name, colour in named],
         "reads": ground == "realization",
         "empty": ground == "empty",
         "ack": page_state.taken,
         "can_undo": bool(history.past),
         "can_redo": bool(history.future),
     }
-
-    def edited() -> None:
-        edits = reported(KEY, "edits")
-        if edits:
-            take_edits(state, edits)
-
-    canvas_component(KEY)(key=KEY, data=content, on_edits_change=edited)
+    options: dict[str, Any] = {"grid": grid, "link": "grid", "name": "hard_data"}
+    draw_editable(shown, lambda edits: take_edits(state, edits), editing, **options)
 
 
 def empty_map(grid: Grid) -> CellMap:
-    """Return a map of a grid with nothing on it."""
+    """Return a map or volume of a grid with nothing on it."""
     nothing = np.zeros(grid.shape, np.uint8)
     return CellMap(nothing, [chart_theme().paper], ["no datum"], "Empty grid")
 
 
 def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
-    """Return the `Ensemble.data_status` of each datum in a realization; 0 where unknown."""
+    """Return the `Ensemble.data_status` of each datum in a realization; 0 if unknown."""
     if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
         return [0] * data.n
     return ensemble.data_status[shown].tolist()

@@ -31,7 +31,7 @@ COLOUR = " "
 
 
 def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequence[str]) -> None:
-    """Draw the table; what the user changes there becomes the study's hard data."""
+    """Draw the table; the user's changes become the study's hard data."""
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
@@ -99,10 +99,10 @@ def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
 
 
 def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int, str]) -> Styler:
-    """Return a table with a column in the colour of each row's facies as the edits have it.
+    """Return a table with a column in the colour of each row's facies after the edits.
 
-    The colours are no part of the table's content, by which `st.data_editor` knows it, so that they
-    follow an edit and the editor keeps it. A row that is being added has none yet.
+    Colours are style, not content, so `st.data_editor` keeps its edits when they change. A row that
+    is being added has none yet.
     """
     now = edited_rows(base, {"edited_rows": edits.get("edited_rows", {})})["facies"]
     colours = (colour_of.get(code) for code in now)
@@ -136,7 +136,7 @@ def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
 def data_of_rows(
     frame: pd.DataFrame, grid: Grid, image: TrainingImage, world: bool
 ) -> tuple[HardData, list[str]]:
-    """Return the hard data of the rows that can be used, and what is wrong with the others.
+    """Return the hard data of the valid rows, and notes on the others.
 
     Examples
     --------

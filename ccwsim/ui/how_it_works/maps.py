@@ -1,4 +1,4 @@
-"""The maps of the page that follows a realization, as the canvas takes them."""
+"""The maps and volumes of the page that follows a realization."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
-from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import CIVIDIS, Theme, ramp
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
 
 DIM = 0.55
-"""How much of the paper is mixed into what is not lit."""
+"""Share of the colour of paper in facies that are not lit."""
 MAX_MARKS = 400
 MAX_LIT = 100
 """Facies that can have a dim colour too."""
@@ -28,7 +27,7 @@ KEPT, PASTED = "#4C6E91", "#E9C46A"
 
 @dataclass(frozen=True)
 class PatchView:
-    """The patch that is shown: its realization, what happened to the locations, the colours."""
+    """The patch that is shown: its realization, the fates of locations, the colours."""
 
     trace: Trace
     step: TracedPatch
@@ -51,19 +50,56 @@ class PatchView:
         """The share of the overlaps that is searched where there are data."""
         return self.trace.study.parameters.search_fraction
 
-    def where(self, location: PlaceFate) -> str:
-        """Return the lowest cell, in the image, of the patch of a location."""
-        return xy_of(self.trace, location.row, location.column, self.step.patch.size)
+    @property
+    def is_volume(self) -> bool:
+        """Whether the realization is a volume."""
+        return self.step.cells.ndim == 3
+
+    @property
+    def first(self) -> tuple[int, ...]:
+        """The first (layer,) row and column of the patch, in path coordinates."""
+        return self.step.box[:3][-self.step.cells.ndim :]
+
+    @property
+    def part(self) -> tuple[slice, ...]:
+        """The cells of the patch in the grid, both in path coordinates."""
+        each = zip(self.first, self.step.cells.shape, strict=True)
+        return tuple(slice(start, start + n) for start, n in each)
+
+    @property
+    def part_of_grid(self) -> tuple[slice, ...]:
+        """The cells of the patch in grid coordinates, as far as they are in the grid."""
+        return self.trace.grid_frame.box_to_grid(self.first, self.step.cells.shape)
+
+    @property
+    def block(self) -> tuple[int, ...]:
+        """The cells of a block along (z,) y and x of the path."""
+        return self.step.block[-self.step.cells.ndim :]
 
     @property
     def block_frame(self) -> Frame:
         """Turns arrays of one value a block of the image from path to grid coordinates."""
-        rows, columns = self.trace.oriented.pyramid.phases.shape[-2:]
-        return Frame(self.trace.path.orientation, (rows, columns))
+        shape = self.trace.oriented.pyramid.phases.shape[-self.step.cells.ndim :]
+        return Frame(self.trace.path.orientation, shape)
+
+    def where(self, location: PlaceFate) -> str:
+        """Return the lowest cell, in the image, of the patch of a location, as (x, y) or (x, y, z).
+
+        In grid coordinates, which are those of the image as it was read.
+        """
+        first = np.multiply(location_of(location, len(self.block)), self.block).tolist()
+        part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
+        return f"({', '.join(str(side.start) for side in reversed(part))})"
 
     def patch_map(self, indices: NDArray[np.uint8], alt: str) -> CellMap:
-        """Return the map of a patch in the colours of the facies."""
-        return patch_map(indices, self.image, self.colours, self.theme, alt)
+        """Return a patch, in path coordinates, in the colours of the facies."""
+        turned = self.trace.grid_frame.turned(indices)
+        return patch_map(turned, self.image, self.colours, self.theme, alt)
+
+
+def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
+    """Return (layer,) row and column of a location in blocks, as `n` numbers."""
+    return (place.layer, place.row, place.column)[-n:]
 
 
 def mixed(colour: str, ground: str, share: float) -> str:
@@ -77,40 +113,44 @@ def mixed(colour: str, ground: str, share: float) -> str:
     return ramp([colour, ground], 101)[round(100 * share)]
 
 
-def box_mark(box: Box, colour: str, label: str, kind: str = "box") -> dict:
-    """Return what is drawn on a map around a box."""
-    return {"kind": kind, **box._asdict(), "colour": colour, "label": label}
+def box_mark(
+    part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
+) -> dict:
+    """Return a mark on a map around a part of it, or of one that has `cells` for each of its own.
+
+    Volumes have no marks.
+    """
+    rows, columns = part[-2:]
+    height, width = rows.stop - rows.start, columns.stop - columns.start
+    box = {"row": rows.start, "column": columns.start, "height": height, "width": width}
+    box = {side: size / cells if cells > 1 else size for side, size in box.items()}
+    return {"kind": kind, **box, "colour": colour, "label": label}
 
 
-def data_in(trace: Trace, box: Box) -> list[list[int]]:
-    """Return row, column and facies of the data in a box; rows and columns are the box's own."""
-    cells = (trace.study.hard_data.cells - [box.row, box.column]).tolist()
-    return [
-        [row, column, int(facies)]
-        for (row, column), facies in zip(cells, trace.study.facies_of_data, strict=True)
-        if 0 <= row < box.height and 0 <= column < box.width
-    ]
+def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None) -> list[list[int]]:
+    """Return the data in a part of the grid as points; rows and columns are counted from its first.
 
-
-def xy_of(trace: Trace, row: int, column: int, size: int) -> str:
-    """Return the south-west cell in the image of a patch at a location in blocks, as (x, y)."""
-    unit = trace.search.block[2]
-    box = trace.image_frame.box_to_grid(row * unit, column * unit, size, size)
-    return f"({box.column}, {box.row})"
+    Where `cells`, the facies of the part, are given, data that differ from them are wrong.
+    """
+    at = trace.study.hard_data.cells - [side.start for side in part]
+    inside = ((at >= 0) & (at < [side.stop - side.start for side in part])).all(axis=1)
+    facies = trace.study.facies_of_data[inside]
+    wrong = np.zeros(len(facies)) if cells is None else cells[tuple(at[inside].T)] != facies
+    return np.column_stack([at[inside], facies, wrong]).astype(int).tolist()
 
 
 def patch_map(
     indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
-    """Return a map of facies, shape (ny, nx), where UNKNOWN cells are blank; no legend."""
+    """Return facies, in grid coordinates, without a legend; UNKNOWN cells are blank."""
     shown = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
     names = [*image.facies_names, "not simulated"]
     return CellMap(shown, [*colours, theme.hairline], names, alt)
 
 
 @dataclass(frozen=True)
-class Scale:
-    """What the numbers of a map are, from which to which, and in which colours."""
+class ColourScale:
+    """Name, lowest and highest value of the numbers of a map, and their colours."""
 
     name: str
     low: float
@@ -119,8 +159,8 @@ class Scale:
     absent: str = "no value"
 
 
-def value_map(values: NDArray[np.float64], scale: Scale, theme: Theme, alt: str) -> CellMap:
-    """Return a map of numbers, shape (ny, nx); NaN is blank."""
+def value_map(values: NDArray[np.float64], scale: ColourScale, theme: Theme, alt: str) -> CellMap:
+    """Return a map or volume of numbers; NaN is blank."""
     low, span = scale.low, scale.high - scale.low
     share = np.clip((values - low) / span, 0, 1) if span else np.zeros(values.shape)
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
@@ -137,19 +177,26 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 
 
 def grid_map(view: PatchView) -> CellMap:
-    """Return the grid before the patch: the overlap lit, the patch outlined, the path."""
-    step, p, frame = view.step, view.step.patch, view.trace.grid_frame
+    """Return the grid before the patch, the overlap lit, with the data that condition the patch.
+
+    A map has an outline of the patch and an arrow along the path too.
+    """
+    step, frame = view.step, view.trace.grid_frame
     lit = np.zeros(step.before.shape, bool)
-    lit[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size] = step.in_overlap
-    box = frame.box_to_grid(p.y0, p.x0, p.size, p.size)
-    alt = f"The grid before patch {p.number + 1}, with its overlap in full colour"
-    before, lit = frame.map_to_grid(step.before), frame.map_to_grid(lit)
+    lit[view.part] = step.in_overlap
+    alt = f"The grid before patch {step.patch.number + 1}, with its overlap in full colour"
+    before, lit = frame.to_grid(step.before), frame.to_grid(lit)
     return replace(
         lit_map(before, lit, view.image, view.colours, view.theme, alt),
         points=_conditioning_points(view),
-        marks=[box_mark(box, view.theme.reference, "the patch")],
-        trail=_trail(view.trace, step),
+        marks=[box_mark(view.part_of_grid, view.theme.reference, "the patch")],
+        trail=[] if view.is_volume else _trail(view.trace, step),
     )
+
+
+def centre_of_patch(view: PatchView) -> list[int]:
+    """Return the middle cell of the patch in the grid, for slices to go through."""
+    return [(side.start + side.stop) // 2 for side in view.part_of_grid]
 
 
 def lit_map(
@@ -160,7 +207,7 @@ def lit_map(
     theme: Theme,
     alt: str,
 ) -> CellMap:
-    """Return facies, in full colour where lit and else dim; UNKNOWN cells are blank."""
+    """Return facies, in full colour if lit, otherwise dim; UNKNOWN cells are blank."""
     n, known = image.n_facies, cells != UNKNOWN
     has_dim = n <= MAX_LIT
     indices = np.where(known, cells, n).astype(int)
@@ -180,15 +227,14 @@ def lit_map(
 
 def _conditioning_points(view: PatchView) -> list[list[int]]:
     """Return the data that condition this patch as points of the grid."""
-    points = []
-    for datum in view.step.data.seen if view.step.data is not None else ():
-        box = view.trace.grid_frame.box_to_grid(datum.row, datum.column, 1, 1)
-        points.append([box.row, box.column, datum.facies, 0])
-    return points
+    seen = view.step.data.seen if view.step.data is not None else ()
+    cells = [(datum.layer, datum.row, datum.column)[-len(view.first) :] for datum in seen]
+    places = view.trace.grid_frame.cells_to_grid(cells).tolist()
+    return [[*at, datum.facies, 0] for at, datum in zip(places, seen, strict=True)]
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
-    """Return the way along the row of the path to the tile it is at."""
+    """Return the way along the row of the path to the tile of a patch of a map."""
     n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
@@ -199,14 +245,14 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
         y, x = (k * stride + half for k in divmod(tile, n))
         y = min(max(y, first_y), first_y + rows - 1)
         x = min(max(x, first_x), first_x + columns - 1)
-        box = trace.grid_frame.box_to_grid(int(y), int(x), 1, 1)
-        return [box.row + 0.5, box.column + 0.5]
+        row, column = trace.grid_frame.cells_to_grid([int(y), int(x)])[0].tolist()
+        return [row + 0.5, column + 0.5]
 
     return [centre(tile) for tile in ends]
 
 
 def score_map(view: PatchView, with_data: bool) -> CellMap:
-    """Return the CCW score of each location, in blocks of the image; best is bright."""
+    """Return the CCW score of each location in a map, in blocks; the best is bright."""
     step, frame = view.step, view.block_frame
     shown, name, absent = step.ccw, "CCW", "no location for a whole patch"
     if with_data:
@@ -220,23 +266,46 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
     whole[: shown.shape[0], : shown.shape[1]] = shown
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
     colours = CIVIDIS if step.correlation and not with_data else CIVIDIS[::-1]
-    scale = Scale(name, low, high, colours, absent)
+    scale = ColourScale(name, low, high, colours, absent)
     alt = f"CCW score map of patch {step.patch.number + 1}"
-    found = value_map(frame.map_to_grid(whole), scale, view.theme, alt)
+    scores = value_map(frame.to_grid(whole), scale, view.theme, alt)
     if not step.patch.shape and low == high:
-        return replace(found, strip=None)
-    return found
+        return replace(scores, strip=None)
+    return scores
+
+
+def score_volume(view: PatchView) -> CellMap:
+    """Return the CCW score of each location in a volume, with candidates and rejected as points."""
+    step = view.step
+    scores = np.where(step.copies, np.nan, step.ccw)
+    low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
+    colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
+    scale = ColourScale("CCW", low, high, colours, "only continues a patch beside this one")
+    alt = f"CCW score of each location for patch {step.patch.number + 1}"
+    frame = Frame(view.trace.path.orientation, step.scores.shape)
+    shown = value_map(frame.to_grid(scores), scale, view.theme, alt)
+    order = [*view.locations[1:], view.locations[0]]  # the drawn one over the others
+    kinds = {"candidate": 0, "drawn": 1}
+    looks = [kinds.get(at.fate, 2) for at in order]
+    cells = frame.cells_to_grid([location_of(at, 3) for at in order]).tolist()
+    points = [[*at, look, 0] for at, look in zip(cells, looks, strict=True)]
+    colours = [CANDIDATE, view.theme.reference, REJECTED]
+    keys = list(zip((*kinds, "rejected"), colours, strict=True))
+    keys = [key for k, key in enumerate(keys) if k in looks]
+    named = {"points": points, "point_colours": colours, "points_are": ("location", "locations")}
+    return replace(shown, keys=keys, **named)
 
 
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
     """Return the marks of the locations: rings for candidates, crosses for rejected ones.
 
-    The map of `frame` has `scale` cells a block; `labels` are what the hover says of each.
+    The map of `frame` has `scale` cells a block; the hover shows the `labels`.
     """
     step, drawn = view.step, view.theme.reference
 
-    def box_of(location: PlaceFate) -> Box:
-        return frame.box_to_grid(location.row * scale, location.column * scale, scale, scale)
+    def box_of(location: PlaceFate) -> tuple[slice, ...]:
+        first = np.multiply(location_of(location, 2), scale).tolist()
+        return frame.box_to_grid(first, (scale, scale))
 
     marks = []
     for location, label in list(zip(view.locations, labels, strict=True))[1:MAX_MARKS]:
@@ -245,35 +314,41 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
         marks.append(box_mark(box_of(location), colour, label, kind))
     marks.sort(key=lambda m: m["kind"])  # rings over crosses
     shift = scale / step.block_size
-    row, column = (int(at * shift) for at in step.drawn_place)
-    side = round(step.patch.size * shift)
-    marks.append(box_mark(frame.box_to_grid(row, column, side, side), drawn, "drawn"))
+    first, side = [int(at * shift) for at in step.drawn_place], round(step.patch.size * shift)
+    marks.append(box_mark(frame.box_to_grid(first, (side, side)), drawn, "drawn"))
     marks.append(box_mark(box_of(view.locations[0]), drawn, labels[0], "disc"))
     return marks
 
 
 def error_map(view: PatchView) -> CellMap:
-    """Return where patch and grid differ in the overlap."""
+    """Return which cells of patch and grid differ in the overlap."""
     indices = np.where(view.step.in_overlap, view.step.error, 2)
-    colours = [mixed(view.theme.quiet, view.theme.paper, 0.75), REJECTED, view.theme.hairline]
-    return _classes(
-        view, indices, colours, ["same", "differs", "not in the overlap"], "Error surface"
-    )
+    colour_of = {
+        "same": mixed(view.theme.quiet, view.theme.paper, 0.75),
+        "differs": REJECTED,
+        "not in the overlap": view.theme.hairline,
+    }
+    return _classes(view, indices, colour_of, 2, "Error surface")
 
 
 def cut_map(view: PatchView) -> CellMap:
-    """Return which cells of the patch stay as they were, and which are pasted."""
-    indices = np.where(view.step.keep_mask, 0, np.where(view.step.in_overlap, 1, 2))
-    colours = [KEPT, PASTED, mixed(PASTED, view.theme.paper, 0.6)]
-    return _classes(
-        view, indices, colours, ["kept", "pasted", "pasted, beyond the overlap"], "Cut mask"
-    )
+    """Return which cells of the patch stay as they were and which are pasted.
+
+    A volume, which has no error surface beside it, shows too which of these differ.
+    """
+    step = view.step
+    indices = np.where(step.keep_mask, 0, np.where(step.in_overlap, 1, 2))
+    beyond = mixed(PASTED, view.theme.paper, 0.6)
+    colour_of = {"kept": KEPT, "pasted": PASTED, "pasted, beyond the overlap": beyond}
+    if view.is_volume:
+        indices = np.where(step.error & ~step.keep_mask, 3, indices)
+        colour_of["pasted, where it differs"] = REJECTED
+    return _classes(view, indices, colour_of, 4 if view.is_volume else 2, "The cut of the patch")
 
 
 def _classes(
-    view: PatchView, indices: NDArray, colours: list[str], labels: list[str], alt: str
+    view: PatchView, indices: NDArray, colour_of: dict[str, str], n_keys: int, alt: str
 ) -> CellMap:
-    shown = view.trace.grid_frame.patch_to_grid(indices.astype(np.uint8))
-    return CellMap(
-        shown, colours, labels, alt, keys=list(zip(labels[:2], colours[:2], strict=True))
-    )
+    shown = view.trace.grid_frame.turned(indices.astype(np.uint8))
+    labels, colours = list(colour_of), list(colour_of.values())
+    return CellMap(shown, colours, labels, alt, keys=list(colour_of.items())[:n_keys])

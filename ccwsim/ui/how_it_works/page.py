@@ -20,36 +20,39 @@ from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import facies_map
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.how_it_works import maps, words
-from ccwsim.ui.how_it_works.maps import PatchView, Scale
+from ccwsim.ui.how_it_works.maps import ColourScale, PatchView
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
-from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
-from ccwsim.ui.how_it_works.volume import (
-    describe_faces,
-    describe_position,
-    draw_volume_after,
-    draw_volume_patch,
+from ccwsim.ui.how_it_works.run import (
+    How,
+    forget_own,
+    parameters_of,
+    set_own,
+    trace_of,
+    use_own,
 )
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.study_column import volume_fields
+from ccwsim.ui.study.study_column import size_fields
 from ccwsim.ui.widgets.fields import button, field, help_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
-"""Stands for what the part on local re-simulation shows while the whole page is drawn."""
+"""Value of `How.resimulated` while the whole page is drawn."""
 PLAY_SECONDS = 0.8
-"""How long a patch is shown while the page plays."""
+"""Seconds that a patch is shown while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
+WIDTHS_VOLUME = [1.2, 1.0]
 MAX_HEIGHT = 460
 SMALL_MAP: dict[str, Any] = {"max_height": 200, "tools": False}
+SLICES: dict[str, Any] = {"max_height": 300, "body": False}
 SUBSCRIPTS = "₀₁₂₃₄₅₆"
 GROUNDS = {"score": "CCW", "costs": "with data", "image": "image"}
 BANDS = {
@@ -81,19 +84,12 @@ def _draw(state: State, timed: bool) -> None:
 
 @st.fragment
 def _after(state: State) -> None:
-    """Draw the local re-simulation: the same for all patches, so stepping leaves it alone."""
+    """Draw the local re-simulation: the same for all patches, so stepping does not redraw it."""
     how = state.page(How)
     how.resimulated = how.traced
     with error_boundary():
-        if how.trace is not None and is_volume(how.trace):
-            draw_volume_after(how, how.trace, colours_of(state), chart_theme())
-        elif how.trace is not None:
+        if how.trace is not None:
             draw_resimulation(how, how.trace, colours_of(state), chart_theme())
-
-
-def is_volume(trace: Trace) -> bool:
-    """Whether a realization that is followed is a volume."""
-    return trace.study.grid.nz is not None
 
 
 def _draw_top(state: State) -> None:
@@ -114,10 +110,7 @@ def _draw_top(state: State) -> None:
     with player:
         _draw_player(how, trace)
     with st.container(key="results"):
-        if is_volume(trace):
-            draw_volume_patch(trace, how, colours_of(state), chart_theme())
-        else:
-            _draw_patch(how, trace, colours_of(state))
+        _draw_patch(how, trace, colours_of(state))
 
 
 def tick(how: How, n: int) -> None:
@@ -148,11 +141,6 @@ def _draw_player(how: How, trace: Trace) -> None:
     def stop() -> None:
         how.playing = False
 
-    def on_arrow() -> None:
-        by = reported("how_arrows", "step")
-        if by:
-            step(int(by))
-
     st.html(f'<p class="facts where">{_position(trace, trace.patches[how.patch])}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
         ends = {"icon": ":material/chevron_left:", "disabled": how.patch == 0}
@@ -168,24 +156,18 @@ def _draw_player(how: How, trace: Trace) -> None:
             button("Stop", key="how_stop", on_click=stop, type="primary")
         else:
             button("Play", key="how_play", on_click=play, type="primary")
-    canvas_component("arrows")(key="how_arrows", data={}, on_step_change=on_arrow)
+    draw_component("arrows", "how_arrows", {}, "step", lambda by: step(int(by)))
 
 
 def _position(trace: Trace, patch: Patch) -> str:
-    """Return which patch is shown and where it is, in HTML."""
-    path, volume = trace.path, is_volume(trace)
-    at = f"row {patch.row + 1} of {path.tiles[1]}, column {patch.column + 1} of {path.tiles[2]}"
-    shape = f"overlap on {describe_faces(trace, patch.shape)}"
+    """Return the number and the position of the patch, in HTML."""
     facts = [
         f"<b>Patch {patch.number + 1} of {len(trace.patches)}</b>",
-        escape(shape if volume else words.describe_shape(trace, patch.shape)),
-        describe_position(trace, patch.number) if volume else f"{at} of the path",
+        escape(words.describe_sides(trace, patch.shape)),
+        words.describe_position(trace, patch.number),
     ]
-    if patch.split and volume:
+    if patch.split:
         facts.append(f"part {patch.part + 1} of a tile that is full of data ({words.OURS})")
-    elif patch.parts > 1:
-        why = f"as the tile is full of data ({words.OURS})"
-        facts.append(f"part {patch.part + 1} of {patch.parts**2}, {why}")
     dot = ' <span class="dot">·</span> '
     return dot.join(f'<span class="fact">{fact}</span>' for fact in facts)
 
@@ -210,7 +192,7 @@ def _draw_setting(state: State) -> None:
         field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
         if len(shape) == 3:
             with st.popover("Sizes", key="how_sizes"):
-                volume_fields(p, shape, partial(set_own, state), "how_")
+                size_fields(p, shape, partial(set_own, state), "how_")
         else:
             offered: dict[str, Any] = {"options": [0] if is_ccsim else levels(shape)}
             offered |= {"disabled": is_ccsim, "width": 96}
@@ -231,8 +213,15 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
     """Draw the steps of the patch that is shown, the table of locations, and the sub-bands."""
     step = trace.at(how.patch)
     view = PatchView(trace, step, fates(step), colours, chart_theme())
-    with st.container(key="how_steps"):
-        grid, overlap, score, patch = st.columns(WIDTHS, gap="medium")
+    if view.is_volume:
+        grid, overlap = st.columns(WIDTHS_VOLUME, gap="medium")
+        score, candidates = st.columns(WIDTHS_VOLUME, gap="medium")
+        patch, bands = st.container(), None
+    else:
+        with st.container(key="how_steps"):
+            grid, overlap, score, patch = st.columns(WIDTHS, gap="medium")
+        with st.container(key="how_more"):
+            candidates, bands = st.columns([1, 1.6], gap="large")
     with grid:
         _draw_grid(how, view)
     with overlap:
@@ -241,14 +230,13 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
         _draw_scores(how, view)
     with patch:
         _draw_pasting(view)
-    with st.container(key="how_more"):
-        left, right = st.columns([1, 1.6], gap="large")
-    with left:
+    with candidates:
         panel_title("Candidates" if step.data is None else "Candidates and hard data")
         words.say_candidates(view)
         words.draw_locations(view)
-    with right:
-        _draw_bands(how, view)
+    if bands is not None:
+        with bands:
+            _draw_bands(how, view)
 
 
 def _draw_grid(how: How, view: PatchView) -> None:
@@ -258,33 +246,63 @@ def _draw_grid(how: How, view: PatchView) -> None:
     def jump(row: int, column: int) -> None:
         how.go(trace.patch_of_cell(row, column))
 
-    options = {"grid": trace.study.grid, "max_height": MAX_HEIGHT, "name": "grid_so_far"}
-    draw_map(maps.grid_map(view), "how_map_grid", on_cell=jump, **options)
+    options: dict[str, Any] = {"grid": trace.study.grid, "name": "grid_so_far", "on_cell": jump}
+    options["max_height"] = 420 if view.is_volume else MAX_HEIGHT
+    draw_cells(maps.grid_map(view), "how_grid", cursor=maps.centre_of_patch(view), **options)
     say(words.describe_path(trace), words.PAPER["path"])
     if offset := words.describe_offset(trace):
         say(offset, words.OURS)
 
 
+def _small(view: PatchView) -> dict[str, Any]:
+    """How a part of the patch is drawn; those of a volume share the cursor."""
+    return SLICES | {"link": "how_patch"} if view.is_volume else SMALL_MAP
+
+
 def _draw_overlap(how: How, view: PatchView) -> None:
-    step, image, frame = view.step, view.image, view.trace.grid_frame
-    panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if view.level else "2 Overlap")
+    step = view.step
+    panel_title("2 Overlap" if not _has_plane(view) else f"2 Overlap → cA{SUBSCRIPTS[view.level]}")
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
-    shown = view.patch_map(frame.patch_to_grid(old), "The overlap")
-    draw_map(shown, "how_map_overlap", **SMALL_MAP)
-    if view.level:
-        plane = facies = how.facies
-        if len(step.blocks) == 1:
-            plane, facies = 0, min(1, image.n_facies - 1)
-        name = image.facies_names[facies]
-        scale = Scale(f"cA of {name}:", 0.0, float(step.block_size), absent="not in the overlap")
-        values = frame.patch_to_grid(step.approximation[plane])
-        shown = maps.value_map(values, scale, view.theme, f"Approximation of {name}")
-        draw_map(shown, "how_map_approximation", **SMALL_MAP)
+    draw_cells(view.patch_map(old, "The overlap"), "how_overlap", **_small(view))
+    if _has_plane(view):
+        _draw_approximation(how, view)
     source = "overlap" if view.level else "single cells"
     say(words.describe_overlap(view), words.PAPER[source if step.patch.shape else "first patch"])
 
 
+def _has_plane(view: PatchView) -> bool:
+    """Whether the approximation of the overlap is drawn."""
+    return bool(view.level) and not view.is_volume
+
+
+def _draw_approximation(how: How, view: PatchView) -> None:
+    step, image = view.step, view.image
+    plane = facies = how.facies
+    if len(step.blocks) == 1:
+        plane, facies = 0, min(1, image.n_facies - 1)
+    name = image.facies_names[facies]
+    high = float(step.block_size)
+    scale = ColourScale(f"cA of {name}:", 0.0, high, absent="not in the overlap")
+    values = view.trace.grid_frame.turned(step.approximation[plane])
+    shown = maps.value_map(values, scale, view.theme, f"Approximation of {name}")
+    draw_cells(shown, "how_approximation", **SMALL_MAP)
+
+
 def _draw_scores(how: How, view: PatchView) -> None:
+    if view.is_volume:
+        panel_title("3 CCW score of each location", "in blocks of the training image")
+        shown = maps.score_volume(view)
+        drawn = shown.points[-1][:3]
+        draw_cells(shown, "how_score", cursor=drawn, name="ccw_score", **SLICES)
+    else:
+        _draw_score_map(how, view)
+        words.draw_marks(view)
+    source = "scores" if view.step.patch.shape else "first patch"
+    say(words.describe_scores(view.step), words.PAPER[source])
+
+
+def _draw_score_map(how: How, view: PatchView) -> None:
+    """Draw the locations on the scores or on the image."""
     step, trace, image = view.step, view.trace, view.image
     offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
     ground = how.ground if how.ground in offered else "score"
@@ -303,35 +321,35 @@ def _draw_scores(how: How, view: PatchView) -> None:
     share = view.search_fraction
     labels = [f"CCW {at.ccw:.4g}, {words.describe_fate(at, step, share)}" for at in view.locations]
     shown.marks.extend(maps.location_marks(view, frame, scale, labels))
-    draw_map(shown, "how_map_score", max_height=MAX_HEIGHT, name="ccw_score_map")
-    words.draw_marks(view)
-    say(words.describe_scores(step), words.PAPER["scores" if step.patch.shape else "first patch"])
+    draw_cells(shown, "how_score", max_height=MAX_HEIGHT, name="ccw_score_map")
 
 
 def _draw_pasting(view: PatchView) -> None:
-    step, frame, p = view.step, view.trace.grid_frame, view.step.patch
+    step, part = view.step, view.part_of_grid
     panel_title("4 Drawn patch → cut → pasted")
-    part = np.s_[p.y0 : p.y0 + p.size, p.x0 : p.x0 + p.size]
-    new, after = (frame.patch_to_grid(a) for a in (step.cells, step.after[part]))
-    inside = frame.box_to_grid(p.y0, p.x0, p.size, p.size)
     shown = {
-        "drawn patch": view.patch_map(new, "The drawn patch"),
+        "drawn patch": view.patch_map(step.cells, "The drawn patch"),
         "error surface": maps.error_map(view),
         "cut": maps.cut_map(view),
-        "pasted": view.patch_map(after, "The grid with the patch pasted"),
+        "pasted": view.patch_map(step.after[view.part], "The grid with the patch pasted"),
     }
-    if inside.height == inside.width == p.size:  # whole: data can be shown where they are
-        shown["pasted"].points.extend([*at, 0] for at in maps.data_in(view.trace, inside))
+    if view.is_volume:
+        del shown["error surface"]  # the cut shows it too
+    elif shown["pasted"].indices.shape == tuple(side.stop - side.start for side in part):
+        shown["pasted"].points.extend(maps.data_in(view.trace, part))  # a patch within the grid
     with st.container(key="how_small_maps"):
-        places = [*pair(), *pair()]
+        places = st.columns(3, gap="medium") if view.is_volume else [*pair(), *pair()]
     for place, (title, small) in zip(places, shown.items(), strict=True):
         with place:
             st.html(f'<p class="caption">{title}</p>')
-            draw_map(small, f"how_map_{title.replace(' ', '_')}", **SMALL_MAP)
+            options: dict[str, Any] = _small(view) | {"body": title == "cut"}
+            draw_cells(small, f"how_{title.replace(' ', '_')}", **options)
     say(words.describe_draw(view), words.PAPER["draw" if step.patch.shape else "first patch"])
     if shift := words.describe_shift(step):
         say(shift, words.OURS)
-    say(words.describe_cut(step), words.PAPER["cut" if step.patch.shape else "paste"])
+    own = view.is_volume and step.patch.shape
+    source = words.PAPER["cut" if step.patch.shape else "paste"]
+    say(words.describe_cut(view), words.OURS if own else source)
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
@@ -350,9 +368,8 @@ def _draw_bands(how: How, view: PatchView) -> None:
         say(f"{none} Choose level 1 or more to see them.", words.PAPER["image"])
         return
     bands = _bands(image.digest, how.facies, level, image)
-    box = view.trace.image_frame.box_to_grid(*view.step.drawn_place, *view.step.cells.shape)
-    in_blocks = box._replace(**{side: size / unit for side, size in box._asdict().items()})
-    mark = maps.box_mark(in_blocks, view.theme.reference, "the drawn patch")
+    box = view.trace.image_frame.box_to_grid(view.step.drawn_place, view.step.cells.shape)
+    mark = maps.box_mark(box, view.theme.reference, "the drawn patch", cells=unit)
     with st.container(key="how_bands"):
         places = st.columns(4, gap="medium")
     for place, (name, meaning) in zip(places, BANDS.items(), strict=True):
@@ -361,8 +378,8 @@ def _draw_bands(how: How, view: PatchView) -> None:
             scale = _band_scale(name, bands[name], unit, view.theme)
             shown = maps.value_map(bands[name], scale, view.theme, f"{name}, {meaning}")
             shown.marks.append(mark)
-            key, group = f"how_map_{name}", "how_bands"
-            draw_map(shown, key, max_height=300, scale=group, link=group, name=name)
+            linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
+            draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(
         f"Each block of {unit} × {unit} cells gives one number a band. The approximation is what "
         f"the search compares; the three details are what it leaves out, and what the inverse "
@@ -373,11 +390,11 @@ def _draw_bands(how: How, view: PatchView) -> None:
     say(words.describe_inverse(view.step, largest), words.PAPER["inverse"])
 
 
-def _band_scale(name: str, values: NDArray[np.float64], unit: int, theme: Theme) -> Scale:
+def _band_scale(name: str, values: NDArray[np.float64], unit: int, theme: Theme) -> ColourScale:
     if name == "cA":
-        return Scale(name, 0.0, float(unit))
+        return ColourScale(name, 0.0, float(unit))
     largest = float(abs(values).max()) or 1.0
-    return Scale(name, -largest, largest, difference_colours(theme))
+    return ColourScale(name, -largest, largest, difference_colours(theme))
 
 
 @st.cache_resource(max_entries=16, show_spinner=False)

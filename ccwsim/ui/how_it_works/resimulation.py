@@ -1,8 +1,9 @@
-"""Local re-simulation after the last patch: window by window, before and after."""
+"""Local re-simulation after the last patch, window by window, and what seam repair changed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import prod
 from typing import Any, cast
 
@@ -11,15 +12,15 @@ import streamlit as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.trace import ResimulatedWindow, Trace
-from ccwsim.engine.trace.frames import Box
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
-from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.hard_data.page import describe_data_status
-from ccwsim.ui.how_it_works.maps import box_mark, data_in, patch_map
-from ccwsim.ui.how_it_works.run import How
+from ccwsim.ui.how_it_works.maps import box_mark, data_in, lit_map, patch_map
+from ccwsim.ui.how_it_works.run import How, is_volume
 from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
@@ -27,85 +28,119 @@ from ccwsim.ui.widgets.text import pair, panel_title, step_note
 MAX_TERMS = 3_000_000_000
 """Terms of scores above which the patches up to the end are placed only when asked for."""
 PIXELS = 204
-"""Of a side of a window."""
+"""Side of a window of a map."""
+MAX_HEIGHT = 360
+MAX_HEIGHT_SLICES = 300
 N_MARKED = 20
 """Changes of seam repair that are marked: most are of one cell."""
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
-    """Draw the corrected realization, the windows of one datum, and what seam repair changed."""
+    """Draw the corrected realization, the windows of one datum, and the changes of seam repair."""
     panel_title(
         "After the last patch: local re-simulation", "what the raster pass left wrong is corrected"
     )
     if not trace.study.hard_data.n:
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
+    elif not trace.study.parameters.exact_data:
+        off = "“Honour data exactly” is off: only the search is conditioned on the data."
+        say(f"{off} Mismatches are not corrected, as in the authors' code.", PAPER["data"])
+    else:
+        if _takes_long(trace):
+            step_note("This realization takes a while to finish.")
+            if not st.button("Place all its patches", key="how_finish"):
+                return
+        _draw_windows_of_data(how, trace, colours, theme)
+    if trace.repairs:
         _draw_repair(trace, colours, theme)
-        return
-    if not trace.study.parameters.exact_data:
-        say_uncorrected()
-        return
-    if _n_terms(trace) > MAX_TERMS and trace.n_done < len(trace.patches):
-        step_note("This realization takes a while to finish.")
-        if not st.button("Place all its patches", key="how_finish"):
-            return
-    _draw_windows_of_data(how, trace, colours, theme)
-    _draw_repair(trace, colours, theme)
+
+
+def _takes_long(trace: Trace) -> bool:
+    """Whether the patches that are still to be placed need more than a moment."""
+    search = trace.search
+    n_blocks = overlap_cells(search.template, search.overlap) / prod(search.block)
+    terms = n_blocks * len(trace.oriented.pyramid.sums) * trace.oriented.n_places
+    return len(trace.patches) * terms > MAX_TERMS and trace.n_done < len(trace.patches)
 
 
 def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
-    """Draw what seam repair changed."""
-    if not trace.repairs:
-        return
-    panel_title("Then: seam repair", "where patches are joined as the image never has it")
-    if _n_terms(trace) > MAX_TERMS and trace.n_done < len(trace.patches):
+    """Draw the realization before and after seam repair."""
+    panel_title("Then: seam repair", "where patches are joined in ways absent from the image")
+    if _takes_long(trace):
         step_note("It is shown once all patches are placed.")
         return
     changed = trace.before_repair != trace.realization.indices
     if not changed.any():
         say("No change was found that joins the patches better.", OURS)
         return
-    lit = _boxes_of(changed)
+    marked = [] if is_volume(trace) else _boxes_of(changed)
     say(
         "Where cells have patterns that the training image never has, windows are simulated anew "
         "and single cells changed, if that leaves fewer of them: "
         f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) are "
-        "another facies now. The largest changes are marked.",
+        f"another facies now.{' The largest changes are marked.' if marked else ''}",
         OURS,
     )
     image = trace.study.training_image
-    shown = {"before": trace.before_repair, "after": trace.realization.indices}
-    for place, (name, cells) in zip(pair(), shown.items(), strict=True):
+
+    def shown(cells: NDArray[np.uint8], name: str) -> CellMap:
+        points = points_of(trace.study.hard_data, image) if is_volume(trace) else []
+        marks = [box_mark(box, theme.reference, "changed") for box in marked]
+        whole = facies_map(cells, image, colours, f"The realization {name} seam repair")
+        return replace(whole, points=points, marks=marks)
+
+    before, after = trace.before_repair, trace.realization.indices
+    maps = {"before": shown(before, "before"), "after": shown(after, "after")}
+    _draw_pair(trace, maps, "how_repair", max_height=_height(trace, MAX_HEIGHT))
+
+
+def _height(trace: Trace, of_map: int) -> int:
+    """Pixels of a map or of the slices of a volume."""
+    return MAX_HEIGHT_SLICES if is_volume(trace) else of_map
+
+
+def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any) -> None:
+    """Draw the maps or volumes "before" and "after" beside each other."""
+    places = st.columns(2, gap="medium") if is_volume(trace) else pair()
+    for place, (name, shown) in zip(places, maps.items(), strict=True):
         with place:
-            own = facies_map(cells, image, colours, f"The realization {name} seam repair")
-            own.marks.extend(box_mark(box, theme.reference, "changed") for box in lit)
             st.html(f'<p class="caption">{name}</p>')
-            key = f"how_map_repair_{name}"
-            draw_map(own, key, max_height=360, link="how_repair", name=f"{name}_seam_repair")
+            draw_cells(
+                shown, f"{key}_{name}", link=key, name=f"{key}_{name}", body=False, **options
+            )
 
 
-def _boxes_of(changed: NDArray[np.bool_]) -> list[Box]:
-    """Return boxes around the largest changes, neighbours together."""
+def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
+    """Return boxes around the largest changes of a map, neighbours together."""
     wide = ndimage.binary_dilation(changed, iterations=2)
     labels, _ = cast(tuple[Any, int], ndimage.label(wide))
-    found = ndimage.find_objects(labels)
-    boxes = [Box(y.start, x.start, y.stop - y.start, x.stop - x.start) for y, x in found]
-    return sorted(boxes, key=lambda box: -box.height * box.width)[:N_MARKED]
+    boxes = ndimage.find_objects(labels)
+    boxes.sort(key=lambda box: -prod(side.stop - side.start for side in box))
+    return boxes[:N_MARKED]
 
 
 def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the windows of one datum."""
     by_datum = windows_by_datum(trace.windows)
-    say_corrected(trace, by_datum)
+    say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
     if not by_datum:
         return
     with st.container(key="how_mending"):
-        left, right = st.columns([1, 2], gap="medium")
+        sides = (st.container(), st.container())
+        left, right = sides if is_volume(trace) else st.columns([1, 2], gap="medium")
     with left:
         windows = choose_datum(how, trace, by_datum)
-        _draw_realization(trace, windows, colours, theme)
+        shown = windows_map(trace, windows, colours, theme)
+        cursor = trace.study.hard_data.cells[windows[0].datum].tolist()
+        options: dict[str, Any] = {"body": False, "max_height": _height(trace, MAX_HEIGHT)}
+        draw_cells(shown, "how_mended", name="corrected", cursor=cursor, **options)
     with right:
         say_windows(windows)
-        _draw_windows(trace, windows, colours, theme)
+        row: dict[str, Any] = {"vertical_alignment": "bottom", "gap": "medium", "key": "how_pairs"}
+        with st.container(horizontal=not is_volume(trace), **row):
+            for window in windows:
+                if window.fits:
+                    _draw_window(trace, window, colours, theme)
 
 
 def choose_datum(
@@ -123,32 +158,14 @@ def choose_datum(
 
 def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
     """Return the windows of each datum; data that a large window corrected come first."""
-    found: dict[int, list[ResimulatedWindow]] = {}
+    by_datum: dict[int, list[ResimulatedWindow]] = {}
     for window in windows:
-        found.setdefault(window.datum, []).append(window)
+        by_datum.setdefault(window.datum, []).append(window)
 
     def largest(datum: int) -> int:
-        return max((w.size for w in found[datum] if w.fits and not w.isolated), default=0)
+        return max((w.size for w in by_datum[datum] if w.fits and not w.isolated), default=0)
 
-    return {datum: found[datum] for datum in sorted(found, key=largest, reverse=True)}
-
-
-def _n_terms(trace: Trace) -> float:
-    search = trace.search
-    (_, size, _), (_, overlap, _) = search.template, search.overlap
-    terms = 2 * size * overlap / prod(search.block) * len(trace.oriented.pyramid.sums)
-    return len(trace.patches) * trace.oriented.n_places * terms
-
-
-def say_corrected(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> None:
-    """Say how many data local re-simulation corrected, and how."""
-    say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
-
-
-def say_uncorrected() -> None:
-    """Say that data are not honoured exactly."""
-    off = "“Honour data exactly” is off: the search alone is conditioned on the data."
-    say(f"{off} What is wrong stays wrong, as in the authors' code.", PAPER["data"])
+    return {datum: by_datum[datum] for datum in sorted(by_datum, key=largest, reverse=True)}
 
 
 def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str:
@@ -170,22 +187,31 @@ def _name(trace: Trace, datum: int) -> str:
     return f"{name} at ({at})"
 
 
-def _box_of(window: ResimulatedWindow) -> Box:
-    return Box(window.row, window.column, window.size, window.size)
+def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
+    """The cells of a window in the grid."""
+    first = (window.layer, window.row, window.column)[-window.before.ndim :]
+    return tuple(slice(k, k + n) for k, n in zip(first, window.before.shape, strict=True))
 
 
-def _draw_realization(
+def windows_map(
     trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
-) -> None:
+) -> CellMap:
+    """Return the realization with the data and the windows: outlined, or in a volume lit."""
     image = trace.study.training_image
+    points = points_of(trace.study.hard_data, image)
+    if is_volume(trace):
+        lit = np.zeros(trace.before_repair.shape, bool)
+        for window in windows:
+            lit[_part_of(window)] = True
+        alt = "The realization, corrected, with the windows of the datum in full colour"
+        return replace(lit_map(trace.before_repair, lit, image, colours, theme, alt), points=points)
     shown = facies_map(trace.realization.indices, image, colours, "The realization, corrected")
-    shown.points.extend(points_of(trace.study.hard_data, image))
-    shown.marks.extend(box_mark(_box_of(w), theme.reference, "window") for w in windows)
-    draw_map(shown, "how_map_mended", max_height=360, name="corrected")
+    marks = [box_mark(_part_of(window), theme.reference, "window") for window in windows]
+    return replace(shown, points=points, marks=marks)
 
 
 def say_windows(windows: list[ResimulatedWindow]) -> None:
-    """Say what came of the windows where no patch fitted."""
+    """Say the outcome of the windows where no patch fitted."""
     captions = [describe_window(window) for window in windows if not window.fits]
     if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
         captions.append("Then the window of a nearby datum corrected this one too.")
@@ -193,30 +219,19 @@ def say_windows(windows: list[ResimulatedWindow]) -> None:
         st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
 
 
-def _draw_windows(
-    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
-) -> None:
-    row = st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key="how_pairs")
-    for window in windows:
-        if window.fits:
-            with row:
-                _draw_window(trace, window, colours, theme)
-
-
 def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:
-    """Draw one window where a patch fitted: how it was, and how it is."""
-    image, data = trace.study.training_image, data_in(trace, _box_of(w))
+    """Draw one window where a patch fitted, before and after."""
+    image, part = trace.study.training_image, _part_of(w)
 
-    def map_of(cells) -> CellMap:
-        shown = patch_map(cells, image, colours, theme, "A window")
-        shown.points.extend([*at, int(cells[at[0], at[1]] != at[2])] for at in data)
-        return shown
+    def shown(cells: NDArray[np.uint8], name: str) -> CellMap:
+        alt = f"A window {name} local re-simulation"
+        window = patch_map(cells, image, colours, theme, alt)
+        return replace(window, points=data_in(trace, part, cells), point_colours=colours)
 
-    key = f"{w.datum}_{w.size}_{w.isolated}"
-    with st.container(width=2 * PIXELS + 16, key=f"how_window_{key}"):
+    key = f"how_window_{w.datum}_{w.size}_{w.isolated}"
+    with st.container(width="stretch" if is_volume(trace) else 2 * PIXELS + 16, key=key):
         st.html(f'<p class="caption">{describe_window(w)}</p>')
-        shown = {"before": w.before, "after": w.after}
-        for place, (name, cells) in zip(pair(), shown.items(), strict=True):
-            with place:
-                st.html(f'<p class="caption">{name}</p>')
-                draw_map(map_of(cells), f"how_map_{name}_{key}", max_height=PIXELS, tools=False)
+        maps = {"before": shown(w.before, "before"), "after": shown(w.after, "after")}
+        cursor = (trace.study.hard_data.cells[w.datum] - [side.start for side in part]).tolist()
+        options: dict[str, Any] = {"max_height": _height(trace, PIXELS), "tools": False}
+        _draw_pair(trace, maps, key, cursor=cursor, **options)

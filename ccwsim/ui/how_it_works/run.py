@@ -1,4 +1,4 @@
-"""What the page remembers, and the realization that it follows."""
+"""The state of the page, and the realization that it follows."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
-"""How far along the path the patch is that is shown first."""
+"""Position along the path of the patch that is shown first."""
 
 
 @dataclass
 class How:
-    """What the page remembers.
+    """The state of the page.
 
-    `parameters` are the page's own setting, None follows the study's; `number` is the realization
-    and `patch` the patch that is shown; `ticked` is when it last played on. `ground` is what the
-    marked locations are shown on: "score", "costs" (with those of data) or "image"; `facies` is
-    the one whose coefficients are shown, `datum` which of the corrected data. `trace` is None
-    where the study cannot be followed; `traced` is what it was made from, and `resimulated` what
-    that was when the part on local re-simulation was drawn.
+    `parameters` are the page's own setting, None for the study's; `number` is the realization and
+    `patch` the patch that is shown; `ticked` is the time of the last step of the play. Locations
+    are marked on the `ground`: "score", "costs" (with those of data) or "image". Coefficients are
+    those of `facies`; `datum` is the number of the corrected datum. `trace` is None if the study
+    cannot be followed; `traced` identifies its study, and `resimulated` the study of the part on
+    local re-simulation that is on the page.
     """
 
     parameters: Parameters | None = None
@@ -42,7 +42,7 @@ class How:
     resimulated: Any = None
 
     def stop(self, **changes: Any) -> None:
-        """Change what is shown; whatever the user does stops the play."""
+        """Change the state; any action of the user stops the play."""
         for name, value in changes.items():
             setattr(self, name, value)
         self.playing = False
@@ -61,7 +61,7 @@ def parameters_of(state: State) -> Parameters:
 def trace_of(state: State) -> Trace:
     """Return the realization that is followed; another setting is followed anew.
 
-    Raises CCWSIMError where the study cannot be simulated, or not followed.
+    Raises CCWSIMError if the study cannot be simulated, or not followed.
     """
     how, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
@@ -78,6 +78,11 @@ def trace_of(state: State) -> Trace:
         how.patch = usual_patch(how.trace)
     how.patch = min(how.patch, len(how.trace.patches) - 1)
     return how.trace
+
+
+def is_volume(trace: Trace) -> bool:
+    """Whether a realization that is followed is a volume."""
+    return trace.study.grid.nz is not None
 
 
 def usual_patch(trace: Trace) -> int:

@@ -1,14 +1,17 @@
-"""What the page says beside each step, with where the paper has it, and the table of locations."""
+"""The texts of the page beside each step, with the place in the paper; the table of locations."""
 
 from __future__ import annotations
 
 from html import escape
+from math import prod
 
+import numpy as np
 import streamlit as st
 
-from ccwsim.engine.stages.box import LEFT, TOP
+from ccwsim.engine.stages.path import ORDERS, along_path
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
 from ccwsim.model.arrays import describe_shape as cells_along
+from ccwsim.model.arrays import listing
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.widgets.text import scrolled
 
@@ -34,17 +37,23 @@ PAPER = {
     "paste": "section 4.4 · Algorithm 1, line 14",
     "image": "sections 3.1 and 4.2, Figs. 1 and 4 · Algorithm 1, line 2",
 }
-"""Where the paper has each step, by its own numbering."""
-OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
+"""The place of each step in the paper."""
+LAYER_ROW_COLUMN = ("layer", "row", "column")
+ORDER_WORDS = (
+    "layer after layer",
+    "its rows through all layers, one after the other",
+    "its columns through all layers, one after the other",
+)
+"""How a path through a volume goes, by the slowest axis of `ORDERS`."""
 
 
 def say(text: str, source: str) -> None:
-    """Write the words of a panel, with where the paper has it; `text` is HTML."""
+    """Write the text of a panel, HTML, with its place in the paper."""
     st.html(f'<p class="say">{referred(text, source)}</p>')
 
 
 def referred(text: str, source: str) -> str:
-    """Return a sentence in HTML with where the paper has it, or that it does not."""
+    """Return a sentence in HTML with its place in the paper, or that it has none."""
     return f'{text} <span class="ref">{escape(source)}</span>'
 
 
@@ -59,68 +68,91 @@ def format_count(n: int, one: str, many: str = "") -> str:
     return f"{n:,} {one if n == 1 else many or one + 's'}".replace(",", "\u202f")
 
 
-def describe_shape(trace: Trace, shape: int) -> str:
-    """Return on which sides of the patch the overlap is: where the path came from."""
-    frame = trace.grid_frame
-    beside = OPPOSITE[frame.direction]
-    behind = next(s for s in frame.origin.split("-") if s not in (beside, frame.direction))
-    if shape == LEFT | TOP:
-        return f"L-shaped overlap, {behind} and {beside}"
-    if not shape:
+def describe_sides(trace: Trace, sides: int) -> str:
+    """Return the sides of a patch that overlap earlier patches."""
+    faces = trace.grid_frame.faces(sides)
+    if not faces:
         return "the first patch, no overlap"
-    return f"overlap in the {beside if shape == LEFT else behind}"
+    if trace.study.grid.nz is not None:
+        return f"overlap on {format_count(len(faces), 'face')}: {listing(faces)}"
+    return (
+        f"L-shaped overlap, {listing(faces)}" if len(faces) == 2 else f"overlap in the {faces[0]}"
+    )
+
+
+def describe_position(trace: Trace, number: int) -> str:
+    """Return which tile of the path a patch is in."""
+    tiles = trace.path.tiles
+    at = np.unravel_index(trace.patches[number].tile, tiles)
+    named = zip(LAYER_ROW_COLUMN, at, tiles, strict=True)
+    own = [*named][-trace.study.grid.n_dimensions :]
+    return ", ".join(f"{name} {int(k) + 1} of {n}" for name, k, n in own) + " of the path"
 
 
 def describe_path(trace: Trace) -> str:
-    """Return where the path comes from and goes to."""
-    frame, p = trace.grid_frame, trace.study.parameters
-    drawn = "drawn at random for each realization" if p.random_path else "the same for all"
-    step = trace.template - p.overlap_size
+    """Return start, direction and step of the path."""
+    frame, search = trace.grid_frame, trace.search
+    corner, volume = frame.faces(), trace.study.grid.nz is not None
+    way = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, row after row"
+    if volume:
+        order = ORDER_WORDS[[axes[0] for axes in ORDERS].index(ORDERS[trace.path.order][0])]
+        way = f"the corner <b>{listing(corner)}</b> and goes {order}"
+    drawn = "drawn at random for each realization"
+    if not trace.study.parameters.random_path:
+        drawn = "the same for all"
+
+    def along(lengths: tuple[int, int, int]) -> str:
+        own = along_path(lengths, trace.path.orientation)
+        return cells_along(own) if volume else str(own[-1])
+
+    template, overlap = search.template, search.overlap
+    nz, ny, nx = (t - o for t, o in zip(template, overlap, strict=True))
+    jump = "Left" if volume else "Click the grid to jump to a patch; left"
     return (
-        f"The path starts in the <b>{frame.origin}</b> and runs <b>{frame.direction}</b>, row "
-        f"after row ({drawn}). Patches of T = {trace.template} cells are placed T − OR = {step} "
-        f"cells apart, so each overlaps what is there by OR = {p.overlap_size}: the part in full "
-        "colour. Click the grid to jump to a patch; left and right arrow keys step."
+        f"The path starts in {way} ({drawn}). Patches of T = {along(template)} cells are placed "
+        f"T − OR = {along((nz, ny, nx))} cells apart, so each overlaps what is there by OR = "
+        f"{along(overlap)}: the part in full colour. {jump} and right arrow keys step."
     )
 
 
 def describe_offset(trace: Trace) -> str:
     """Return how far before the grid the first patch begins, and why."""
-    _, rows, columns = trace.path.offset
-    if not rows and not columns:
+    offset = trace.grid_frame.offset
+    if not any(offset):
         return ""
+    named = zip(LAYER_ROW_COLUMN[-len(offset) :], offset, strict=True)
     return (
-        f"The first patch begins {format_count(rows, 'row')} and "
-        f"{format_count(columns, 'column')} before the grid, drawn at random, so that seams are "
-        "elsewhere in each realization and do not show in their mean."
+        f"The first patch begins {listing(format_count(n, name) for name, n in named)} before the "
+        "grid, drawn at random, so that seams are elsewhere in each realization and do not show in "
+        "their mean."
     )
 
 
 def describe_overlap(view: PatchView) -> str:
-    """Return what the overlap is, and how few numbers its approximation has."""
-    step, level = view.step, view.level
-    n_cells = int(step.in_overlap.sum())
+    """Return the sizes of the overlap and of its approximation."""
+    n_cells = int(view.step.in_overlap.sum())
     if not n_cells:
         return "Nothing has been simulated yet, so there is nothing to compare the image with."
-    if level == 0:
+    cells = f"The overlap is {format_count(n_cells, 'cell')}."
+    if max(view.block) == 1:
         return (
-            f"The overlap is {format_count(n_cells, 'cell')}. At level 0 there is no wavelet "
-            "transform: cells are compared one by one, as CCSIM does."
+            f"{cells} At level 0 there is no wavelet transform: cells are compared one by one, as "
+            "CCSIM does."
         )
-    n = int((step.approximation == step.approximation)[0].sum())
+    n = int(np.isfinite(view.step.approximation[0]).sum())
+    level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
-        f"The overlap is {format_count(n_cells, 'cell')}. Its Haar approximation at level {level} "
-        f"keeps one number a block of {step.block_size} × {step.block_size} cells, "
-        f"{step.block_size} times their mean: <b>{format_count(n, 'coefficient')}</b> instead of "
-        f"{format_count(n_cells, 'number')}."
+        f"{cells} Its Haar approximation at level {level} keeps one number a block of "
+        f"{cells_along(view.block)} cells, {prod(view.block) ** 0.5:.3g} times their mean: "
+        f"<b>{format_count(n, 'coefficient')}</b> instead of {format_count(n_cells, 'number')}."
     )
 
 
 def describe_scores(step: TracedPatch) -> str:
-    """Return what the score map is."""
+    """Return how the scores are computed, and the best one."""
     locations = format_count(step.scores.size, "location")
     if not step.patch.shape:
-        decide = " The hard data alone decide." if step.data is not None else ""
+        decide = " Only the hard data decide." if step.data is not None else ""
         return f"Without an overlap all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
@@ -129,7 +161,7 @@ def describe_scores(step: TracedPatch) -> str:
         best = ccw.min()
         how = (
             "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB²; the smallest fits best. The paper's CCW is the "
-            "cross-correlation ΣA·B alone, the largest best; the authors' code takes the squared "
+            "cross-correlation ΣA·B, the largest best; the authors' code takes the squared "
             "difference, as here"
         )
     return (
@@ -140,7 +172,7 @@ def describe_scores(step: TracedPatch) -> str:
 
 
 def describe_draw(view: PatchView) -> str:
-    """Return what was drawn, and how."""
+    """Return how the location was drawn."""
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
@@ -157,48 +189,53 @@ def describe_draw(view: PatchView) -> str:
 
 
 def describe_shift(step: TracedPatch) -> str:
-    """Return how far refinement shifted the patch; empty where it did not."""
-    (a, b), (c, d) = step.drawn_place, step.place
-    shift = max(abs(a - c), abs(b - d))
+    """Return how far refinement shifted the patch; empty if it did not."""
+    shift = int(np.abs(np.subtract(step.place, step.drawn_place)).max())
     cells = format_count(shift, "cell")
     moved = f"Refinement shifted it by {cells} to where it fits best at full resolution."
     return moved if shift else ""
 
 
-def describe_cut(step: TracedPatch) -> str:
-    """Return what the cut keeps."""
+def describe_cut(view: PatchView) -> str:
+    """Return how the cut is found, and how many cells it keeps."""
+    step = view.step
     if not step.patch.shape:
         return "Nothing to cut: the whole patch is pasted."
-    wrong, kept = int(step.error.sum()), int(step.keep_mask.sum())
-    n_cells = int(step.in_overlap.sum())
-    return (
-        f"Patch and grid differ in {wrong} of {format_count(n_cells, 'cell')} of the overlap. The "
-        f"cheapest boundary through that error surface is found by dynamic programming: before it "
-        f"{format_count(kept, 'cell')} stay as they were, from it on the patch is pasted."
+    n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
+    how = (
+        "The cheapest boundary through that error surface is found by dynamic programming: before "
+        f"it {kept} stay as they were, from it on the patch is pasted."
     )
+    if view.is_volume:
+        how = (
+            "The cheapest surface through them is the minimum cut of a flow from the old cells to "
+            f"the new: {kept} stay as they were, all others are pasted."
+        )
+    differ = f"{int(step.error.sum())} of {format_count(n_cells, 'cell')}"
+    return f"Patch and grid differ in {differ} of the overlap. {how}"
 
 
 def describe_inverse(step: TracedPatch, largest: float) -> str:
-    """Return what the inverse transform gives: how far, at most, it is from the image's slice."""
+    """Return how far, at most, the inverse transform is from the slice of the image."""
     size, n = len(step.cells), len(step.cells) // step.block_size
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
         f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
         f"DWT puts back all {size} × {size} cells; for Haar it equals the slice of the image "
-        f"(largest difference {shown}): the search compares the approximation alone, and the patch "
+        f"(largest difference {shown}): the search compares only the approximation, and the patch "
         "still has every detail."
     )
 
 
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
-    """Return what happened to a location, and why."""
+    """Return the fate of a location and the reason."""
     best = f"{100 * search_fraction:.3g}"
     return {
         "drawn": "drawn",
         "candidate": "a candidate that was not taken",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
-        "copy": "rejected: it only goes on with a patch beside it",
+        "copy": "rejected: it only continues a patch beside it",
         "data": f"rejected: {_misses(location)}",
         "location": "rejected: too far from its own position in the image",
         "tie": "rejected: others of equal score were chosen at random",
@@ -221,18 +258,18 @@ def is_rejected(location: PlaceFate) -> bool:
 
 
 def draw_marks(view: PatchView) -> None:
-    """Say what the marks of locations mean."""
+    """Write the key of the marks of locations."""
     out = REJECTED_MARK if any(map(is_rejected, view.locations)) else ""
     st.html(MARKS.format(out))
 
 
 def draw_locations(view: PatchView) -> None:
-    """Draw the table of locations: what each scored, what it would miss, what happened to it."""
+    """Draw the table of locations: score, missed data, fate."""
     has_data = view.step.data is not None
     rejected = [location for location in view.locations if is_rejected(location)]
     shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
     shown += [location for location in rejected if location not in shown][: MAX_ROWS - len(shown)]
-    axes = "x, y, z" if view.step.cells.ndim == 3 else "x, y"
+    axes = "x, y, z" if view.is_volume else "x, y"
     names = [f"location {axes}", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
     head = "".join(f"<th>{escape(name)}</th>" for name in names)
     body = "".join(_row(view, location) for location in shown)
@@ -273,7 +310,7 @@ def say_candidates(view: PatchView) -> None:
 
 
 def _choice_without_data(view: PatchView) -> str:
-    """Return which of the K best may be drawn where no data say which of them fit."""
+    """Return which of the K best may be drawn if no data are near."""
     step, n_copies = view.step, int(view.step.copies.sum())
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
@@ -302,10 +339,8 @@ def _data_and_search(view: PatchView) -> str:
         n = format_count(int((~d.ruled_out).sum()), "location")
         best = f"{100 * view.search_fraction:.3g}"
         searched = f"Only the locations of the best {best} % of overlaps are searched ({n})."
-    within = f"a square of {d.reach} cells"
-    if (shape := view.step.cells.shape)[2:]:
-        times = d.reach // shape[2]
-        within = f"a box of {cells_along([times * n for n in shape])} cells"
+    shape = view.step.cells.shape
+    within = f"a box of {cells_along([d.reach // shape[-1] * n for n in shape])} cells"
     return (
         f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
         f"ahead of the path, in {within} (the paper's virtual template), "
@@ -333,9 +368,9 @@ def _choice_with_data(view: PatchView) -> str:
 
 
 def describe_window(w: ResimulatedWindow) -> str:
-    """Return what came of a window of local re-simulation."""
+    """Return the outcome of a window of local re-simulation."""
     if w.size == 1:
-        return "Forced: no window fitted, so the cell alone was changed."
+        return "Forced: no window fitted, so only the cell was changed."
     if not w.fits:
         outcome = "no patch of the image honours all its data and fits"
     elif w.isolated:

@@ -19,8 +19,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
-from ccwsim.ui.frontend.map import draw_map
-from ccwsim.ui.frontend.volume import draw_volume
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer, pretty
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
@@ -140,10 +139,7 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
             panel_title("As facies", f"{size} cells, {image.n_facies} facies")
             colours = facies_colours(image, dict(choice.colours))
             shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-            if image.n_dimensions == 3:
-                draw_volume(shown, "volume_import", name="training_image")
-            else:
-                draw_map(shown, "map_import", link="import", name="training_image")
+            draw_cells(shown, "import", link="import", name="training_image")
 
 
 def _file_map(choice: ImageChoice) -> None:
@@ -160,7 +156,7 @@ def _file_map(choice: ImageChoice) -> None:
         shown = share_map(shares, "", "Values of the file")
         ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
         shown = replace(shown, strip={**(shown.strip or {}), **ends})
-    draw_map(shown, "map_file", link="import", name="file")
+    draw_cells(shown, "file", link="import", name="file")
 
 
 def draw_turns(choice: ImageChoice, write: Write) -> None:

@@ -1,1 +1,1 @@
-"""What several pages show of results: charts, gallery, E-type, tables."""
+"""Results that several pages show: charts, gallery, E-type, tables."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim.ui.frontend.component import canvas_component
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
-"""Plotly's own button, which the menu beside the title presses; it is not in sight."""
+"""Plotly's hidden button, which the menu beside the title presses."""
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:
@@ -63,4 +63,4 @@ def titled_chart(
 def chart_menu(title: str, key: str) -> None:
     """Draw the menu that saves the chart of that key."""
     data = {"title": title, "chart": f"chart_{key}", "name": key}
-    canvas_component("chart_menu")(key=f"menu_{key}", data=data, width="content")
+    draw_component("chart_menu", f"menu_{key}", data, width="content")

@@ -40,7 +40,7 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
-"""Shares of facies, eight bytes each, of an E-type that is kept when its ensemble is gone."""
+"""Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 Floats = NDArray[np.float64]
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 
@@ -115,7 +115,7 @@ def _fit(key: tuple, _work: Callable[[], Fit | None]) -> Fit | None:
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return what an ensemble says about each cell, computed once.
+    """Return the E-type of an ensemble, computed once.
 
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
@@ -157,7 +157,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
 
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
-    """What draws the variogram along each axis, all up to the same γ."""
+    """Functions that draw the variogram along each axis, all up to the same γ."""
     name, theme = ensemble.training_image.facies_names[facies], chart_theme()
     ways = axes_of(ensemble.grid.shape)
     bundles = [variogram_bundle(ensemble, facies, way) for way in ways]
@@ -184,7 +184,7 @@ def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
-    """Draw how a facies is connected E–W, and say N–S where that fails: it has no chart here."""
+    """Draw the connectivity E–W; N–S, which has no chart here, is named if it does not fit."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
     said = describe_curve(along, "connectivity")
     if across is not None and not across.fits:
@@ -234,7 +234,7 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
-    """Write what the lines of charts are: each as a border in CSS, and its name."""
+    """Write the key of the lines of charts: each a border in CSS and a name."""
     entries = "".join(
         f'<span><i style="border-top: {border}"></i>{escape(name)}</span>' for border, name in lines
     )
@@ -242,7 +242,7 @@ def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
 
 
 def draw_band_key(ensemble: Ensemble) -> None:
-    """Write what the lines of `curves_chart` are."""
+    """Write the key of `curves_chart`."""
     each = "each realization"
     if ensemble.n > MAX_CURVES:
         each = f"each of the first {MAX_CURVES} realizations"

@@ -1,4 +1,4 @@
-"""Maps of results: colours of the facies, E-type, gallery, and what is there before a run."""
+"""Maps of results: colours of the facies, E-type, gallery, and outlines before a run."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import draw_map
-from ccwsim.ui.frontend.volume import draw_volume
+from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
@@ -27,14 +26,12 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note
 
 MAP_WIDTHS = (1.08, 1.0)
-"""Of a realization, which has coordinates beside it, and of the E-type."""
+"""Widths of a realization, which has coordinates beside it, and of the E-type."""
 WIDE = 2.0
-"""How many times as wide as high a grid is at least whose maps are below each other."""
+"""Smallest ratio of width to height of a grid whose maps are below each other."""
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
 """Pixels that one row of tiles may take on a wide screen."""
-VOLUMES = "volumes"
-"""The link of the volumes of a page, which share the cursor."""
 SMALLEST_IMAGE = 0.5
 """The training image is never narrower than this share of a realization on the page."""
 
@@ -81,7 +78,7 @@ def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
 
 
 def colours_of(state: State) -> list[str]:
-    """Return the colours of the facies, the user's own where there are some."""
+    """Return the colours of the facies; the user may have chosen some."""
     choice = state.choices.image
     return facies_colours(image_of(choice), dict(choice.colours))
 
@@ -101,7 +98,7 @@ def colours_of_ran(state: State) -> list[str]:
 
 
 def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the map and the choice of what it shows."""
+    """Draw the uncertainty map or volume and the choice of its content."""
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
@@ -109,16 +106,14 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
     shown = uncertainty_map(state, ensemble, colours)
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
-    if ensemble.grid.nz is not None:
-        draw_volume(shown, "volume_e_type", grid=ensemble.grid, link=VOLUMES, name=name)
-        return
-    # below a realization it has coordinates too, so that both begin and end on one line
-    grid = ensemble.grid if is_wide(ensemble.grid) else None
-    draw_map(shown, "map_e_type", grid=grid, link="grid", scale="maps", name=name)
+    # a map below a realization has coordinates too, so that both begin and end on one line
+    own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
+    grid = ensemble.grid if own_axes else None
+    draw_cells(shown, "e_type", grid=grid, link="grid", scale="maps", name=name)
 
 
 def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
-    """Draw the choice of what the uncertainty map shows."""
+    """Draw the choice of the content of the uncertainty map."""
     shown = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
     choice = options_of({option: map_name(option, names) for option in options})
@@ -127,7 +122,7 @@ def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str]
 
 
 def map_name(option: int | str, names: Sequence[str]) -> str:
-    """Return what a choice of the map is called.
+    """Return the label of a content of the uncertainty map.
 
     Examples
     --------
@@ -140,7 +135,7 @@ def map_name(option: int | str, names: Sequence[str]) -> str:
 
 
 def choose(state: State, option: int | str) -> None:
-    """Take a choice of the map; a facies also chooses whose curves are shown."""
+    """Take a content of the uncertainty map; the curves are of the chosen facies too."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
@@ -148,29 +143,25 @@ def choose(state: State, option: int | str) -> None:
 
 
 def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) -> CellMap:
-    """Return the map that is chosen."""
-    image, found = ensemble.training_image, e_type_of(ensemble)
+    """Return the chosen uncertainty map."""
+    image, e_type = ensemble.training_image, e_type_of(ensemble)
     if state.e_type == "most likely":
-        return facies_map(found.most_likely_indices, image, colours, "Most likely facies")
+        return facies_map(e_type.most_likely_indices, image, colours, "Most likely facies")
     if state.e_type == "entropy":
         options = {"colours": ENTROPY, "point_colours": colours}
-        return share_map(found.entropy, "entropy", "Entropy", **options)
-    name, shares = image.facies_names[state.facies], found.probability[state.facies]
+        return share_map(e_type.entropy, "entropy", "Entropy", **options)
+    name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
     alt = f"Probability of {name}"
     return share_map(shares, f"P({name}) =", alt, point_colours=colours)
 
 
-def draw_training_image(image: TrainingImage, colours: Sequence[str], **options: Any) -> None:
-    """Draw the training image under its name.
-
-    `options` are those of `draw_map`, of a volume those of `draw_volume`.
-    """
+def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
+    """Draw the training image under its name; a volume shares the cursor of the results."""
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-    if image.n_dimensions == 3:
-        draw_volume(shown, "volume_image", name="training_image", body=False, **options)
-    else:
-        draw_map(shown, "map_image", name="training_image", **options)
+    options: dict[str, Any] = {"scale": "maps", "leads": False, "body": False}
+    link = "grid" if image.n_dimensions == 3 else "image"
+    draw_cells(shown, "image", name="training_image", link=link, **options)
 
 
 def draw_realization(
@@ -181,11 +172,8 @@ def draw_realization(
     panel_title(f"{title} of {ensemble.n}")
     shown = facies_map(ensemble.indices[r], image, colours, title)
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
-    name = f"realization_{r + 1}"
-    if ensemble.grid.nz is None:
-        draw_map(shown, "map_realization", grid=grid, link="grid", scale="maps", name=name)
-    else:
-        draw_volume(shown, "volume_realization", grid=grid, link=VOLUMES, name=name)
+    options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
+    draw_cells(shown, "realization", grid=grid, **options)
 
 
 def draw_gallery(
@@ -197,16 +185,9 @@ def draw_gallery(
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
     png, columns = _sheet(ensemble.digest, tuple(colours), 2 * longest, ensemble)
-    key = "gallery"
-
-    def chosen() -> None:
-        number = reported(key, "chosen")
-        if number is not None:
-            choose(int(number))
-
     data = {"png": png, "n": ensemble.n, "columns": columns, "shown": shown}
     data |= {"width": width, "height": height}
-    canvas_component("sheet")(key=key, data=data, on_chosen_change=chosen)
+    draw_component("sheet", "gallery", data, "chosen", lambda r: choose(int(r)))
 
 
 @st.cache_data(max_entries=16, show_spinner=False)
@@ -225,7 +206,7 @@ def step_buttons(key: str, step: Callable[[int], None], *, disabled: bool, note:
 
 
 def draw_ghost(state: State) -> None:
-    """Show where the results will be, and what they will say, before there are any."""
+    """Draw the outlines of the results before there are any."""
     image, grid = image_of(state.choices.image), state.choices.grid
     with st.container(key="maps"):
         left, middle, right = map_columns((SMALLEST_IMAGE, *MAP_WIDTHS), 1, grid)
@@ -241,7 +222,7 @@ def draw_ghost(state: State) -> None:
 
 
 def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
-    """Draw the outline of a result that is still to come; `shape` is its size in CSS."""
+    """Draw the outline of a result to come; `shape` is its size in CSS."""
     if title:
         panel_title(title)
     st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')

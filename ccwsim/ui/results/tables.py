@@ -22,8 +22,8 @@ from ccwsim.ui.results.curves import (
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     """Return the curves of a facies: one line a lag, one column a realization.
 
-    Those of volumes have a column of layers, 0 at the bottom, for the vertical proportions below
-    them, and nothing where the training image or the grid has no such layer.
+    For a volume there is a column of layers, 0 at the bottom, for the vertical proportions, which
+    are empty for layers that the training image or the grid does not have.
     """
     ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
     curves = [("variogram", way, variogram_bundle(ensemble, facies, way)) for way in ways]

@@ -1,4 +1,4 @@
-"""The strip of the runs of this session, and what differs between two: a click goes back to one."""
+"""The runs of this session with their differences; a click goes back to one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import streamlit as st
 from ccwsim.figures import contact_sheet, facies_colours, tile_size
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
-from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import middle_layers
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
@@ -23,25 +23,20 @@ LONGEST = 72
 
 
 def draw_history(state: State) -> None:
-    """Draw the strip, newest first, as soon as there is a run to go back to."""
+    """Draw the runs, newest first, if there are two or more."""
     runs = state.runs.runs
     if len(runs) < 2:
         return
     panel_title("Runs of this session", "click to go back")
 
-    def chosen() -> None:
-        run = reported(KEY, "chosen")
-        if run is not None:
-            go_back(state, str(run))
-
     data = {"runs": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
-    canvas_component("history")(key=KEY, data=data, on_chosen_change=chosen)
+    draw_component("history", KEY, data, "chosen", lambda key: go_back(state, str(key)))
 
 
 def go_back(state: State, key: str) -> None:
-    """Bring the study and the results of a run back; a run that is going is stopped.
+    """Bring back the study and the results of a past run; the present run is stopped.
 
-    A `key` of a run that is gone by now changes nothing.
+    A `key` of a run that is no longer kept changes nothing.
     """
     run = next((run for run in state.runs.runs if run.key == key), None)
     if run is None:
@@ -62,7 +57,7 @@ def place_of(state: State) -> int:
 
 
 def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
-    """Return run k as the strip takes it: picture, what changed, and when and how long it ran."""
+    """Return run k for the strip: picture, differences, time of day and duration."""
     run = runs[k]
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []

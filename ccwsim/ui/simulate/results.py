@@ -17,7 +17,6 @@ from ccwsim.ui.results.curves import draw_curves, draw_proportions
 from ccwsim.ui.results.maps import (
     MAP_WIDTHS,
     SMALLEST_IMAGE,
-    VOLUMES,
     colours_of_ran,
     draw_e_type,
     draw_gallery,
@@ -41,9 +40,9 @@ PROPORTIONS_TITLE = 40
 """Pixels of a realization on a usual screen, and of the title of the proportions."""
 OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
-"""Formats of maps that are offered, where their packages are installed."""
+"""Formats of maps; each is offered if its package is installed."""
 MAPS_ALONE = ("tif",)
-"""Of these the ones that hold no volumes."""
+"""Formats that cannot hold a volume."""
 MIME = {
     "npz": "application/octet-stream",
     "gslib": "text/plain",
@@ -58,7 +57,7 @@ MIME = {
 
 @st.fragment
 def draw_results(state: State) -> None:
-    """Draw everything that the latest run gave; choosing a realization redraws only this."""
+    """Draw all results of the latest run; choosing a realization redraws only these."""
     with error_boundary():
         if state.ensemble is None:
             draw_ghost(state)
@@ -73,46 +72,34 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    if ensemble.grid.nz is not None:
-        _volumes(state, ensemble, colours)
-        return
-    below = room_below_image(ensemble)
-    widths = (image_width(ensemble), *MAP_WIDTHS)
-    with st.container(key="maps"):
-        left, middle, right = map_columns(widths, 1, ensemble.grid)
+    if ensemble.grid.nz is not None:  # two side by side, the image below them
+        with st.container(key="volumes"):
+            middle, right = st.columns(2, gap="medium")
+        beside = shares = None
+    else:
+        with st.container(key="maps"):
+            widths = (image_width(ensemble), *MAP_WIDTHS)
+            left, middle, right = map_columns(widths, 1, ensemble.grid)
+            beside = left.container(key="image_beside")
+        shares = beside if room_below_image(ensemble) else None
     with middle:  # first, so that it is the first to be seen
         draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)
-    with left, st.container(key="image_beside"):
-        link = {"link": "image", "scale": "maps", "leads": False}
-        draw_training_image(ensemble.training_image, colours, **link)
-        if below:
+    draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
+    if beside is None:
+        with st.container(key="volume_below"):
+            beside, shares = st.columns(2, gap="medium")
+    with beside:
+        draw_training_image(ensemble.training_image, colours)
+    if shares is not None:
+        with shares:
             draw_proportions(ensemble, colours)
-    draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
-    draw_curves(ensemble, state.facies, None if below else colours)
-
-
-def _volumes(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the results of a volume: realization and E-type side by side, the image below."""
-    with st.container(key="volumes"):
-        left, right = st.columns(2, gap="medium")
-    with left:
-        draw_realization(ensemble, colours, state.shown, ensemble.grid)
-    with right:
-        draw_e_type(state, ensemble, colours)
-    draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
-    with st.container(key="volume_below"):
-        left, right = st.columns(2, gap="medium")
-    with left:
-        draw_training_image(ensemble.training_image, colours, link=VOLUMES)
-    with right:
-        draw_proportions(ensemble, colours)
-    draw_curves(ensemble, state.facies)
+    draw_curves(ensemble, state.facies, colours if shares is None else None)
 
 
 def image_width(ensemble: Ensemble) -> float:
-    """Return how wide the training image is for one of `USUAL_WIDTH`; as its cells where it can."""
+    """Return the width of the training image beside realizations of width 1."""
     share = ensemble.training_image.shape[1] / ensemble.grid.nx
     return min(max(share, SMALLEST_IMAGE), 1.0)
 
@@ -128,7 +115,7 @@ def room_below_image(ensemble: Ensemble) -> bool:
 
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw a menu of files; each is made when it is asked for."""
+    """Draw a menu of files; each is made when it is chosen."""
     with st.popover("Download", key="downloads"):
         if not is_current(state):
             step_note(OLD_FILES)
@@ -143,18 +130,18 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 class Download(NamedTuple):
-    """A file that can be had: it is made when it is asked for."""
+    """A file to download, made when it is chosen."""
 
     label: str
     key: str
-    ending: str  # behind what says the study
+    ending: str  # of the file name, after the study
     content: Callable[[], bytes]
 
 
 def download_groups(
     ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int
 ) -> dict[str, list[Download]]:
-    """Return the files of an ensemble, those that this machine can write, by what is in them."""
+    """Return the files of an ensemble that this machine can write, by content."""
     volume = ensemble.grid.nz is not None
     kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind)}
     kinds = {kind: label for kind, label in kinds.items() if not (volume and kind in MAPS_ALONE)}

@@ -1,4 +1,4 @@
-"""What differs between two studies, in a few words."""
+"""The differences between two studies in a few words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHORT = {
     "n_candidates": "K",
     "method": "",
 }
-"""What a parameter is called where room is short; the others by their own names."""
+"""Short names of parameters; the others have their own."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
@@ -44,7 +44,7 @@ def changes_between(before: Choices, after: Choices) -> list[str]:
 
 
 def study_name(choices: Choices) -> str:
-    """Return what a study is, in a few words.
+    """Return a short name of a study.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def study_name(choices: Choices) -> str:
 
 
 def image_name(choice: ImageChoice) -> str:
-    """Return what a training image is called."""
+    """Return the name of a training image."""
     return choice.upload.name if choice.upload else pretty(choice.bundled)
 
 

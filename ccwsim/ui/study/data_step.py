@@ -1,4 +1,4 @@
-"""Step 2: hard data, from nowhere, a file, the bundled surveys, or sampled from a realization."""
+"""Step 2: hard data: none, a file, bundled, or sampled from a realization."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SOURCES: dict[DataSource, str] = {
     "placed": "placed by hand",
 }
 OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
-"""Sources of the data of a volume; those placed by hand come with a project or a link."""
+"""Sources of the data of a volume."""
 TYPES = "csv txt dat tsv xyz las prn sgems gslib out asc npy npz mat json geojson gpkg zip"
 FORMATS = (
     "A table with x, y and facies as codes or names, in any columns; GSLIB, SGeMS; GeoJSON, "
@@ -53,7 +53,7 @@ TABLE_TYPES = ("csv", "txt", "dat", "tsv")
 
 
 def data_step(state: State) -> None:
-    """Draw the step: how many data there are, from where, and a way to change them."""
+    """Draw the step: number and source of the data, and a menu to change them."""
     step_title(2, "Hard data")
     problem = problem_of_data(state.choices)
     with st.container(horizontal=True, gap="small", key="data_row"):
@@ -74,10 +74,7 @@ def data_step(state: State) -> None:
 
 
 def _draft(state: State, draft: DataChoice) -> None:
-    """Say why data are not taken; ask whether those that fit are to be.
-
-    They came with another training image, or did not fit the grid and the answers before.
-    """
+    """Say why data were not taken; if they fit the study now, ask whether to use them."""
     tried = replace(state.choices, data=draft)
     problem = problem_of_data(tried)
     if problem and not draft.waits:
@@ -112,8 +109,8 @@ def thumbnail(state: State, longest: int) -> bytes:
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
     """Take a choice of hard data that can be read; keep one that cannot as a draft.
 
-    Where other bundled data are chosen, the grid grows to hold them all. A `grid` that is made to
-    hold the data is taken with them, or before them where the data of the study stay on it.
+    For other bundled data the grid grows to hold them all. A `grid` made for the data is taken with
+    them, or before them if the present data fit it too.
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)
@@ -140,13 +137,13 @@ def data_uploader(key: str, take: Callable[[Upload | None], None]) -> None:
 
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:
-    """Draw a link to the page that shows a file of wells and all that is guessed of it."""
+    """Draw a link to the page that shows a file of wells with all guesses."""
     with suppress(StreamlitAPIException, KeyError):  # a page run alone knows no others
         st.page_link("pages/import.py", label=label)
 
 
 def names_of_files(choice: DataChoice) -> str:
-    """Return what the files of hard data are called.
+    """Return the names of the files of hard data.
 
     Examples
     --------
@@ -157,7 +154,7 @@ def names_of_files(choice: DataChoice) -> str:
 
 
 def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice], None]) -> None:
-    """Draw uploaders of tables of wells; `use` is called with each table that comes or goes."""
+    """Draw uploaders of tables of wells; `use` gets the choice after each change."""
     if choice.tables is None:
         choice = DataChoice("file", tables=WellTables())
     tables = choice.tables or WellTables()
@@ -246,7 +243,7 @@ def _menu(state: State) -> None:
 
 
 def bundled_data(state: State) -> tuple[str, ...]:
-    """Return the bundled hard data that suit the study: of a volume its own wells come first."""
+    """Return the bundled hard data that suit the study; for a volume, wells of its image first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
     own = state.choices.image.bundled
@@ -255,14 +252,14 @@ def bundled_data(state: State) -> tuple[str, ...]:
 
 
 def keep_data_button(state: State, key: str) -> None:
-    """Draw a button that drops the data that wait, where there are any."""
+    """Draw a button that drops the data that wait, if there are any."""
     if state.data_draft is not None:
         drop = (state, "data_draft", None)
         button("Keep the data as they were", key=key, on_click=setattr, args=drop)
 
 
 def _report(state: State, current: DataChoice) -> None:
-    """What became of the data, and what is left to decide."""
+    """Show the data as they were read, and the questions that are open."""
     tried = replace(state.choices, data=current)
     try:
         report = imported_data(tried)

@@ -1,4 +1,4 @@
-"""What a training image is like, and which template, overlap and level suit it."""
+"""The diagnosis of a training image, and advice on template, overlap and level."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def draw_diagnosis(
     colours: Sequence[str],
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
-    """Draw what was found, with advice beside what is set; a button calls `use` with the advice."""
+    """Draw a diagnosis, and its advice beside the present values; a button calls `use` with it."""
     left, middle, right = st.columns([1.6, 1.0, 1.0], gap="large")
     with left:
         draw_advice(found, image, parameters, use)
@@ -67,7 +67,7 @@ def draw_advice(
     parameters: Parameters,
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
-    """Draw warnings and advice alone; the arguments are those of `draw_diagnosis`."""
+    """Draw only warnings and advice; the arguments are those of `draw_diagnosis`."""
     panel_title("What suits it", f"{found.n_templates} templates of that size fit")
     for warning in found.warnings:
         st.html(f'<p class="odd">{escape(warning)}</p>')
@@ -84,7 +84,7 @@ def draw_advice(
 
 
 def advice_table(found: Diagnosis, parameters: Parameters) -> str:
-    """Return advice, what is set, and the reason, as an HTML table."""
+    """Return advised value, present value and reason as an HTML table."""
     rows = "".join(
         f"<tr><th>{NAMES[advice.parameter]}</th>"
         f'<td class="size"><b>{_said(advice.parameter, advice.value)}</b></td>'
@@ -97,7 +97,7 @@ def advice_table(found: Diagnosis, parameters: Parameters) -> str:
 
 
 def _said(name: str, value: Any) -> str:
-    """A number, or those of a volume along x, y and z."""
+    """Return a value as text; lengths of a volume along x, y and z."""
     if name == "location_weight":
         return describe_weight(value)
     return describe_shape(value) if isinstance(value, tuple) else str(value)

@@ -18,7 +18,7 @@ from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import GridPart, thinning
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
-from ccwsim.ui.frontend.component import canvas_component, reported
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     answered,
@@ -291,13 +291,10 @@ def _histogram(
 ) -> None:
     low, high = float(values.min()), float(values.max())
     counts, _ = np.histogram(values, BINS, (low, high))
-    key = "image_histogram"
 
-    def moved() -> None:
-        found = reported(key, "edges")
-        if found:
-            write([float(edge) for edge in found])
+    def moved(edges: list[float]) -> None:
+        write([float(edge) for edge in edges])
 
     data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
     data["edges"] = [rounded(edge) for edge in edges]
-    canvas_component("histogram")(key=key, data=data, on_edges_change=moved)
+    draw_component("histogram", "image_histogram", data, "edges", moved)

@@ -1,4 +1,4 @@
-"""Step 1: the training image, bundled or from a file, turned and named as it should be."""
+"""Step 1: the training image, bundled or from a file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ IMPORT_PAGE = "pages/import.py"
 
 
 def image_step(state: State) -> None:
-    """Draw the step: a thumbnail, what it is, and a way to change it."""
+    """Draw the step: a thumbnail, name and size, and a menu to change the image."""
     step_title(1, "Training image")
     image = image_of(state.choices.image)
     with st.container(horizontal=True, gap="small", key="image_row"):
@@ -70,19 +70,19 @@ def problem_of_image(choice: ImageChoice) -> str:
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
-    """Return a training image as a small picture with whole pixels a cell where it can.
+    """Return a training image, of a volume the middle layer, as a small picture.
 
-    Of a volume it is the middle layer.
+    Cells have whole pixels if they are fewer than `pixels`.
     """
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 
 
 def import_image(state: State, upload: Upload) -> None:
-    """Take the image of a file at once where it leaves nothing open, else go where it is asked."""
+    """Take the image of a file at once if no question is open, otherwise go to Import."""
     try:
         choice = image_of_file(upload)
-    except CCWSIMError:  # said where the draft is shown
+    except CCWSIMError:  # shown with the draft
         choice = ImageChoice(upload=upload)
     if set(asked_of(choice)) <= {"up"}:
         use_image(state, choice)
@@ -91,7 +91,7 @@ def import_image(state: State, upload: Upload) -> None:
 
 
 def use_image(state: State, choice: ImageChoice) -> None:
-    """Take a choice that can be read; keep one that cannot as a draft, and the study as it is."""
+    """Take a choice that can be read; keep another one as a draft."""
     if problem_of_image(choice):
         state.image_draft = choice
         return
@@ -107,7 +107,7 @@ def use_image(state: State, choice: ImageChoice) -> None:
 
 
 def _part_from_data(state: State, data: DataChoice) -> None:
-    """Take out hard data of the image before; whether the user's own are kept is asked."""
+    """Take out the hard data of the image before; ask whether to keep the user's own."""
     image = state.choices.image
     if data.source in ("file", "placed"):
         state.data_draft = data

@@ -1,4 +1,4 @@
-"""What became of the study: progress of its run, results that are out of date, what went wrong."""
+"""Progress of the run, a note on results that are out of date, and messages."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
 PATIENCE_VOLUME = 0.7
-"""Seconds to wait for a first volume: drawing the volume before it once more would take longer."""
+"""Seconds to wait for a first volume: drawing the old one again would take longer."""
 WAIT_SECONDS = 0.05
-"""Seconds between two chances for a change of the user's to end the waiting."""
+"""Seconds after which a change by the user can end the waiting."""
 
 
 def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
@@ -31,7 +31,7 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
     just begun is not waited for.
     """
     take_names(state)
-    with st.container(key="news"):  # always there, so that what is below is never made anew
+    with st.container(key="news"):  # always there, so that Streamlit keeps the elements below
         patience = PATIENCE if state.choices.grid.nz is None else PATIENCE_VOLUME
         outdated = _wait_and_dim(state, parts, patience if wait else 0.0)
         if state.job is not None:
@@ -44,14 +44,14 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
 
 
 def draw_out_of_date(text: str) -> None:
-    """Dim the results of a page that are of a study before, and say so; `text` is how."""
+    """Dim results of an earlier study; `text` says how the study differs."""
     _mark(st, "outdated")
     with _outdated(text):
         pass
 
 
 def out_of_date(state: State) -> str:
-    """Say how the study differs from the one of the results; empty where it does not."""
+    """Return how the study differs from that of the results; empty if it does not."""
     if state.ensemble is None or state.ensemble_choices is None or is_current(state):
         return ""
     changes = changes_between(state.ensemble_choices, state.choices)
@@ -60,7 +60,7 @@ def out_of_date(state: State) -> str:
 
 @contextmanager
 def _outdated(text: str, question: str = "") -> Iterator[None]:
-    """Say in a row what is out of date and what is asked, if so; what is drawn inside is beside."""
+    """Draw a row: results that are out of date, a question, and the elements drawn inside."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
         said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
         if said or question:
@@ -69,10 +69,10 @@ def _outdated(text: str, question: str = "") -> Iterator[None]:
 
 
 def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
-    """Give a run that is going a moment to bring results; older ones are dimmed meanwhile.
+    """Wait a moment for results of a run, with older ones dimmed; return what `out_of_date` says.
 
-    What dims them is replaced in place, so that nothing on the page moves. The style sheet of all
-    pages says what each state looks like. Return what is out of date then.
+    The mark that dims them is replaced in place, so that nothing on the page moves; `style.css` has
+    the look of each state.
     """
     place, job = st.empty(), state.job
     if job is not None:
@@ -96,7 +96,7 @@ def _mark(place: Any, results: str) -> None:
 
 
 def _follow_run(state: State, parts: bool) -> None:
-    """Show progress where the results will be; the page is drawn again for each part of them."""
+    """Show the progress; the page is drawn again for each part of the results."""
     job = state.job
     assert job is not None
 

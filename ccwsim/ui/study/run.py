@@ -1,4 +1,4 @@
-"""Step 5 of the study, the run button; and the run: start it, take in what it gives."""
+"""Step 5 of the study: the run button, the start of a run, and its results."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
 ENOUGH_TO_STOP = 1.0
-"""Seconds in which a run that was stopped gives its memory back."""
+"""Seconds to wait until a stopped run has freed its memory."""
 UNASKED_SECONDS = 120.0
-"""A study that somebody sent may take so long before its reader is asked."""
+"""Longest run of a study from a link or a project that starts without a question."""
 AT_ONCE = 0.3
 """Seconds that the first part of a run may take."""
 NEXT_PART = 1.0
 """Seconds of the second part; each later one takes twice as long, as drawing costs time too."""
 MIN_PART = 2
 COPIES_OF_PARTS = 3
-"""Of the realizations, for a moment: the parts before, the next one, and both together."""
+"""Copies of the realizations in memory: earlier parts, the next one, and both joined."""
 NEARLY_ALL = 0.7
-"""A part that is so large a share of what is left takes all of it."""
+"""A part of at least this share of the remaining realizations takes all of them."""
 MORE = "More show the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
@@ -49,7 +49,7 @@ SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
 
 
 def run_step(state: State) -> None:
-    """Draw the step; what is not ready says what it needs."""
+    """Draw the step."""
     step_title(5, "Realizations")
     numbers = {
         "n_realizations": ("How many", 1, MAX_REALIZATIONS, MORE),
@@ -68,7 +68,7 @@ def run_step(state: State) -> None:
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
-    """Draw a button that starts a run; it is off, and says why, where the study cannot run."""
+    """Draw a button that starts a run; if the study cannot run, it is off and says why."""
     problem = problem_of(state)
     options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
@@ -103,7 +103,7 @@ def start_run(state: State, after: float = 0.0) -> None:
         if before is None or not before.wait(ENOUGH_TO_STOP):
             state.message = str(error)
             return
-        try:  # what the run before had is free by now
+        try:  # the memory of the run before is free now
             state.job = _begun(state, simulate_range, after)
         except CCWSIMError as again:
             state.message = str(again)
@@ -131,7 +131,7 @@ def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool
 
 
 def question_of(state: State) -> str:
-    """Return what the user is asked before a long run of a study from a link or a project."""
+    """Return the question before a long run of a study from a link or a project."""
     if not state.needs_confirmation or problem_of(state):
         return ""
     seconds = estimated_seconds(state.choices)
@@ -144,7 +144,7 @@ def question_of(state: State) -> str:
 
 
 def estimated_seconds(choices: Choices) -> float:
-    """Return about how long a study runs where it has the machine for itself."""
+    """Return the estimated seconds of a run that has the machine for itself."""
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
     each = typical_seconds(choices.parameters, *sizes)
@@ -238,7 +238,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return how many of `left` realizations make the next part, where time does for `fits`.
+    """Return the size of the next part of `left` realizations, if there is time for `fits`.
 
     Examples
     --------
@@ -251,7 +251,7 @@ def part_size(left: int, fits: float) -> int:
 
 
 def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return what the study asks of the server; parts are put together in `copies` of it."""
+    """Return the demand of the study on the server, with `copies` of its results in memory."""
     choices = state.choices
     image, data = image_of(choices.image), data_of(choices)
     study = Study(image, choices.grid, choices.parameters, data, choices.seed)
@@ -259,7 +259,7 @@ def demand_of_run(state: State, copies: int = 1) -> Demand:
 
 
 def stop_run(state: State) -> None:
-    """Stop the run that is going, if one is, and never show what it still gives."""
+    """Stop the run, if there is one; its further results are dropped."""
     if state.job is not None:
         state.job.cancel()
         state.job = None
@@ -287,9 +287,9 @@ def part_of(choices: Choices) -> SimulateRange:
 
 
 def collect(state: State, *, parts: bool = True) -> None:
-    """Take what a job gives into the state; earlier results stay where it gave none.
+    """Take the results of a job into the state; earlier results stay if it has none.
 
-    Without `parts` they stay, where there are some, until the job is finished.
+    Without `parts` they stay until the job is finished.
     """
     job = state.job
     if job is None:
@@ -311,7 +311,7 @@ def collect(state: State, *, parts: bool = True) -> None:
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
-    """Show what a job gave; the realization that was large is again, when it is there."""
+    """Show the results of a job; the realization that was large is large again."""
     wanted = state.realization_to_restore
     shown = min(wanted, state.ensemble.n - 1) if state.ensemble else wanted
     if state.shown == shown:  # the user chose no other one meanwhile
@@ -321,7 +321,7 @@ def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
 
 
 def stopped(error: Cancelled, has_older: bool) -> str:
-    """Say what a cancelled run left."""
+    """Return a message on the results of a cancelled run."""
     if error.ensemble is not None:
         return f"{str(error).capitalize()}; these are shown."
     return "Stopped before the first realization was finished." + (

@@ -1,13 +1,15 @@
-"""The study: five numbered steps in the order of the method, the grid and the method here."""
+"""The study column: five numbered steps, of which grid and method are drawn here."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.metrics import warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
@@ -52,20 +54,19 @@ NUMBERS = {
     "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
     "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
 }
-"""Minimum, maximum and step of the numbers behind the menu."""
+"""Minimum, maximum and step of the numbers under Advanced."""
 LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
-OF_VOLUME = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""What the sizes of a volume are called."""
+SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
 METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
 VALUES = {**METHODS, "ssd": "squared difference"}
-"""What parameters and their values are called on the screen; the others by their own names."""
+"""Names of parameters and their values on the screen; the others have their own."""
 
 
 def study_column(state: State) -> None:
     """Draw the whole study column in the sidebar."""
     with st.sidebar:
         for step in (image_step, data_step, grid_step, method_step, run_step):
-            with error_boundary(way_back=True):  # one that cannot be drawn leaves the others
+            with error_boundary(way_back=True):  # an error in one step leaves the others
                 step(state)
 
 
@@ -90,7 +91,7 @@ def grid_step(state: State) -> None:
 
 
 def _world_field(state: State, name: str, k: int, label: str) -> None:
-    """Draw the field of one number, along x, y or z, of what is called `name` in the grid."""
+    """Draw the field of the number along x, y or z of an attribute of the grid."""
 
     def write(value: float) -> None:
         numbers = list(getattr(state.choices.grid, name))
@@ -111,14 +112,10 @@ def method_step(state: State) -> None:
     step_title(4, "Method")
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
-    if len(shape) == 3:
-        volume_fields(p, shape, change)
-        number = bound_to(p, "n_candidates", change)
-        number |= {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+    with size_fields(p, shape, change) or nullcontext():
+        number = bound_to(p, "n_candidates", change, min_value=1, max_value=MAX_CANDIDATES_OFFERED)
         tip = help_of("n_candidates")
         field(st.number_input, "Candidates K", key="n_candidates", help=tip, **number)
-    else:
-        _map_fields(p, shape, change)
     if not problem_of_data(state.choices):
         grid, n_data = state.choices.grid, data_of(state.choices).n
         if warning := warn_of_level(p, grid.shape, n_data):
@@ -132,68 +129,55 @@ def method_step(state: State) -> None:
         button("Back to the defaults", on_click=lambda: _reset(state))
 
 
-def _map_fields(p: Parameters, shape: Shape, change: Callable[..., None]) -> None:
-    """Draw the sizes of a map, one number each."""
-
-    def draw(widget, label: str, name: str, **options: Any) -> None:
-        options = bound_to(p, name, change) | options
-        field(widget, label, key=name, help=help_of(name), **options)
-
-    ccsim = p.method == "ccsim"
-    sizes = template_sizes(p.level, shape), overlap_sizes(p.level, p.template_size)
-    level = {"value": p.level, "options": [0] if ccsim else levels(shape), "disabled": ccsim}
-    candidates = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-    left, right = pair()
-    with left:
-        draw(st.selectbox, "Template (cells)", "template_size", options=sizes[0])
-        draw(st.selectbox, "Level", "wavelet_level", **level)
-    with right:
-        draw(st.selectbox, "Overlap (cells)", "overlap_size", options=sizes[1])
-        draw(st.number_input, "Candidates K", "n_candidates", **candidates)
-
-
-def volume_fields(
+def size_fields(
     p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = ""
-) -> None:
-    """Draw template, overlap and level, one number for the horizontal axes and one along z.
+) -> DeltaGenerator | None:
+    """Draw template, overlap and level in two columns; return the place that is free beside them.
 
-    `change` is called with the parameter that the user changes; keys start with `prefix`.
+    Each is a number, of a volume one for the horizontal axes and one along z. `change` is called
+    with the parameter that the user changes; keys start with `prefix`.
     """
-    lengths, ccsim = p.along(shape), p.method == "ccsim"
-    for name, own in zip(PER_AXIS, lengths, strict=True):
-        for column, along_z in zip(pair(), (False, True), strict=True):
-            axis = 0 if along_z else -1
-            level, template = lengths.level[axis], lengths.template[axis]
-            offered: dict[str, list[int]] = {
-                "template_size": template_sizes(level, shape, along_z),
-                "overlap_size": overlap_sizes(level, template, along_z),
-                "wavelet_level": [0] if ccsim else levels(shape, along_z),
-            }
+    volume, ccsim = len(shape) == 3, p.method == "ccsim"
+    lengths = p.along(shape)
+    along: dict[str, tuple[int, int, int]] = dict(zip(PER_AXIS, lengths, strict=True))
+    sides = [(name, along_z) for name in PER_AXIS for along_z in (False, True)[: 1 + volume]]
+    places = [place for _ in sides[::2] for place in pair()]
+    for place, (name, along_z) in zip(places, sides, strict=False):
+        own, axis = along[name], 0 if along_z else -1
+        level, template = lengths.level[axis], lengths.template[axis]
+        offered: dict[str, list[int]] = {
+            "template_size": template_sizes(level, shape, along_z),
+            "overlap_size": overlap_sizes(level, template, along_z),
+            "wavelet_level": [0] if ccsim else levels(shape, along_z),
+        }
 
-            def write(value: int, name=name, own=own, along_z=along_z) -> None:
-                z, y, x = own
-                change(**{name: (value, y, x) if along_z else (z, value, value)})
+        def write(value: int, name=name, own=own, along_z=along_z) -> None:
+            z, y, x = own
+            triple = (value, y, x) if along_z else (z, value, value)
+            change(**{name: triple if volume else value})
 
-            with column:
-                label = f"{OF_VOLUME[name]}{' along z' if along_z else ''}"
-                chosen: dict[str, Any] = {"value": own[axis], "write": write}
-                chosen |= {"options": offered[name], "help": help_of(name)}
-                chosen["disabled"] = ccsim and name == "wavelet_level"
-                key = f"{prefix}{name}{'_z' if along_z else ''}"
-                field(st.selectbox, label, key=key, **chosen)
+        chosen: dict[str, Any] = {"value": own[axis], "write": write, "options": offered[name]}
+        chosen["disabled"] = ccsim and name == "wavelet_level"
+        label = f"{SIZES[name]}{' along z' if along_z else ''}"
+        if not volume and name != "wavelet_level":
+            label = f"{label} (cells)"
+        with place:
+            key = f"{prefix}{name}{'_z' if along_z else ''}"
+            field(st.selectbox, label, key=key, help=help_of(name), **chosen)
+    return places[-1] if len(places) > len(sides) else None
 
 
 def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
-    """Draw the choice to let the location weight hold along z alone."""
+    """Draw the choice that the location weight holds only along z."""
     weight = max(p.location_weights)
 
     def write(alone: bool) -> None:
         change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if alone else weight)
 
     alone = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
-    tip = "The location weight holds along z alone: patches keep to their height in the image."
+    tip = "The location weight holds only along z: patches keep their height in the image."
     options = {"key": "p_vertical_trend", "value": alone, "write": write, "help": tip}
-    field(st.checkbox, "Location weight along z alone", **options)
+    field(st.checkbox, "Location weight only along z", **options)
 
 
 def set_parameters(state: State, **changes: object) -> None:
@@ -214,7 +198,7 @@ def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None
         offered = options_of({value: VALUES.get(value, value) for value in allowed})
         field(st.selectbox, label, **offered, **options)
     else:
-        if isinstance(value, tuple):  # a location weight along z alone keeps its axis
+        if isinstance(value, tuple):  # a location weight only along z keeps its axis
 
             def write_per_axis(new: float) -> None:
                 write(tuple(new if own else 0.0 for own in value) if any(value) else new)

@@ -33,9 +33,8 @@ from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import draw_map
-from ccwsim.ui.frontend.volume import draw_volume
+from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
@@ -127,7 +126,7 @@ def draw_page(state: State) -> None:
                 plan = plan_of(state).fitting
                 panel_title("Settings", "what will be tried: one realization of each will be here")
                 tiles = _to_come(plan, names_of(plan), "")
-                _draw_tiles(tiles, -1, state.choices.grid, lambda: None)
+                _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):
         _sweep_button(state, "sweep_below")
 
@@ -330,12 +329,8 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
     own = row.realizations[r]
     shown = facies_map(indices_of(own, image), image, run.colours, alt)
     shown.points.extend(points_of(run.hard_data, image, own))
-    if run.grid.nz is None:
-        draw_map(shown, "map_swept", name="setting", max_height=392)
-    else:
-        draw_volume(
-            shown, "volume_swept", grid=run.grid, name="setting", max_height=300, body=False
-        )
+    grid, max_height = (None, 392) if run.grid.nz is None else (run.grid, 300)
+    draw_cells(shown, "swept", grid=grid, name="setting", max_height=max_height, body=False)
 
 
 def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
@@ -437,13 +432,7 @@ def draw_tiles(
         tiles.append({**tile, "png": b64encode(png).decode(), "recommended": k == marked[1]})
     if run.going:
         tiles += _to_come(run.settings[len(rows) :], names, "to come")
-
-    def chosen() -> None:
-        number = reported(TILES, "chosen")
-        if number is not None:
-            choose(int(number))
-
-    _draw_tiles(tiles, marked[0], run.grid, chosen)
+    _draw_tiles(tiles, marked[0], run.grid, choose)
 
 
 def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, Any]]:
@@ -452,11 +441,11 @@ def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> lis
 
 
 def _draw_tiles(
-    tiles: list[dict[str, Any]], shown: int, grid: Grid, chosen: Callable[[], None]
+    tiles: list[dict[str, Any]], shown: int, grid: Grid, choose: Callable[[int], None]
 ) -> None:
     width, height = tile_size(grid.shape[-2:], TILE_PIXELS)
     data = {"tiles": tiles, "shown": shown, "width": width, "height": height}
-    canvas_component("settings")(key=TILES, data=data, on_chosen_change=chosen)
+    draw_component("settings", TILES, data, "chosen", lambda k: choose(int(k)))
 
 
 def draw_table(found: Sweep) -> None:

@@ -19,8 +19,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
-from ccwsim.ui.frontend.map import draw_map
-from ccwsim.ui.frontend.volume import draw_volume
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State
@@ -69,10 +68,8 @@ def draw_e_type_maps(
             panel_title(title, note)
             shown.points.extend(points_of(data, image))
             options: dict[str, Any] = {"link": "grid", "name": key, "max_height": 400}
-            if ensemble.grid.nz is None:
-                draw_map(shown, f"map_{prefix}{key}", scale=f"{prefix}three", **options)
-            else:
-                draw_volume(shown, f"map_{prefix}{key}", body=False, **options)
+            options |= {"scale": f"{prefix}three", "body": False}
+            draw_cells(shown, f"{prefix}{key}", **options)
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -102,7 +99,7 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         panel_title("Where data are re-simulated locally", "each datum as a square")
         shown = resimulation_map(ensemble, chart_theme().hairline)
         shown = replace(shown, points=wrong_points(ensemble), point_colours=colours)
-        draw_map(shown, "map_mended", link="grid", name="resimulated", max_height=360)
+        draw_cells(shown, "mended", link="grid", name="resimulated", max_height=360)
 
 
 def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
@@ -220,7 +217,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
                 panel_title(title, str(here))
                 drawn.points.extend(points_of(shown.hard_data, image))
                 options: dict[str, Any] = {"link": "grid", "scale": "truth"}
-                draw_map(drawn, f"map_{key}", name=key, max_height=320, **options)
+                draw_cells(drawn, key, name=key, max_height=320, **options)
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
             note = f"off by {100 * table.error:.1f} % on average"

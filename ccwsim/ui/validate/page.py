@@ -15,8 +15,8 @@ from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.component import canvas_component, reported
-from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.maps import (
     choose,
@@ -96,7 +96,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     with top:
         draw_summary(state, ensemble)
     _draw_sections(state, ensemble, colours)
-    canvas_component("steady")(key="steady", data={"parts": STEADY})
+    draw_component("steady", "steady", {"parts": STEADY})
 
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
@@ -171,7 +171,7 @@ def _draw_realization(
     # the E-type below a section has coordinates: both begin and end on one line
     grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
-    draw_map(shown, "map_realization", grid=grid, name=file, **options)
+    draw_cells(shown, "realization", grid=grid, name=file, **options)
 
 
 def _draw_mds(state: State, found: Anodi) -> None:
@@ -235,8 +235,8 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
                 draw(state, ensemble, colours)
     unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
 
-    def seen() -> None:
-        page_state.seen |= set(reported("seen", "seen") or ()) & set(unseen)
+    def seen(names: list[str]) -> None:
+        page_state.seen |= set(names) & set(unseen)
 
     if unseen:
-        canvas_component("seen")(key="seen", data={"unseen": unseen}, on_seen_change=seen)
+        draw_component("seen", "seen", {"unseen": unseen}, "seen", seen)

@@ -46,7 +46,7 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.frontend.cell_map import CellMap
-from ccwsim.ui.frontend.map import draw_map
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers
 from ccwsim.ui.results.tables import numbers_table
@@ -393,12 +393,12 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             seams = found.seams if here.axis is None else found.seams_within(here.axis)
             cut, own = replace(found, seams=here.of(seams)), here.ensemble(ensemble)
             shown = seam_map(cut, own, r, colours, chart_theme().reference)
-            draw_map(shown, "map_seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
+            draw_cells(shown, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
             note = f"uses of each cell of the training image{of_image.words}"
             panel_title("Where it came from", note)
             uses = replace(found, uses=of_image.of(found.uses))
-            draw_map(use_map(uses), "map_uses", name="uses", max_height=COPYING_HEIGHT)
+            draw_cells(use_map(uses), "uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))

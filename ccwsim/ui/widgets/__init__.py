@@ -1,1 +1,1 @@
-"""What draws: maps, fields, errors, theme. Nothing here knows a session."""
+"""Fields, text, errors and themes of any page; nothing here knows a session."""

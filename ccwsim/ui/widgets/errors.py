@@ -1,7 +1,4 @@
-"""What becomes of an error: it is said calmly, its cause goes to the server's log, nothing is lost.
-
-The reader gets a number instead of the cause; the log has both.
-"""
+"""Errors on a page: the user gets a calm message with a number, the log the cause with it."""
 
 from __future__ import annotations
 
@@ -17,14 +14,14 @@ from ccwsim.system.log import LOG, logged
 from ccwsim.ui.widgets.text import plain
 
 PENDING_ERROR = "ccwsim_error"
-"""Where the session keeps what went wrong before the page was drawn, to be said when it is."""
+"""Key of the message of an error in a callback, which the page shows when it is drawn."""
 get_logger(LOG.name)  # written as Streamlit writes its own log
 
 
 def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
-    """Return what to do when a widget is used, so that an error is said when the page is drawn.
+    """Return a callback whose errors are shown when the page is drawn.
 
-    Without it an error before the page is drawn would leave the reader with no page at all.
+    Otherwise an error in a callback would leave the user without a page.
 
     Examples
     --------
@@ -48,9 +45,9 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
 
 def user_message(error: Exception, what: str) -> str:
-    """Return what the reader is told of an error: it could not be "drawn", or "done".
+    """Return the message of an error: something could not be "drawn", or "done".
 
-    One that is no fault of the input is logged.
+    An error that is no fault of the input is logged.
     """
     if isinstance(error, CCWSIMError):
         return plain(str(error))
@@ -68,5 +65,5 @@ def user_message(error: Exception, what: str) -> str:
 
 
 def is_control_flow(error: Exception) -> bool:
-    """Return whether this is how Streamlit's own runner moves on, and no error."""
+    """Return whether Streamlit raised this to stop or restart the page: it is no error."""
     return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

@@ -1,4 +1,4 @@
-"""The strip of facts: what came out, in words with units."""
+"""The strip of facts: the main results in one line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SMALL = 3
 
 
 def facts_of(ensemble: Ensemble) -> list[str]:
-    """Return the facts of an ensemble, each a short phrase."""
+    """Return the facts of an ensemble, short phrases with units."""
     return [*_honoured(ensemble), _time(ensemble), *_proportions(ensemble)]
 
 

@@ -17,7 +17,7 @@ PARAMETERS = {row["name"]: row for row in parameter_table()}
 def button(
     label: str, *, on_click: Callable[..., Any], key: str | None = None, **options: Any
 ) -> bool:
-    """Draw a button; an error in `on_click` is said when the page is drawn."""
+    """Draw a button; an error in `on_click` is shown when the page is drawn."""
     return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
 
 
@@ -50,7 +50,7 @@ def field(
 
 
 def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what the options of a widget are called, where they have names of their own.
+    """Return the labels of the options of a widget; none where the options are their own labels.
 
     Examples
     --------
@@ -62,13 +62,12 @@ def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
-    """Return how often, of late, the state went its own way under a widget.
+    """Return a number that changes when the state sets another value than the widget has.
 
-    A widget that is given another value goes on sending the old one until the browser has drawn
-    the new: the program cannot tell this from a change by the user, who would lose what replaced
-    it. So the widget is replaced by a new one, and what the old one still says falls on deaf ears.
-    So is one whose options are called otherwise now: the browser goes on showing the old name.
-    Spaces at the end of a key make it another key, and the same name in the page's style.
+    A widget that is given another value keeps sending the old one until the browser has drawn the
+    new: the program cannot tell this from a change by the user. So a new widget replaces it, and
+    stale browser values are dropped. The same holds if labels of options change. Spaces at the end
+    make another key, and the same name in the style sheet.
     """
     version, start, called = _versions().get(key, (0, value, labels))
     if called != labels or st.session_state.get(key + " " * version, start) != value:
@@ -78,12 +77,12 @@ def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
 
 
 def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
-    """Return the version of each widget, the value it started with, and its options' names."""
+    """Return the version, first value and labels of each widget."""
     return st.session_state.setdefault("field_versions", {})
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options whose bounds hold a value: what the study may have, a widget never refuses.
+    """Return options with bounds wide enough for a value: a widget must take what the study has.
 
     Examples
     --------
@@ -96,7 +95,7 @@ def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with the one that makes a widget start with a value: its name differs.
+    """Return options with the first value, whose name depends on the widget.
 
     Examples
     --------
@@ -111,7 +110,7 @@ def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any])
 
 
 def help_of(name: str) -> str:
-    """Return the help of a parameter: meaning, what is allowed, and its other names."""
+    """Return the help of a parameter: meaning, allowed values, and other names."""
     row = PARAMETERS[name]
     symbols = [f"{row['symbol']} in the paper"] if row["symbol"] else []
     symbols += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
@@ -124,7 +123,7 @@ def bound_to(
 ) -> dict[str, Any]:
     """Return value and write of a field for an attribute of `owner`, and its other options.
 
-    Where `owner` is frozen, `change` makes the change; it is called as change(name=value).
+    For a frozen `owner`, `change` is called as change(name=value) instead.
 
     Examples
     --------

@@ -1,7 +1,4 @@
-"""How to use a page: the how-to pages of the documentation, read over the page that they are of.
-
-They are in `docs` of a checkout and inside an installed package, so that they can be read offline.
-"""
+"""The how-to pages of the documentation, shown over a page; the package has them offline."""
 
 from __future__ import annotations
 
@@ -21,13 +18,13 @@ def how_tos() -> dict[str, str]:
     package = Path(ccwsim.__file__).parent
     folders = (package / "docs", package.parent / "docs")
     docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
-    if docs is None:  # left out by whoever put the files there
+    if docs is None:  # not installed
         return {}
-    found = {}
+    texts = {}
     for path in (*sorted((docs / "how-to").glob("*.md")), docs / "measures.md"):
         title, _, text = path.read_text("utf-8").partition("\n")
-        found[title.removeprefix("# ")] = on_a_page(text.strip())
-    return found
+        texts[title.removeprefix("# ")] = on_a_page(text.strip())
+    return texts
 
 
 def on_a_page(text: str) -> str:

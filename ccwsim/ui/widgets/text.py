@@ -1,4 +1,4 @@
-"""Text on a page: headings, notes, what is wider than the page, and what is shown as it is."""
+"""Text on a page: headings, notes, wide tables, and text that is no Markdown."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
-"""What means something to Markdown anywhere in a line."""
+"""Characters with a meaning in Markdown anywhere in a line."""
 AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
 NUMBERED = re.compile(r"(?m)^(\s*\d+)([.)])")
 
 
 def plain(words: str) -> str:
-    """Return words so that a page shows them as they are, whatever Markdown they look like.
+    """Return text with its Markdown escaped, so that a page shows it literally.
 
     Examples
     --------
     >>> print(plain("**a** :red[b] $c$ <img src=x>, template_size: 3"))
     \\*\\*a\\*\\* \\:red\\[b\\] \\$c\\$ \\<img src=x>, template_size: 3
     """
-    escaped = INSIDE.sub(lambda found: "\\" + found[0], words)
+    escaped = INSIDE.sub(lambda match: "\\" + match[0], words)
     return NUMBERED.sub(r"\1\\\2", AT_START.sub(r"\1\\\2", escaped))
 
 
@@ -32,12 +32,12 @@ def step_title(number: int, title: str) -> None:
 
 
 def pair() -> list[DeltaGenerator]:
-    """Return two places side by side, on a phone too."""
+    """Return two columns that stay side by side on a phone."""
     return list(st.columns(2, gap="small", wrap=False))
 
 
 def step_note(text: str) -> None:
-    """Write what is chosen, in one or two short lines; names from files are taken literally."""
+    """Write one or two short lines, literally."""
     lines = "<br>".join(escape(line) for line in text.splitlines())
     st.html(f'<div class="note">{lines}</div>')
 

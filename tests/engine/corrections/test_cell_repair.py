@@ -17,7 +17,7 @@ from ccwsim.engine.corrections.resimulation import Target
 from ccwsim.engine.corrections.unseen_patterns import Patterns, known_patterns
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.candidates import draw_index
-from ccwsim.engine.stages.demand import UNKNOWN
+from ccwsim.engine.stages.path import UNKNOWN
 from tests.small_images import blobs, noise
 
 Cell = tuple[int, int, int]

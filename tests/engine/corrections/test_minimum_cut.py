@@ -14,9 +14,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from ccwsim.engine.corrections.minimum_cut import BROKEN_CELL, make_flow, minimum_cut
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
+from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.cut import keep_old, make_cut
-from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box
 from tests.small_images import blobs
 
 FACES = ((BELOW, ABOVE), (TOP, BOTTOM), (LEFT, RIGHT))
@@ -59,7 +59,7 @@ class Case(NamedTuple):
     @property
     def demand(self) -> NDArray[np.int64]:
         cells = zip(self.old.flat, self.new.flat, self.data[self.own].flat, strict=True)
-        return np.array([wanted(*each) for each in cells]).reshape(self.old.shape) * self.free
+        return np.array([forced_side(*each) for each in cells]).reshape(self.old.shape) * self.free
 
 
 def overlap_of(box: Box) -> NDArray[np.bool_]:

@@ -17,8 +17,8 @@ from ccwsim.engine.corrections.proportions import (
     margin_weights,
     proportions_of_data,
 )
-from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.candidates import place_of
+from ccwsim.engine.stages.path import Box
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import running_sums
 from tests.small_images import blobs

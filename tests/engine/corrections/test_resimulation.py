@@ -24,17 +24,26 @@ from ccwsim.engine.corrections.resimulation import (
     honouring_places,
     is_unknown,
     isolated_datum_thresholds,
-    known_patterns,
     largest_window,
     make_honouring,
     own_counts,
     resimulate,
     window_around,
 )
+from ccwsim.engine.corrections.unseen_patterns import known_patterns
 from ccwsim.engine.stages.bits import Strips, make_strips, take_strips, to_bits, to_square_bits
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import (
+    ABOVE,
+    BELOW,
+    BOTTOM,
+    LEFT,
+    RIGHT,
+    TOP,
+    UNKNOWN,
+    Box,
+    inside_overlap,
+)
 from ccwsim.model.ensemble import FORCED
 from tests.small_images import blobs, noise
 
@@ -63,7 +72,7 @@ def test_a_pattern_that_is_passed_over_has_no_location(n_facies, size, seed):
         grid[tuple(rng.integers(0, 12, 2))] = rng.choice(np.unique(image))
     if seed % 3 == 0:
         grid[tuple(rng.integers(0, 12, 2))] = UNKNOWN
-    patterns, bits = known_patterns(image), to_bits(image[None])
+    patterns, bits = known_patterns(image[None], 1), to_bits(image[None])
     mask = np.empty(bits.shape[1:], np.uint64)
     for y0, x0 in np.ndindex(12 - size + 1, 12 - size + 1):
         box = Box(0, y0, x0, 1, size, size, 0, 0, 1, 1)
@@ -84,16 +93,11 @@ def test_a_pattern_that_is_passed_over_has_no_location(n_facies, size, seed):
 
 def test_patterns_that_are_unknown_are_told():
     image = np.kron(np.indices((8, 8)).sum(0) % 2, np.ones((4, 4))).astype(np.uint8)
-    patterns, box = known_patterns(image), Box(0, 0, 0, 1, 8, 8, 0, 0, 1, 1)
+    patterns, box = known_patterns(image[None], 1), Box(0, 0, 0, 1, 8, 8, 0, 0, 1, 1)
     grid = np.random.default_rng(0).integers(0, 2, (8, 8)).astype(np.uint8)
     told = [is_unknown(grid, box, y, x, patterns) for y, x in np.ndindex(8, 8)]
     assert np.mean(told) > 0.9
     assert not any(is_unknown(image[:8, :8], box, y, x, patterns) for y, x in np.ndindex(8, 8))
-
-
-@pytest.mark.parametrize("shape", [(3, 40), (40, 3), (4, 4)])
-def test_small_images_have_few_patterns_or_none(shape):
-    assert known_patterns(np.zeros(shape, np.uint8)).sum() == (min(shape) >= 4)
 
 
 def test_dense_data_give_the_same_realization_with_and_without_patterns(monkeypatch):

@@ -26,8 +26,7 @@ from ccwsim.engine.corrections.unseen_patterns import EVERY, n_unseen, unseen_pl
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, simulate_realization, target_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
-from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.study import Study
 from tests.small_images import blobs, noise
@@ -85,13 +84,12 @@ def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
         part = other[tuple(slice(k, k + m) for k, m in zip(first, n, strict=True))]
         work.trial[: n[0], : n[1], : n[2]] = part
         wanted = int(unseen(part, image, repair).sum())
-        found = n_unseen(work.trial, *n, repair.patterns, work.rows, work.numbers, 1 << 30)
+        given = Box(0, 0, 0, *n, 0, 0, 0, 0), repair.patterns, work.rows, work.numbers
+        found = n_unseen(work.trial, *given, 1 << 30)
         exact = repair.patterns.shift == 0
         assert found <= wanted
         assert found == wanted if exact else found > 0.9 * wanted - 3
-        assert n_unseen(work.trial, *n, repair.patterns, work.rows, work.numbers, 3) >= min(
-            found, 3
-        )
+        assert n_unseen(work.trial, *given, 3) >= min(found, 3)
 
 
 @pytest.mark.parametrize("n_facies", [2, 4])
@@ -141,7 +139,7 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
     (nz, ny, nx), (oz, oy, ox) = repair.window, repair.ring
     sides = LEFT | RIGHT | TOP | BOTTOM | (BELOW | ABOVE if oz else 0)
     box = Box(0, 11, 13, nz, ny, nx, sides, oz, oy, ox)
-    assert well_fitting_windows(target, box, repair, rng, work) == len(work.places)
+    assert well_fitting_windows(target, box, repair, rng, work) == len(work.ranking.places)
     old = grid[:nz, 11 : 11 + ny, 13 : 13 + nx]
     inside = np.ones(old.shape, bool)
     inside[oz : nz - oz, oy : ny - oy, ox : nx - ox] = False

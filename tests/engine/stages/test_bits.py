@@ -14,8 +14,8 @@ from ccwsim.engine.stages.bits import (
     to_bits,
     to_square_bits,
 )
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 from ccwsim.engine.stages.conditioning import UNKNOWN, place_data
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box, inside_overlap
 
 SEEDS = st.integers(0, 2**32)
 FACIES = st.sampled_from([1, 2, 3, 5, 200])
@@ -141,12 +141,13 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level,
     cells = rng.permutation(np.argwhere(np.ones(grid.shape)))[:30]
     data = place_data(cells, rng.integers(0, 3, 30).astype(np.uint8), grid.shape, keep)
     first = [int(rng.integers(n + 1)) for n in spare]
-    start = tuple(int(rng.integers(n + 1)) for n in more)
+    start = tuple(b * int(rng.integers(n // b + 1)) for n, b in zip(more, block, strict=True))
     box = Box._make((*first, *size, sides, *overlap))
     weight, words = 7, to_square_bits(image)
     at_stake, strips = np.zeros((30, 4), np.int64), make_strips(words, size)
-    given = image, words, grid, data, weight, box, block, start, strips, at_stake
-    wrong, *place = refine_place(*given)
+    take_strips(grid, box, words, strips)
+    lost = at_stake[: data_at_stake(grid, data, box, at_stake)]
+    wrong, *place = refine_place(image, words, box, block, start, strips, lost, weight)
     mask = overlap_mask(box)
     own = tuple(slice(a, a + n) for a, n in zip(first, size, strict=True))
     old, known = grid[own], data.required[own]
@@ -169,6 +170,5 @@ def test_refinement_weighs_the_data_that_the_cut_cannot_keep(seed, sides, level,
         stride //= 2
     assert (wrong, *place) == (best, *at)
     assert all(abs(k - j) < b for k, j, b in zip(place, start, block, strict=True))
-    n = data_at_stake(grid, data, box, at_stake)
-    np.testing.assert_array_equal(at_stake[:n, :3], np.argwhere(wanted))
-    np.testing.assert_array_equal(at_stake[:n, 3], known[wanted])
+    np.testing.assert_array_equal(lost[:, :3], np.argwhere(wanted))
+    np.testing.assert_array_equal(lost[:, 3], known[wanted])

@@ -13,6 +13,7 @@ from ccwsim.engine.stages.candidates import (
     draw_index,
     keep_within,
     kth_smallest,
+    make_ranking,
     n_segments,
     n_up_to,
     place_of,
@@ -39,12 +40,9 @@ scores_of_any_size = st.one_of(
 
 
 def drawn_places(scores: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:
-    places = np.full(k, -1, np.int64)
-    minima = np.empty(n_segments(scores.size), scores.dtype)
-    found, values = np.empty(scores.size, np.int64), np.empty(scores.size, scores.dtype)
-    segments = np.empty(len(minima), np.int64)
-    best_places(scores.ravel(), k, rng, minima, segments, found, values, places)
-    return places
+    ranking = make_ranking(scores.size, k, scores.dtype)
+    best_places(scores.ravel(), rng, ranking)
+    return ranking.places
 
 
 @settings(deadline=None)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from ccwsim.engine.stages.box import Box
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     MAX_DATA,
@@ -22,8 +21,7 @@ from ccwsim.engine.stages.conditioning import (
     start_totals,
     total_type,
 )
-from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import make_path
+from ccwsim.engine.stages.path import UNKNOWN, Box, make_path
 from ccwsim.engine.stages.pyramid import build_pyramid
 from tests.small_images import noise
 

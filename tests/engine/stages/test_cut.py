@@ -10,18 +10,18 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.box import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, Box
+from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.cut import (
     BROKEN,
-    CHEAP,
+    MAX_BIT_COST,
     CutWorkspace,
+    bit_boundary,
     boundary,
-    cheap_boundary,
     keep_old,
     make_cut,
     paste,
 )
-from ccwsim.engine.stages.demand import KEEP_OLD, TAKE_NEW, UNKNOWN, wanted
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box
 
 
 def cut_of(error: np.ndarray, demand: np.ndarray) -> CutWorkspace:
@@ -71,13 +71,13 @@ strips = st.tuples(st.integers(1, 6), st.integers(1, 4)).flatmap(
 
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32), st.integers(1, 40), st.integers(1, 63), st.floats(0, 0.6))
-def test_a_cheap_boundary_is_the_same_one(seed, n, m, share):
+def test_a_bit_boundary_is_the_same_one(seed, n, m, share):
     error = (np.random.default_rng(seed).random((n, m)) < share).astype(np.uint8)
     no_data = np.zeros((n, m), np.uint8)
     expected, workspace = cut(error, no_data), cut_of(error, no_data)
     _, cost = cost_of(expected, error, no_data)
-    assert cheap_boundary(workspace, n, m) == (cost < CHEAP)
-    if cost < CHEAP:
+    assert bit_boundary(workspace, n, m) == (cost < MAX_BIT_COST)
+    if cost < MAX_BIT_COST:
         assert np.array_equal(workspace.path, expected)
 
 
@@ -126,10 +126,10 @@ def test_a_datum_is_worth_more_than_any_path_of_the_widest_strip():
 
 
 def test_a_demand_is_made_only_where_one_of_both_honours_the_datum():
-    assert wanted(old=1, new=0, datum=1) == KEEP_OLD
-    assert wanted(old=0, new=1, datum=1) == TAKE_NEW
+    assert forced_side(old=1, new=0, datum=1) == KEEP_OLD
+    assert forced_side(old=0, new=1, datum=1) == TAKE_NEW
     for old, new, datum in ((1, 1, 1), (0, 2, 1), (0, 1, UNKNOWN)):
-        assert wanted(old, new, datum) == 0
+        assert forced_side(old, new, datum) == 0
 
 
 class Tile(NamedTuple):
@@ -163,7 +163,7 @@ def random_tile(seed: int, kind: int | None = None, layers: int = 1) -> Tile:
     tile = Tile(grid, np.full(grid.shape, UNKNOWN, np.uint8), patch, first)  # type: ignore[arg-type]
     for _ in range(30 * layers):
         cell, facies = tuple(rng.integers(0, size)), rng.integers(3)
-        demand = wanted(grid[tile.own][cell], patch[cell], facies)
+        demand = forced_side(grid[tile.own][cell], patch[cell], facies)
         if kind is None or demand == kind:
             tile.data[tile.own][cell] = facies
     return tile

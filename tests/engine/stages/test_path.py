@@ -16,14 +16,15 @@ from ccwsim.engine.stages.path import (
     along_path,
     cells_from_path,
     cells_to_path,
+    clip_patches,
     from_path,
     in_layers,
     in_order,
+    make_patches,
     make_path,
     n_tiles,
     to_path,
 )
-from ccwsim.engine.tiles import clipped, make_patches
 
 maps = st.tuples(st.integers(1, 12), st.integers(1, 12))
 volumes = st.tuples(st.integers(1, 6), st.integers(1, 7), st.integers(1, 8))
@@ -160,7 +161,7 @@ def test_patches_lie_on_what_is_simulated_already_just_where_their_sides_say(
     path = make_path(grid_shape, orientation, *lengths[:2], order)  # type: ignore[arg-type]
     splits = legal_splits(*lengths[:2], volume)
     split_of = rng.integers(0, len(splits), np.prod(path.tiles))
-    patches = make_patches(path, lengths, np.array(splits), split_of)
+    patches = make_patches(path, lengths.step, lengths.overlap, np.array(splits), split_of)
     done = np.zeros(path.full, bool)
     for number, (z0, y0, x0, nz, ny, nx, sides, split, tile, part) in enumerate(patches.tolist()):
         own = np.s_[z0 : z0 + nz, y0 : y0 + ny, x0 : x0 + nx]
@@ -199,8 +200,9 @@ def test_clipped_patches_cover_the_grid_and_no_block_outside(orientation, order,
     offset = tuple(int(n) for n in rng.integers(0, block * step))
     path = make_path(grid_shape, orientation, *lengths[:2], order, offset)  # type: ignore[arg-type]
     splits = np.array([(1, 1, 1)])
-    patches = make_patches(path, lengths, splits, np.zeros(np.prod(path.tiles), np.int64))
-    kept = clipped(patches, path, lengths)
+    whole = np.zeros(np.prod(path.tiles), np.int64)
+    patches = make_patches(path, lengths.step, lengths.overlap, splits, whole)
+    kept = clip_patches(patches, path, lengths.overlap, lengths.block, lengths.cell_size)
     assert len(kept) <= len(patches)
     low = np.array(offset) // block * block
     high = -(-np.add(offset, path.shape) // block) * block

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.box import BELOW, L_SHAPE, LEFT, TOP, Box
-from ccwsim.engine.stages.path import Triple, overlap_cells
+from ccwsim.engine.stages.path import BELOW, L_SHAPE, LEFT, TOP, Box, Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     make_terms,

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.reference import refined
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine import raster
-from ccwsim.engine.stages.cut import UNKNOWN
+from ccwsim.engine.stages.path import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.model.study import Study
@@ -86,7 +86,7 @@ def test_the_patches_are_laid_one_on_the_other(trace):
         step = trace.at(number)
         assert np.array_equal(step.before, last)
         last = step.after
-    grid = trace.grid_frame.map_to_grid(last)
+    grid = trace.grid_frame.to_grid(last)
     for window in trace.windows:
         rows = slice(window.row, window.row + window.size)
         grid[rows, window.column : window.column + window.size] = window.after
@@ -254,7 +254,7 @@ def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trac
 
 def test_the_windows_replayed_give_the_realization():
     trace = traced(Parameters(16, 4, 2), sampled(60))
-    grid = trace.grid_frame.map_to_grid(trace.at(len(trace.patches) - 1).after)
+    grid = trace.grid_frame.to_grid(trace.at(len(trace.patches) - 1).after)
     flat = trace.study.training_image.indices.ravel()
     assert any(w.fits for w in trace.windows)
     for w in trace.windows:
@@ -288,17 +288,16 @@ def test_a_frame_puts_everything_where_it_lies(orientation, offset):
     numbers = np.zeros(np.add(shape, offset), int)
     for row, column in np.argwhere(world >= 0):
         numbers[frame.cell_to_path(int(row), int(column))] = world[row, column]
-    assert np.array_equal(frame.map_to_grid(numbers), world)
+    assert np.array_equal(frame.to_grid(numbers), world)
     y, x = offset
-    box = frame.box_to_grid(2 + y, 1 + x, 3, 2)
-    part = world[box.row : box.row + box.height, box.column : box.column + box.width]
-    assert np.array_equal(part, frame.patch_to_grid(numbers[2 + y : 5 + y, 1 + x : 3 + x]))
-    box = frame.box_to_grid(0, 0, 3 + y, 2 + x)  # what is before the grid is cut off
-    assert {box.height, box.width} == {3, 2}
+    part = world[frame.box_to_grid((2 + y, 1 + x), (3, 2))]
+    assert np.array_equal(part, frame.turned(numbers[2 + y : 5 + y, 1 + x : 3 + x]))
+    box = frame.box_to_grid((0, 0), (3 + y, 2 + x))  # cells before the grid are cut off
+    assert {side.stop - side.start for side in box} == {3, 2}
     first = np.argwhere(world == numbers[y, x])[0]
     second = np.argwhere(world == numbers[y, x + 1])[0]
     sides = {"south": (0, 0), "north": (0, 5), "west": (1, 0), "east": (1, 8)}
-    corners = [sides[side] for side in frame.origin.split("-")]
+    corners = [sides[side] for side in frame.faces()]
     assert all(first[axis] == at for axis, at in corners)
     ways = {(0, 1): "east", (0, -1): "west", (1, 0): "north", (-1, 0): "south"}
     assert frame.direction == ways[tuple((second - first).tolist())]

@@ -22,7 +22,7 @@ from ccwsim.ui.hard_data.edits import (
     undo,
 )
 from ccwsim.ui.hard_data.menus import reference_of, sample, sampled, use_file
-from ccwsim.ui.hard_data.volume import (
+from ccwsim.ui.hard_data.wells import (
     describe_wells,
     remove_wells,
     rows_of_wells,

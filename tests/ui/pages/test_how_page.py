@@ -23,12 +23,11 @@ from ccwsim.ui.how_it_works.maps import (
     grid_map,
     location_marks,
     score_map,
-    xy_of,
 )
 from ccwsim.ui.how_it_works.page import PLAY_SECONDS
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How
-from ccwsim.ui.how_it_works.words import describe_shape
+from ccwsim.ui.how_it_works.words import describe_sides
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 
@@ -91,11 +90,12 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         step, said = trace.at(number), text(seen(app))
         told = fates(step)
         assert f"Patch {number + 1} of {len(shapes)}" in said
-        assert describe_shape(trace, step.patch.shape) in said
+        assert describe_sides(trace, step.patch.shape) in said
         assert f"Drawn: CCW {told[0].ccw:.4g}" in said
         first = re.search(r'<tr class="drawn"><td>(.*?)</td><td>(.*?)</td>', html(app))
         assert first is not None
-        assert first[1] == xy_of(trace, told[0].row, told[0].column, step.patch.size)
+        view = PatchView(trace, step, told, [], theme_named("light"))
+        assert first[1] == view.where(told[0])
         assert first[2] == f"{told[0].ccw:.4g}"
         if step.patch.shape:
             n = int(step.error.sum())
@@ -170,8 +170,9 @@ def test_level_0_has_no_sub_bands_and_another_realization_another_path():
     for number in range(1, 6):
         named(app.number_input, "how_number").set_value(number).run()
         assert how(seen(app)).trace.number == number - 1
-        origins.add(how(app).trace.grid_frame.origin)
-        assert f"starts in the {how(app).trace.grid_frame.origin}" in text(app)
+        origin = "-".join(how(app).trace.grid_frame.faces())
+        origins.add(origin)
+        assert f"starts in the {origin}" in text(app)
     assert len(origins) > 1
 
 
@@ -207,7 +208,7 @@ def test_each_step_stands_beside_its_place_in_the_paper():
 
 def test_the_score_is_set_beside_the_papers():
     said = text(launched())
-    assert "The paper's CCW is the cross-correlation ΣA·B alone, the largest best" in said
+    assert "The paper's CCW is the cross-correlation ΣA·B, the largest best" in said
     assert "the authors' code takes the squared difference, as here" in said
     plain = replace(SMALL, parameters=replace(OWN, similarity="correlation"))
     assert "the paper's CCW, the cross-correlation ΣA·B; the largest fits best" in text(
@@ -280,16 +281,13 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
         view = PatchView(trace, step, locations, colours, theme)
         shown = grid_map(view)
         assert shown.indices.shape == trace.study.grid.shape
-        world = trace.grid_frame.map_to_grid(step.before)
+        world = trace.grid_frame.to_grid(step.before)
         lit = shown.indices < 2
         assert np.array_equal(shown.indices[lit], world[lit])
         assert np.array_equal(shown.indices == 2, world == 255)
-        within = trace.grid_frame.box_to_grid(
-            step.patch.y0, step.patch.x0, step.patch.size, step.patch.size
-        )
-        n_lit = trace.grid_frame.map_to_grid(_in_overlap(step)).sum()
+        n_lit = trace.grid_frame.to_grid(_in_overlap(step)).sum()
         assert lit.sum() == n_lit
-        assert shown.marks[0]["row"] == within.row
+        assert shown.marks[0]["row"] == view.part_of_grid[0].start
 
         scored = score_map(view, with_data=False)
         assert np.count_nonzero(scored.indices <= N_STEPS) == step.scores.size

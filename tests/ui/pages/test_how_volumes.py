@@ -8,24 +8,21 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.engine.stages.box import BELOW, LEFT, TOP
 from ccwsim.engine.stages.cut import UNKNOWN
-from ccwsim.engine.stages.path import from_path
+from ccwsim.engine.stages.path import BELOW, LEFT, TOP, from_path
 from ccwsim.engine.trace import fates
 from ccwsim.figures import LIGHT
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.how_it_works.resimulation import windows_by_datum
-from ccwsim.ui.how_it_works.run import How, trace_of
-from ccwsim.ui.how_it_works.volume import (
-    VolumeView,
+from ccwsim.ui.how_it_works.maps import (
+    PatchView,
     centre_of_patch,
-    cut_volume,
-    describe_position,
-    faces_of,
-    grid_volume,
+    cut_map,
+    grid_map,
     score_volume,
-    windows_volume,
 )
+from ccwsim.ui.how_it_works.resimulation import windows_by_datum, windows_map
+from ccwsim.ui.how_it_works.run import How, trace_of
+from ccwsim.ui.how_it_works.words import describe_position
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened, texts
 
@@ -39,20 +36,20 @@ COLOURS = ["#111111", "#eeeeee"]
 
 
 @pytest.fixture(params=[0, 3])
-def view(request) -> VolumeView:
+def view(request) -> PatchView:
     return view_of(request.param)
 
 
-def view_of(number: int) -> VolumeView:
+def view_of(number: int) -> PatchView:
     state = State(choices=WITH_DATA)
     state.page(How).number = number
     trace = trace_of(state)
     step = trace.at(state.page(How).patch)
-    return VolumeView(trace, step, fates(step), COLOURS, LIGHT)
+    return PatchView(trace, step, fates(step), COLOURS, LIGHT)
 
 
 def test_what_is_shown_of_the_grid_is_what_the_engine_has(view):
-    shown, step, path = grid_volume(view).indices, view.step, view.trace.path
+    shown, step, path = grid_map(view).indices, view.step, view.trace.path
     assert shown.shape == (12, 30, 40)
     part = tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))
     before = from_path(step.before[part], path.orientation)
@@ -66,8 +63,8 @@ def test_what_is_shown_of_the_grid_is_what_the_engine_has(view):
 def test_points_are_the_data_that_condition_the_patch(view):
     for number in range(len(view.trace.patches)):
         step = view.trace.at(number)
-        own = VolumeView(view.trace, step, fates(step), COLOURS, LIGHT)
-        placed = {tuple(point[:4]) for point in grid_volume(own).points}
+        own = PatchView(view.trace, step, fates(step), COLOURS, LIGHT)
+        placed = {tuple(point[:4]) for point in grid_map(own).points}
         assert placed <= {(*cell, facies) for *cell, facies in WELL.triples}
         if step.data is not None:
             assert len(placed) == len(step.data.seen)
@@ -75,7 +72,7 @@ def test_points_are_the_data_that_condition_the_patch(view):
 
 def test_the_cut_and_the_scores_are_those_of_the_patch(view):
     step = view.step
-    cut = cut_volume(view).indices
+    cut = cut_map(view).indices
     assert (cut == 0).sum() == step.keep_mask.sum()
     assert (cut == 2).sum() == (~step.in_overlap & ~step.keep_mask).sum()
     assert (cut == 3).sum() == (step.error & ~step.keep_mask).sum()
@@ -98,7 +95,7 @@ def test_the_drawn_location_is_where_the_image_has_the_patch():
         drawn = view.locations[0]
         x, y, z = map(int, view.where(drawn).strip("()").split(", "))
         at = tuple(slice(k, k + n) for k, n in zip(step.drawn_place, step.cells.shape, strict=True))
-        cells = view.turned(view.trace.oriented.pyramid.image[at])
+        cells = view.trace.grid_frame.turned(view.trace.oriented.pyramid.image[at])
         nz, ny, nx = cells.shape
         np.testing.assert_array_equal(image[z : z + nz, y : y + ny, x : x + nx], cells)
 
@@ -108,7 +105,7 @@ def test_slices_go_through_the_patch(view):
     inside = np.zeros(step.before.shape, bool)
     box = step.box
     inside[box.z0 : box.z0 + box.nz, box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx] = True
-    assert view.of_grid(inside)[cursor]
+    assert view.trace.grid_frame.to_grid(inside)[cursor]
 
 
 def test_windows_are_those_of_local_resimulation():
@@ -121,7 +118,7 @@ def test_windows_are_those_of_local_resimulation():
     by_datum = windows_by_datum(trace.windows)
     assert by_datum
     datum, windows = next(iter(by_datum.items()))
-    shown = windows_volume(trace, windows, COLOURS, LIGHT)
+    shown = windows_map(trace, windows, COLOURS, LIGHT)
     assert shown.indices[tuple(data.cells[datum])] < 2
     lit = np.zeros(shown.indices.shape, bool)
     for w in windows:
@@ -140,7 +137,7 @@ def test_windows_are_those_of_local_resimulation():
 
 def test_faces_are_where_the_path_came_from(view):
     trace = view.trace
-    faces = faces_of(trace, LEFT | TOP | BELOW)
+    faces = trace.grid_frame.faces()
     assert len(faces) == 3
     marked = np.zeros(trace.path.shape)
     marked[0, 0, 0] = 1  # the first cell of the path lies in the corner of these faces

@@ -22,6 +22,14 @@ class DataEditor extends CellMap {
   correctedShown = true;
   stroke = null; // what a pressed pointer does: its cells, or the datum that it moves
 
+  // The bar of tools, which stands beside the map's own HTML, becomes a part of the map.
+  constructor(root) {
+    root.append(root.nextElementSibling);
+    super(root);
+    root.classList.add('editor');
+    this.canvas.setAttribute('role', 'application');
+  }
+
   show(data) {
     this.queue.taken(data.ack);
     waiting = this.queue.edits;
@@ -121,9 +129,9 @@ class DataEditor extends CellMap {
       this.drawGhost(pen, this.stroke);
     } else if (this.stroke) {
       const cells = this.stroke.cells.filter((cell) => this.inside(cell));
-      const facies = (cell) => this.tool === 'erase' ? '#ffffff'
-        : (this.data.brushes[this.faciesAt(cell)] || { colour: '#ffffff' }).colour;
-      for (const [more, colour] of [[4, () => '#14181d'], [2, () => '#ffffff'], [0, facies]]) {
+      const facies = (cell) => this.tool === 'erase' ? PAPER
+        : (this.data.brushes[this.faciesAt(cell)] || { colour: PAPER }).colour;
+      for (const [more, colour] of [[4, () => INK], [2, () => PAPER], [0, facies]]) {
         for (const cell of cells) {
           const [x, y] = this.toCanvas(cell[1] + 0.5, cell[0] + 0.5);
           const wide = Math.max(s, 2) + more;
@@ -133,11 +141,7 @@ class DataEditor extends CellMap {
       }
     } else if (this.hover && s >= 5) {
       const [x, y] = this.toCanvas(this.hover[1], this.hover[0] + 1);
-      for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
-        pen.strokeStyle = colour;
-        pen.lineWidth = wide;
-        pen.strokeRect(x, y, s, s);
-      }
+      strokeIn(pen, [[PAPER, 3], [INK, 1]], () => pen.rect(x, y, s, s));
     }
     pen.restore();
   }
@@ -146,17 +150,13 @@ class DataEditor extends CellMap {
   drawGhost(pen, { datum: [row, column, facies], cells: [to], dragged }) {
     if (!dragged || !this.inside(to)) return;
     const [x, y] = this.toCanvas(to[1] + 0.5, to[0] + 0.5);
-    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = wide;
-      pen.beginPath();
+    strokeIn(pen, [[PAPER, 3], [INK, 1]], () => {
       pen.moveTo(...this.toCanvas(column + 0.5, row + 0.5));
       pen.lineTo(x, y);
-      pen.stroke();
-    }
+    });
     const { radius } = this;
-    disc(pen, x, y, radius + 2 * RING, '#14181d');
-    disc(pen, x, y, radius + RING, '#ffffff');
+    disc(pen, x, y, radius + 2 * RING, INK);
+    disc(pen, x, y, radius + RING, PAPER);
     disc(pen, x, y, radius, this.data.brushes[facies].colour);
   }
 
@@ -164,13 +164,13 @@ class DataEditor extends CellMap {
     if (!this.stroke && this.size1 < 5) super.drawCross(pen);
   }
 
-  drawPoints(pen, style) {
-    if (this.correctedShown) this.drawRings(pen, style);
-    super.drawPoints(pen, style); // on top, so that rings hide no datum
+  drawPoints(pen) {
+    if (this.correctedShown) this.drawRings(pen);
+    super.drawPoints(pen); // on top, so that rings hide no datum
   }
 
-  drawRings(pen, style) {
-    pen.strokeStyle = style.getPropertyValue('--corrected');
+  drawRings(pen) {
+    pen.strokeStyle = getComputedStyle(this.root).getPropertyValue('--corrected');
     this.data.points.forEach(([row, column, , , help], k) => {
       if (!help) return;
       const radius = this.radiusOf(k);
@@ -257,16 +257,6 @@ class DataEditor extends CellMap {
     this.queue.rest();
     window.removeEventListener('keydown', this.shortcut);
     super.stop();
-  }
-
-  cellOf(event) {
-    const [x, y] = this.toCells(...this.spotOf(event));
-    return [Math.floor(y), Math.floor(x)];
-  }
-
-  spotOf(event) {
-    const box = this.canvas.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
   }
 
   // The datum whose mark is under a pointer that would move it, null where there is none.

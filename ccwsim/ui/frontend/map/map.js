@@ -90,12 +90,10 @@ class CellMap {
   longestNorthing() {
     const { ny, cell_size: size, origin } = this.data;
     const pen = this.canvas.getContext('2d');
-    pen.font = this.font;
+    pen.font = fontOf(this.root);
     const ends = [origin[1], origin[1] + ny * size[1]];
     return Math.max(widestTick(pen, ...ends), widestTick(pen, ends[1] - ZOOMED * size[1], ends[1]));
   }
-
-  get font() { return fontOf(this.root); }
 
   get leads() { return this.room && this.data.leads; }
 
@@ -112,13 +110,9 @@ class CellMap {
     const { nx, ny } = this.data;
     this.cell = cell;
     this.wide = this.cell * nx; this.high = this.cell * ny;
-    const high = this.high + this.top + this.bottom;
-    const dots = window.devicePixelRatio || 1;
-    this.canvas.width = Math.round((this.wide + this.left + this.right) * dots);
-    this.canvas.height = Math.round(high * dots);
-    this.canvas.style.width = this.wide + this.left + this.right + 'px';
-    this.canvas.style.height = high + 'px';
-    this.dots = dots;
+    this.dots = window.devicePixelRatio || 1;
+    const [wide, high] = [this.wide + this.left + this.right, this.high + this.top + this.bottom];
+    sizeCanvas(this.canvas, wide, high, this.dots);
     this.draw();
   }
 
@@ -136,14 +130,7 @@ class CellMap {
   }
 
   draw() {
-    const pen = this.canvas.getContext('2d');
-    const style = getComputedStyle(this.root);
-    pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
-    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    pen.save();
-    pen.beginPath();
-    pen.rect(this.left, this.top, this.wide, this.high);
-    pen.clip();
+    const pen = clearAndClip(this.canvas, this);
     if (this.picture) {
       const s = this.cell * this.view.zoom;
       const [x, y] = this.toCanvas(0, this.data.ny);
@@ -153,15 +140,11 @@ class CellMap {
     }
     this.drawTrail(pen);
     this.drawMarks(pen);
-    if (this.dataShown) this.drawPoints(pen, style);
+    if (this.dataShown) this.drawPoints(pen);
     this.drawCross(pen);
     pen.restore();
-    pen.strokeStyle = style.getPropertyValue('--st-text-color');
-    pen.globalAlpha = 0.45;
-    pen.lineWidth = 1;
-    pen.strokeRect(this.left - 0.5, this.top - 0.5, this.wide + 1, this.high + 1);
-    pen.globalAlpha = 1;
-    if (this.data.axes) this.drawAxes(pen, style);
+    drawEdge(pen, this);
+    if (this.data.axes) this.drawAxes(pen);
   }
 
   // How far each datum is from the second nearest other one, in cells, up to where marks do not
@@ -198,7 +181,7 @@ class CellMap {
     return Math.max(SMALLEST_MARK, Math.min(this.radius, half / 1.8));
   }
 
-  drawPoints(pen, style) {
+  drawPoints(pen) {
     const { points, lut, point_lut: own, nx, ny } = this.data;
     if (!points.length) return;
     const marks = [];
@@ -209,7 +192,7 @@ class CellMap {
       const radius = this.radiusOf(k);
       marks.push({ x, y, radius, colour: (own || lut)[index], wrong });
     });
-    drawData(pen, marks, style.getPropertyValue('--st-red-color'));
+    drawData(pen, marks, wrongColourOf(this.root));
   }
 
   drawTrail(pen) {
@@ -218,18 +201,12 @@ class CellMap {
     const [[ax, ay], [bx, by]] = places.slice(-2);
     const angle = Math.atan2(by - ay, bx - ax);
     const head = (turn) => [bx - 8 * Math.cos(angle + turn), by - 8 * Math.sin(angle + turn)];
-    for (const [colour, wide] of [['#ffffff', 3], ['#14181d', 1.25]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = wide;
-      pen.globalAlpha = 0.75;
-      pen.beginPath();
+    strokeIn(pen, [[PAPER, 3, 0.75], [INK, 1.25, 0.75]], () => {
       places.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
       pen.moveTo(...head(0.5));
       pen.lineTo(bx, by);
       pen.lineTo(...head(-0.5));
-      pen.stroke();
-    }
-    pen.globalAlpha = 1;
+    });
   }
 
   // Boxes around cells, and rings, discs and crosses in the middle of them; ringed to show anywhere.
@@ -238,10 +215,7 @@ class CellMap {
       const [x, y] = this.toCanvas(mark.column, mark.row + mark.height);
       const [right, low] = this.toCanvas(mark.column + mark.width, mark.row);
       const [mx, my] = [(x + right) / 2, (y + low) / 2];
-      for (const [colour, wide] of [['#14181d', 4.5], ['#ffffff', 3.25], [mark.colour, 2]]) {
-        pen.strokeStyle = colour;
-        pen.lineWidth = wide;
-        pen.beginPath();
+      strokeIn(pen, [[INK, 4.5], [PAPER, 3.25], [mark.colour, 2]], () => {
         if (mark.kind === 'box') pen.rect(x, y, right - x, low - y);
         if (mark.kind === 'ring') pen.arc(mx, my, 4.5, 0, 2 * Math.PI);
         if (mark.kind === 'disc') pen.arc(mx, my, 4, 0, 2 * Math.PI);
@@ -249,8 +223,7 @@ class CellMap {
           pen.moveTo(mx - 4, my - 4); pen.lineTo(mx + 4, my + 4);
           pen.moveTo(mx - 4, my + 4); pen.lineTo(mx + 4, my - 4);
         }
-        pen.stroke();
-      }
+      });
       pen.fillStyle = mark.colour;
       if (mark.kind === 'disc') pen.fill();
     }
@@ -274,10 +247,8 @@ class CellMap {
     drawCrossAt(pen, ...this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5));
   }
 
-  drawAxes(pen, style) {
+  drawAxes(pen) {
     const { cell_size: size, origin } = this.data;
-    pen.fillStyle = style.getPropertyValue('--st-text-color');
-    pen.font = this.font;
     const [west, south] = this.toCells(this.left, this.top + this.high);
     const [east, north] = this.toCells(this.left + this.wide, this.top);
     drawAxes(pen, this, [origin[0] + west * size[0], origin[0] + east * size[0]],
@@ -339,30 +310,33 @@ class CellMap {
     this.look({ zoom, x: x + (this.view.x - x) / kept, y: y + (this.view.y - y) / kept });
   }
 
-  save() {
-    savePicture(this.canvas, this.data.name || 'map');
-  }
-
   act(what) {
     if (what === 'in') this.zoomBy(1.6);
     if (what === 'out') this.zoomBy(1 / 1.6);
     if (what === 'fit') this.look({ zoom: 1, x: 0, y: 0 });
-    if (what === 'save') this.save();
+    if (what === 'save') savePicture(this.canvas, this.data.name);
     if (what !== 'data') return;
     this.dataShown = !this.dataShown;
     this.root.querySelector('[data-do="data"]').setAttribute('aria-pressed', this.dataShown);
     this.draw();
   }
 
+  // The place on the canvas at a pointer, and the cell there.
+  spotOf(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  cellOf(event) {
+    const [x, y] = this.toCells(...this.spotOf(event));
+    return [Math.floor(y), Math.floor(x)];
+  }
+
   listen() {
-    const canvas = this.canvas;
-    const place = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return [event.clientX - box.left, event.clientY - box.top];
-    };
+    const { canvas } = this;
+    const place = (event) => this.spotOf(event);
     const cellAt = (event) => {
-      const [x, y] = this.toCells(...place(event));
-      const cell = [Math.floor(y), Math.floor(x)];
+      const cell = this.cellOf(event);
       return this.at(cell) ? cell : null;
     };
     canvas.addEventListener('wheel', (event) => {

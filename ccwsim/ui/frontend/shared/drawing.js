@@ -14,18 +14,60 @@ function drawData(pen, marks, wrongColour) {
 
 function ringOf(radius) { return Math.min(RING, radius * 0.4); }
 
-function drawCrossAt(pen, x, y) {
-  for (const [colour, wide] of [[PAPER, 3], [INK, 1]]) {
+// Stroke a path in several colours, each narrower than the one below it: [colour, width, alpha].
+function strokeIn(pen, layers, path) {
+  for (const [colour, wide, alpha = 1] of layers) {
     pen.strokeStyle = colour;
     pen.lineWidth = wide;
+    pen.globalAlpha = alpha;
     pen.beginPath();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-      pen.moveTo(x + 4 * dx, y + 4 * dy);
-      pen.lineTo(x + 11 * dx, y + 11 * dy);
-    }
+    path();
     pen.stroke();
   }
+  pen.globalAlpha = 1;
 }
+
+// Four lines around a place, from so many pixels away to so many along each axis.
+function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PAPER, 3], [INK, 1]]) {
+  strokeIn(pen, layers, () => {
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      pen.moveTo(x + from * dx, y + from * dy);
+      pen.lineTo(x + wide * dx, y + high * dy);
+    }
+  });
+}
+
+// The edge of a picture, in the colour of text, which is the pen's from here on.
+function drawEdge(pen, { left, top, wide, high, root }) {
+  const style = getComputedStyle(root);
+  pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--st-text-color');
+  pen.font = fontOf(root);
+  pen.globalAlpha = 0.45;
+  pen.lineWidth = 1;
+  pen.strokeRect(left - 0.5, top - 0.5, wide + 1, high + 1);
+  pen.globalAlpha = 1;
+}
+
+// Clear a canvas and let what follows show only inside a box, until `pen.restore()`.
+function clearAndClip(canvas, { left, top, wide, high, dots }) {
+  const pen = canvas.getContext('2d');
+  pen.setTransform(dots, 0, 0, dots, 0, 0);
+  pen.clearRect(0, 0, canvas.width, canvas.height);
+  pen.save();
+  pen.beginPath();
+  pen.rect(left, top, wide, high);
+  pen.clip();
+  return pen;
+}
+
+function sizeCanvas(canvas, wide, high, dots) {
+  canvas.width = Math.round(wide * dots);
+  canvas.height = Math.round(high * dots);
+  canvas.style.width = wide + 'px';
+  canvas.style.height = high + 'px';
+}
+
+function wrongColourOf(root) { return getComputedStyle(root).getPropertyValue('--st-red-color'); }
 
 // Numbers below and at the left of a box (left, top, wide, high), whose edges are at these two values.
 function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from base64 import b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from hashlib import blake2b
 from typing import Any
 
@@ -14,37 +14,9 @@ from numpy.typing import NDArray
 
 from ccwsim.model.grid import Grid
 from ccwsim.ui.frontend.cell_map import CellMap, shared_content
-from ccwsim.ui.frontend.component import canvas_component, reported
 
-LEVEL = 6
-"""Of the compression: level 9 takes ten times as long for a tenth of the bytes."""
-
-
-def draw_volume(
-    cells: CellMap,
-    key: str,
-    *,
-    on_edits: Callable[[list[dict[str, Any]]], None] | None = None,
-    editing: Mapping[str, Any] | None = None,
-    **options: Any,
-) -> None:
-    """Put a volume on the page; `options` are those of `volume_content`.
-
-    Volumes of the same `link` share the cursor, the slices and the vertical exaggeration.
-    `on_edits` gets edits that the page may have had already, each with `seq`, a growing number, and
-    either `cells`, the (layer, row, column) that the user clicks or draws over in a slice, or where
-    the cross hairs are when Enter is pressed, and `axis`, that across the slice; or `do`, "undo" or
-    "redo". `editing` has `ack`, the number of the last edit taken, `can_undo` and `can_redo`.
-    """
-    content = volume_content(cells, key, **options) | {"picks": on_edits is not None}
-
-    def edited() -> None:
-        edits = reported(key, "edits")
-        if edits and on_edits:
-            on_edits(edits)
-
-    content |= editing or {}
-    canvas_component("volume")(key=key, data=content, on_edits_change=edited)
+COMPRESSION = 6
+"""Level of zlib: level 9 takes ten times as long for a tenth of the bytes."""
 
 
 def volume_content(
@@ -57,14 +29,11 @@ def volume_content(
     body: bool = True,
     cursor: Sequence[int] | None = None,
     max_height: int = 480,
+    picks: bool = False,
 ) -> dict[str, Any]:
-    """Return what the canvas needs to draw a volume.
+    """Return the content of the component that draws a volume; see `draw_cells`.
 
-    The coordinates of `grid` are drawn along the edges of the slices. Without `body` there are the
-    three slices alone, for a small panel. Slices go through the cell `cursor` (layer, row, column)
-    when it is another than before; else the user alone moves them. The browser keeps cursor, angle
-    and mode under `key`, or under `link`. `name` is the file name, without ending, of the saved
-    picture; `max_height` of the map and of the body is in pixels.
+    The browser keeps cursor, angle and mode under `key`, or under `link`.
 
     Examples
     --------
@@ -75,23 +44,21 @@ def volume_content(
     """
     indices = np.ascontiguousarray(cells.indices, np.uint8)
     digest = blake2b(indices.tobytes(), digest_size=16).hexdigest()
-    return shared_content(cells) | {
+    return shared_content(cells, grid) | {
         "cells": _packed(f"{indices.shape} {digest}", indices),
         "digest": digest,
         "shape": list(indices.shape[::-1]),  # along x, y and z, as all in the browser
-        "axes": grid is not None,
-        "cell_size": list(grid.cell_size) if grid else [1.0, 1.0, 1.0],
-        "origin": list(grid.origin) if grid else [0.0, 0.0, 0.0],
         "key": key,
         "link": link,
         "name": name,
         "body": body,
         "cursor": list(cursor[::-1]) if cursor else None,
         "max_height": max_height,
+        "picks": picks,
     }
 
 
 @st.cache_data(max_entries=32, show_spinner=False)
 def _packed(digest: str, _indices: NDArray[np.uint8]) -> str:
     """Cells, x fastest, then y, then z from the bottom; compressed, as text."""
-    return b64encode(zlib.compress(_indices.tobytes(), LEVEL)).decode()
+    return b64encode(zlib.compress(_indices.tobytes(), COMPRESSION)).decode()

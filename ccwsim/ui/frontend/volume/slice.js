@@ -39,29 +39,17 @@ class Slice {
   draw() {
     const { view, here } = this;
     const { data } = view;
-    const style = getComputedStyle(view.root);
-    const pen = this.canvas.getContext('2d');
-    pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
-    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    pen.save();
-    pen.beginPath();
-    pen.rect(this.left, this.top, this.wide, this.high);
-    pen.clip();
+    const pen = clearAndClip(this.canvas, this);
     pen.imageSmoothingEnabled = Math.min(view.scale[this.right], view.scale[this.up]) * this.dots < 1;
     pen.drawImage(this.picture(), this.left, this.top, this.wide, this.high);
     this.drawHairs(pen);
-    if (view.dataShown) this.drawData(pen, style.getPropertyValue('--st-red-color'));
+    if (view.dataShown) this.drawData(pen, wrongColourOf(view.root));
     const { hover } = view.shared;
     if (hover && hover[this.across] === here) {
       drawCrossAt(pen, ...this.toCanvas(hover[this.right] + 0.5, hover[this.up] + 0.5));
     }
     pen.restore();
-    pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--st-text-color');
-    pen.globalAlpha = 0.45;
-    pen.lineWidth = 1;
-    pen.strokeRect(this.left - 0.5, this.top - 0.5, this.wide + 1, this.high + 1);
-    pen.globalAlpha = 1;
-    pen.font = fontOf(view.root);
+    drawEdge(pen, { ...this, root: view.root });
     if (data.axes) drawAxes(pen, this, view.extent(this.right), view.extent(this.up));
     this.say();
   }
@@ -88,18 +76,7 @@ class Slice {
   drawHairs(pen) {
     const { at } = this.view;
     const [x, y] = this.toCanvas(at[this.right] + 0.5, at[this.up] + 0.5);
-    for (const [colour, wide, alpha] of [[PAPER, 3, 0.55], [INK, 1, 0.85]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = wide;
-      pen.globalAlpha = alpha;
-      pen.beginPath();
-      for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-        pen.moveTo(x + 7 * dx, y + 7 * dy);
-        pen.lineTo(x + (this.wide + 7) * dx, y + (this.high + 7) * dy);
-      }
-      pen.stroke();
-    }
-    pen.globalAlpha = 1;
+    drawCrossAt(pen, x, y, 7, [this.wide + 7, this.high + 7], [[PAPER, 3, 0.55], [INK, 1, 0.85]]);
   }
 
   // Data in the slice are circles; those of a well are a strip of cells in a section. A well that
@@ -223,13 +200,6 @@ class Slice {
   }
 
   press(event) { this.view.moveTo(this.cellAt(event).cell); }
-}
-
-function sizeCanvas(canvas, wide, high, dots) {
-  canvas.width = Math.round(wide * dots);
-  canvas.height = Math.round(high * dots);
-  canvas.style.width = wide + 'px';
-  canvas.style.height = high + 'px';
 }
 
 function isFocused(element) { return element.getRootNode().activeElement === element; }

@@ -201,7 +201,7 @@ class VolumeView {
       pen.fillText(words.join('  '), above.left - box.left, above.top - box.top + above.height / 2);
       pen.drawImage(canvas, place.left - box.left, place.top - box.top, place.width, place.height);
     }
-    savePicture(picture, this.data.name || 'volume');
+    savePicture(picture, this.data.name);
   }
 
   listen() {

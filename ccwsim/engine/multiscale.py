@@ -1,0 +1,93 @@
+"""MS-CCSIM: patches of the coarsest scale placed again at each finer one (not in the paper).
+
+Tahmasebi, Sahimi and Caers (2014), to which the paper compares its method (section 5.4). The images
+are up-gridded instead of transformed; the search fills the coarsest grid, and each finer scale
+places the same patches near the locations chosen at the coarser one.
+"""
+
+from __future__ import annotations
+
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
+from ccwsim.engine.kernels import kernel
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.raster import MAX_PATCHES_PER_CALL, Plan, empty_grid, reported_calls
+from ccwsim.engine.stages.bits import take_strips
+from ccwsim.engine.stages.conditioning import PlacedData
+from ccwsim.engine.stages.path import Triple
+from ccwsim.engine.tiles import Simulated, box_of, cut_and_paste, make_placing
+from ccwsim.jobs.workers import Watch
+from ccwsim.model.study import Study
+
+CELLS_PER_CALL = 100_000_000
+"""Cells compared between two reports of progress."""
+
+
+class ScaleInputs(NamedTuple):
+    """Inputs of one scale."""
+
+    patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`, in cells of this scale
+    image: NDArray[np.uint8]  # shape (nz, ny, nx)
+    square_bits: NDArray[np.uint64]  # shape (n_planes, nz, ny, n_words)
+    data: PlacedData
+    overlap: Triple
+    block: Triple  # cells of this scale in one of the coarser scale
+    missed: int  # cost of a missed datum, in wrong cells
+    refine: bool
+
+
+def place_at_finer_scales(
+    study: Study,
+    plan: Plan,
+    image: PreparedImage,
+    simulated: Simulated,
+    keep_sources: bool,
+    watch: Watch,
+) -> Simulated:
+    """Return the grid of the finest scale; `simulated` is that of the coarsest."""
+    p, orientation, patches = study.parameters, plan.path.orientation, plan.inputs.patches
+    n = len(patches)
+    at_once = min(max(CELLS_PER_CALL // prod(plan.lengths[0].template), 1), MAX_PATCHES_PER_CALL)
+    for scale in range(p.scale - 1, -1, -1):
+        lengths, coarser = plan.lengths[scale], plan.lengths[scale + 1]
+        block = lengths.cells_of(coarser)
+        patches = patches * np.array([*block, *block, 1, 1, 1, 1])
+        bits, data = image.square_bits(orientation, scale), plan.data[scale]
+        known = patches, image.scaled(orientation, scale), bits, data, lengths.overlap, block
+        inputs = ScaleInputs(*known, plan.inputs.search.missed, p.refine)
+        placing = make_placing(bits, lengths.template, lengths.overlap, data)
+        locations = simulated.locations
+        simulated = empty_grid(study, plan, scale, keep_sources)._replace(locations=locations)
+        for first in reported_calls(study, p.scale - scale, n, at_once, watch):
+            refine_patches(first, min(first + at_once, n), inputs, placing, simulated)
+    return simulated
+
+
+@kernel
+def refine_patches(first, last, inputs, placing, simulated):
+    """Place patches `first` to `last` − 1 near their locations at the coarser scale.
+
+    `simulated.locations`, shape (n, 3), are those of the coarser scale on entry; without
+    `inputs.refine` they stay.
+    """
+    patches, image, square_bits, data, overlap, block, missed, refine = inputs
+    grid, locations = simulated.grid, simulated.locations
+    strips, at_stake, cut = placing
+    for number in range(first, last):
+        box = box_of(patches[number], overlap)
+        place = (
+            block[0] * np.int64(locations[number, 0]),
+            block[1] * np.int64(locations[number, 1]),
+            block[2] * np.int64(locations[number, 2]),
+        )
+        if refine:
+            take_strips(grid, box, square_bits, strips)
+            lost = at_stake[: data_at_stake(grid, data, box, at_stake)]
+            _, z, y, x = refine_place(image, square_bits, box, block, place, strips, lost, missed)
+            place = z, y, x
+        cut_and_paste(number, box, place, image, data, cut, simulated)

@@ -1,0 +1,148 @@
+"""The brush of the editor of a volume, and the table of its wells."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim.model.arrays import digest
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.sharing.choices import CellsOfWells, DataChoice
+from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, layers_of_wells, take
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.widgets.text import panel_title
+
+
+def draw_brush(state: State, nz: int) -> None:
+    """Draw the choice of the facies to place and of the layers of a well."""
+    page_state, image = state.page(Editor), image_of(state.choices.image)
+    names = dict(enumerate(image.facies_names)) | {AS_SHOWN: "as shown", ERASE: "erase"}
+    low, high = layers_of_wells(page_state, nz)
+    with st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key="brush_row"):
+        brush = bound_to(page_state, "brush") | options_of(names)
+        tip = "“as shown” reads the realization; “erase” frees cells."
+        field(st.segmented_control, "Facies to place", key="brush", help=tip, **brush)
+        for k, (label, layer) in enumerate((("Wells from layer", low), ("to layer", high))):
+
+            def write(new: int, k: int = k) -> None:
+                page_state.layers = (int(new), high) if k == 0 else (low, int(new))
+
+            number: dict[str, Any] = {"value": layer, "write": write, "width": 120}
+            number |= {"min_value": 0 if k == 0 else low, "max_value": high if k == 0 else nz - 1}
+            help_ = "0 is the bottom." if k == 0 else None
+            field(st.number_input, label, key=f"well_layer_{k}", help=help_, **number)
+
+
+class WellRows(NamedTuple):
+    """The wells of a volume: those with a name, then columns of other data."""
+
+    names: tuple[str, ...]  # "" of a column
+    data: tuple[NDArray[np.int64], ...]  # which data each has, the lowest first
+
+
+def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
+    """Return the wells of hard data: each named well, and each column of the other data.
+
+    Examples
+    --------
+    >>> data = HardData([[0, 3, 4], [1, 3, 5], [0, 1, 1], [2, 1, 1]], [0, 1, 1, 0])
+    >>> rows = rows_of_wells(data, (("A", ((0, 3, 4), (1, 3, 5), (9, 9, 9))),))
+    >>> rows.names, [data.cells[k].tolist() for k in rows.data]
+    (('A', ''), [[[0, 3, 4], [1, 3, 5]], [[0, 1, 1], [2, 1, 1]]])
+    """
+    place_of = {cell: k for k, cell in enumerate(map(tuple, data.cells.tolist()))} if wells else {}
+    names, parts = [], []
+    unnamed = np.ones(data.n, bool)
+    for name, cells in wells:
+        placed = np.array(sorted(place_of[cell] for cell in cells if cell in place_of), np.int64)
+        if len(placed):
+            names.append(name)
+            parts.append(placed)
+            unnamed[placed] = False
+    left = np.flatnonzero(unnamed)
+    if len(left):
+        layer, row, column = data.cells[left].T
+        order = np.lexsort((layer, column, row))
+        new = (np.diff(row[order]) != 0) | (np.diff(column[order]) != 0)
+        parts += np.split(left[order], np.flatnonzero(new) + 1)
+        names += [""] * (len(parts) - len(names))
+    return WellRows(tuple(names), tuple(parts))
+
+
+def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
+    """Return a table of wells: name, position of the highest datum, range of z, number of data.
+
+    Examples
+    --------
+    >>> data = HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1])
+    >>> table_of_wells(data, Grid(8, 8, nz=6), rows_of_wells(data))
+         x    y  from z  to z  data
+    0  1.5  1.5     0.0   1.0     1
+    1  4.5  3.5     2.0   6.0     2
+    """
+    low = data.cells[[which[0] for which in rows.data]]
+    high = data.cells[[which[-1] for which in rows.data]]
+    places = grid.centers_of(high)
+    height, base = grid.cell_size[-1], grid.origin[-1]
+    columns: dict[str, Any] = {"well": rows.names} if any(rows.names) else {}
+    columns |= {"x": places[:, 0], "y": places[:, 1]}
+    columns |= {"from z": base + height * low[:, 0], "to z": base + height * (high[:, 0] + 1)}
+    return pd.DataFrame(columns | {"data": [len(which) for which in rows.data]})
+
+
+def describe_wells(data: HardData, rows: WellRows) -> str:
+    """Say how many wells there are.
+
+    Examples
+    --------
+    >>> data = HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1])
+    >>> describe_wells(data, rows_of_wells(data))
+    '2 columns, 3 cells'
+    """
+    n = sum(map(bool, rows.names))
+    counts = {"well": n, "column": len(rows.names) - n, "cell": data.n}
+    said = [f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count]
+    return ", ".join(said)
+
+
+def draw_wells(state: State, data: HardData) -> None:
+    """Draw the wells as a table; chosen ones can be removed."""
+    if not data.n:
+        panel_title("Wells", "none yet")
+        return
+    wells = rows_of_wells(data, wells_of(state.choices))
+    panel_title("Wells", describe_wells(data, wells))
+    options: dict[str, Any] = {"on_select": "rerun", "selection_mode": "multi-row", "height": 300}
+    table = table_of_wells(data, state.choices.grid, wells)
+    key = f"wells_{digest(data.digest, wells.names)}"
+    chosen = st.dataframe(table, hide_index=True, key=key, **options)
+    rows = list(chosen["selection"]["rows"])
+    words = f"Remove {len(rows)} of them" if rows else "Choose rows to remove wells"
+    remove = {"on_click": remove_wells, "args": (state, rows), "disabled": not rows}
+    button(words, key="remove_wells", **remove)
+
+
+def remove_wells(state: State, rows: list[int]) -> None:
+    """Remove wells with their data, by their rows in the table.
+
+    A cell that another well goes through keeps its datum.
+    """
+    data, named = data_of(state.choices), wells_of(state.choices)
+    wells = rows_of_wells(data, named)
+    out = np.zeros(data.n, bool)
+    for k in rows:
+        out[wells.data[k]] = True
+    for k, which in enumerate(wells.data):
+        if k not in rows:
+            out[which] = False
+    gone = {wells.names[k] for k in rows}
+    left = HardData(data.cells[~out], data.facies[~out])
+    kept = tuple(well for well in named if well[0] not in gone)
+    take(state, DataChoice("placed", placed=left, wells=kept), state.reference)
