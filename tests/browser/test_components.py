@@ -362,7 +362,7 @@ def test_a_part_of_a_page_keeps_its_height_until_the_page_rests(tab, put_up):
     tab.wait_for_function(f"() => ({high})() === 300", timeout=SOON)
     tab.evaluate(FRAMES)  # in which it is measured
     tab.evaluate("() => document.querySelector('.st-key-part').replaceChildren()")
-    tab.wait_for_timeout(100)
+    tab.evaluate(FRAMES)
     assert tab.evaluate(high) == 300
     tab.evaluate(
         "() => { document.querySelector('.stApp').dataset.testScriptState = 'notRunning'; }"

@@ -21,6 +21,7 @@ from tests.browser.hands import (
     fill,
     menu,
     run,
+    settled,
     soon,
     switch_on,
     until,
@@ -229,8 +230,12 @@ def test_quick_changes_are_all_kept(page, address):
         box.fill(str(value))
         box.press("Enter")
         page.wait_for_timeout(250)  # as fast as hands are
-    page.wait_for_timeout(3000)  # none of them is taken back
+
+    def boxes() -> list[str]:
+        return [page.locator(f".st-key-{key} input").input_value() for key in edits]
+
     at_rest(page)
+    settled(page, boxes)  # none of them is taken back
     for key, value in edits.items():
         expect(page.locator(f".st-key-{key} input")).to_have_value(str(value), timeout=SOON)
 
@@ -254,34 +259,21 @@ def test_hover_says_cell_and_facies(page, address):
 
 
 @pytest.mark.slow
-def test_live_runs_after_a_change(page, address):
-    opened(page, address)
-    switch_on(page, "live")
-    fill(page, "n_realizations", 3)
-    facts(page, "3 realizations in")
-
-
-@pytest.mark.slow
-def test_the_plain_address_opens_cold(chromium):
+def test_the_plain_address_opens_cold_and_nothing_leaves_the_machine(chromium):
     from playwright.sync_api import expect
 
+    asked: list[str] = []
     with served() as fresh:
         context = chromium.new_context()
+        context.on("request", lambda request: asked.append(request.url))
         page = opened(context.new_page(), fresh, "/")
         expect(page).to_have_title("Simulate · CCWSIM", timeout=SOON)
         sees(page.locator(".st-key-menu", has_text="Simulate"))
         sees(page.locator(".st-key-run").get_by_role("button", name="Run"))
+        page.wait_for_load_state("networkidle", timeout=SLOW)
         context.close()
-
-
-@pytest.mark.slow
-def test_nothing_leaves_the_machine(page, address):
-    asked = []
-    page.on("request", lambda request: asked.append(request.url))
-    opened(page, address)
-    page.wait_for_timeout(1000)
-    away = [url for url in asked if not url.startswith((address, "data:", "blob:"))]
-    assert not away
+    assert asked
+    assert not [url for url in asked if not url.startswith((fresh, "data:", "blob:"))]
 
 
 @pytest.mark.slow

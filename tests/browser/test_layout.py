@@ -167,9 +167,7 @@ def test_coordinates_are_written_whole(tab, address, path):
 
 
 @pytest.mark.parametrize("path", ["simulate", "validate", "data"])
-@pytest.mark.parametrize("size", [{"width": 1440, "height": 900}, NARROW], ids=["wide", "narrow"])
-def test_a_realization_and_the_e_type_have_one_top_and_one_size(tab, address, path, size):
-    tab.set_viewport_size(size)
+def test_two_maps_have_one_top_and_one_size_and_no_tool_covers_them(tab, address, path):
     opened(tab, address, path)
     left = ".st-key-editor canvas" if path == "data" else ".st-key-map_realization canvas"
     below, beside = (0, 0) if path == "validate" else (19, 39)  # the coordinates
@@ -180,6 +178,15 @@ def test_a_realization_and_the_e_type_have_one_top_and_one_size(tab, address, pa
         assert first["height"] - below == pytest.approx(second["height"], abs=1)
         assert first["width"] - beside == pytest.approx(second["width"], abs=1)
 
+    def cover_nothing() -> None:
+        tab.locator(".st-key-map_e_type canvas").hover()
+        found = tab.evaluate(COVERED)
+        assert found["tools"] >= 2
+        assert found["covered"] == []
+
+    soon(alike)
+    soon(cover_nothing)
+    tab.set_viewport_size(NARROW)
     soon(alike)
 
 
@@ -196,19 +203,6 @@ def test_maps_of_a_wide_grid_are_below_each_other(tab, address, path):
         assert second["width"] == pytest.approx(first["width"], rel=0.08)
 
     soon(below)
-
-
-@pytest.mark.parametrize("path", ["simulate", "validate", "data"])
-def test_tools_cover_no_map_and_no_chart(tab, address, path):
-    opened(tab, address, path)
-
-    def cover_nothing() -> None:
-        tab.locator(".st-key-map_e_type canvas").hover()
-        found = tab.evaluate(COVERED)
-        assert found["tools"] >= 2
-        assert found["covered"] == []
-
-    soon(cover_nothing)
 
 
 def test_nothing_scrolls_through_the_logo(tab, address):

@@ -13,7 +13,7 @@ from ccwsim import Grid
 from ccwsim.ui.frontend.cell_map import CellMap, share_map
 from ccwsim.ui.frontend.component import component_parts
 from ccwsim.ui.frontend.volume import volume_content
-from tests.browser.hands import SOON, soon
+from tests.browser.hands import SOON, settled, soon
 from tests.browser.served import CHROMIUM
 from tests.browser.test_components import BEGIN, CALLS, FRAMES, begin
 
@@ -397,12 +397,13 @@ def test_a_threshold_leaves_the_cells_from_a_value_on(tab):
     drawn_cells = """() => { const c = document.querySelector('[data-panel=body] canvas');
       const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
       return p.filter((a, k) => k % 4 === 3 && a > 250).length; }"""
-    counts = []
-    for value in (0, 100, 190):
+    holds(lambda: tab.evaluate(drawn_cells))
+    before = tab.evaluate(drawn_cells)
+    for value in (100, 190):
         slider.fill(str(value))
-        tab.wait_for_timeout(600)
-        counts.append(tab.evaluate(drawn_cells))
-    assert counts[0] > 1.3 * counts[1] > 1.3 * 1.3 * counts[2] > 0
+        most = before / 1.3
+        holds(lambda most=most: 0 < tab.evaluate(drawn_cells) < most)
+        before = settled(tab, lambda: tab.evaluate(drawn_cells), pause=100)
     assert tab.locator(".threshold output").inner_text() == "P(sand) = 0.95"
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from itertools import product
+from itertools import combinations, product
 from math import prod
 from pathlib import Path
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from ccwsim import HardData, Parameters, datasets, simulate
 
+Study = tuple[str, str, dict[str, object], int]
 DIGESTS = Path(__file__).with_name("golden_digests.json")
 IMAGES = ("channels", "stone_wall", "barchans", "levees")
 GRID = (117, 150)
@@ -63,14 +64,14 @@ LARGE = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_leve
 PUBLISHED = {"published_draw": True, "repair_seams": False}
 
 
-def studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
+def studies() -> Iterator[Study]:
     """Yield name, training image, parameters and number of data of each of the 414 studies."""
     for changes in (PUBLISHED, {}):
         for name, image, options, n_data in _studies():
             yield " ".join([name, *changes]), image, {**options, **changes}, n_data
 
 
-def _studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
+def _studies() -> Iterator[Study]:
     for image, search, n_data in product(IMAGES, SEARCHES, N_DATA):
         yield _name(image, search, n_data), image, search, n_data
     for k, (image, options) in enumerate(product(IMAGES, OPTIONS)):
@@ -85,6 +86,33 @@ def _studies() -> Iterator[tuple[str, str, dict[str, object], int]]:
 
 def _name(image: str, options: dict[str, object], n_data: int) -> str:
     return " ".join([image, *(f"{key}={value}" for key, value in options.items()), f"n={n_data}"])
+
+
+def few(n: int = 60) -> list[Study]:
+    """Return quick studies that cover images, numbers of data, options, and most pairs of these.
+
+    Each is the one that adds most pairs to those of the studies before it.
+    """
+    rest = [(study, _pairs(study)) for study in studies() if not _takes_seconds(study)]
+    chosen: list[Study] = []
+    covered: set[tuple[str, ...]] = set()
+    while len(chosen) < n:
+        best = max(rest, key=lambda each: len(each[1] - covered))
+        rest.remove(best)
+        chosen.append(best[0])
+        covered |= best[1]
+    return chosen
+
+
+def _takes_seconds(study: Study) -> bool:
+    _, image, options, n_data = study
+    return image == "folded_layers" and bool(n_data) and options.get("wavelet_level") == 0
+
+
+def _pairs(study: Study) -> set[tuple[str, ...]]:
+    _, image, options, n_data = study
+    values = {"image": image, "n_data": n_data, **dict.fromkeys(PUBLISHED, "default"), **options}
+    return {*combinations(sorted(f"{key}={value}" for key, value in values.items()), 2)}
 
 
 def digest(image: str, options: dict[str, object], n_data: int) -> str:

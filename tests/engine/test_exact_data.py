@@ -150,7 +150,7 @@ SMALL = Choices(
 def test_each_page_is_drawn_with_data_that_are_wrong(page):
     app = AppTest.from_file(str(Path(__file__).parents[2] / page), default_timeout=120)
     ensemble = part_of(SMALL)(0, SMALL.n_realizations, lambda *_: None, lambda: False)
-    app.session_state[KEY] = State(choices=SMALL, ensemble=ensemble, ran=SMALL)
+    app.session_state[KEY] = State(choices=SMALL, ensemble=ensemble, ensemble_choices=SMALL)
     app.run()
     assert not app.exception
     assert not app.error

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.engine.golden_studies import DIGESTS, IMAGES, VOLUMES, digest, studies
+from tests.engine.golden_studies import DIGESTS, IMAGES, VOLUMES, digest, few, studies
 
 STORED = json.loads(DIGESTS.read_text("utf-8"))
 STUDIES = [*studies()]
@@ -16,7 +16,18 @@ def changed(chosen) -> list[str]:
 
 
 def test_every_cell_of_some_studies_is_as_it_was():
-    assert changed(STUDIES[::37]) == []
+    assert changed(few()) == []
+
+
+def test_these_have_every_image_every_number_of_data_and_every_value_of_an_option():
+    def settings(chosen) -> set[str]:
+        return {
+            f"{key}={value}"
+            for _, image, options, n_data in chosen
+            for key, value in {"image": image, "n_data": n_data, **options}.items()
+        }
+
+    assert settings(few()) == settings(STUDIES)
 
 
 @pytest.mark.slow

@@ -82,6 +82,7 @@ def test_a_vertical_trend_is_kept_alone():
     assert drift(3) < 0.7 * drift(0)
 
 
+@pytest.mark.slow
 def test_beds_keep_their_height_their_share_and_fewer_unseen_patterns():
     image = datasets.load("folded_layers")
     p = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))

@@ -150,7 +150,7 @@ def test_sources_tell_where_each_cell_came_from_over_all_tiles():
 
 def test_progress_never_goes_back_and_cancel_stops_within_a_realization():
     seen: list[float] = []
-    study = THREE_FACIES, (1500, 1500), multiscale(), None, 2
+    study = THREE_FACIES, (700, 700), multiscale(), None, 2
     simulate(*study, progress=lambda share, _: seen.append(share))
     assert seen == sorted(seen)
     assert seen[-1] == 1

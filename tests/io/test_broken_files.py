@@ -91,7 +91,7 @@ def changed(content: bytes, source: random.Random) -> bytes:
 def test_changed_files(name):
     assert read_every_way(SAMPLES[name]) > 0, "the sample itself is good"
     source = random.Random(name)
-    for _ in range(60):
+    for _ in range(25):
         read_every_way(changed(SAMPLES[name], source))
 
 

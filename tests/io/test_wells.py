@@ -129,7 +129,7 @@ SURVEYS = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(SURVEYS, st.integers(0, 2**16))
 def test_a_deviated_well_has_a_datum_in_each_cell_it_goes_through(stations, seed):
     rng = np.random.default_rng(seed)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.browser.served import ROOT, started
 from tests.ui.sessions import Session, resident
+from tests.waiting import wait_until
 
 SLOW = 180.0
 APP = f"""
@@ -21,7 +22,6 @@ import streamlit as st
 
 from ccwsim import Grid
 from ccwsim.ui.session import server
-from ccwsim.jobs import queue
 from ccwsim.sharing.choices import Choices
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.job import server_queue
@@ -84,8 +84,8 @@ def test_the_last_tab_leaves_no_memory_behind():
         before = visit(small)
         held = visit("grid=3000x3000&data=none&realizations=2")
         assert held > before + 100 * 10**6
-        for _ in range(60):
-            time.sleep(1)
-            if (left := resident(server.process.pid)) < before + 50 * 10**6:
-                return
-        raise AssertionError(f"{before} bytes before, {held} while it was open, {left} after")
+        wait_until(
+            lambda: resident(server.process.pid) < before + 50 * 10**6,
+            f"memory to go back to {before} bytes, from {held} while the tab was open",
+            every=1,
+        )

@@ -95,6 +95,7 @@ def test_the_owners_limit_is_held(monkeypatch):
     assert kept(app)
 
 
+@pytest.mark.slow
 def test_a_picture_of_remarks_is_taken():
     app = launched()
     app.file_uploader(key="image_file").upload("a.png", png_of_remarks(), "image/png").run()

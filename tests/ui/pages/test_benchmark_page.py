@@ -32,6 +32,7 @@ from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened
+from tests.waiting import wait_until
 
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
 
@@ -131,9 +132,7 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     case = TimingCase(Parameters(), (48, 48))
     run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
     state.page(Benchmark).grids = run
-    end = time.monotonic() + 60
-    while not run.timings and time.monotonic() < end:
-        time.sleep(0.01)
+    wait_until(lambda: run.timings, "the first time")
     app.run()
     assert not app.exception
     assert app.button(key="measure_data").disabled

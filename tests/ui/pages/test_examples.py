@@ -21,7 +21,7 @@ from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.sharing.link import link_of, read_link
-from ccwsim.ui.compare.settings import Comparing
+from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, example_named, next_example
 from ccwsim.ui.examples.opened import Examples, back_to_own, compare_example, open_example
 from ccwsim.ui.examples.page import class_link, expected, pictures_html, pictures_of, small
@@ -30,6 +30,7 @@ from ccwsim.ui.examples.quiz import (
     SIDE,
     Quiz,
     Round,
+    RoundRun,
     describe_seams,
     describe_verdict,
     draw_round,
@@ -176,12 +177,14 @@ def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, nam
     assert new[bad] > 1.2 * new[good]
 
 
+@pytest.mark.slow
 def test_a_level_too_high_along_z_breaks_the_lenses(by_setting):
     coarse, fine = by_setting("volume-lenses", whole=True)
     new = [unseen_patterns(e, e.training_image).mean() for e in (coarse, fine)]
     assert new[0] > 1.3 * new[1]
 
 
+@pytest.mark.slow
 def test_a_location_weight_along_z_keeps_the_order_of_the_beds(by_setting):
     free, kept = by_setting("volume-trend")
     own = vertical_proportions(free.training_image)[0]
@@ -237,16 +240,16 @@ def test_pictures_are_of_the_study_and_keep_their_room():
 def test_an_example_takes_the_place_of_a_study_that_comes_back():
     app = launched()
     state = state_of(app)
-    state.page(Comparing).n = 5
+    state.page(ComparePageState).n = 5
     open_example(state, example("delta"))
     assert state.choices == example("delta").choices
     assert state.job is not None
     compare_example(state, example("candidates"))
-    assert state.page(Comparing).others == list(example("candidates").others)
+    assert state.page(ComparePageState).others == list(example("candidates").others)
     back_to_own(state)
     assert (state.choices, state.ensemble, state.job) == (OWN, None, None)
-    assert state.page(Comparing).others == [None, None]
-    assert state.page(Comparing).n == 5
+    assert state.page(ComparePageState).others == [None, None]
+    assert state.page(ComparePageState).n == 5
     back_to_own(state)  # nothing is left to bring back
     assert state.choices == OWN
 
@@ -279,7 +282,7 @@ def test_simulate_says_which_example_is_open():
     app = quiet(opened("simulate", state).run())
     assert "Example 11: A delta" in html(app)
     app.button(key="compare_opened").click().run()
-    assert state.page(Comparing).others == list(example("delta").others)
+    assert state.page(ComparePageState).others == list(example("delta").others)
     quiet(app.button(key="keep_example").click().run())
     assert "Example 11" not in html(app)
     assert state_of(app).page(Examples).kept is None
@@ -334,7 +337,9 @@ def test_only_the_first_pick_of_a_round_counts():
     quiz = Quiz()
     pick(quiz, 0)
     assert not quiz.tallies
-    quiz.round = draw_round(datasets.load("channels"), Parameters(), seed=1)
+    quiz.run = RoundRun(datasets.load("channels"), Parameters(), seed=1).start()
+    assert quiz.run.wait(60)
+    assert quiz.round is not None
     wrong = (quiz.round.answer + 1) % N_PICTURES
     pick(quiz, 99)
     pick(quiz, wrong)

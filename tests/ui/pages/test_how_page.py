@@ -29,6 +29,7 @@ from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import describe_sides
 from ccwsim.ui.session.state import KEY, State
+from tests.some import some
 from tests.ui.widgets import html, named, opened
 
 ROOT = Path(__file__).parents[3]
@@ -79,7 +80,7 @@ def test_it_opens_cold_on_a_patch_that_shows_much():
     assert "400 data" in text(app)
 
 
-@pytest.mark.parametrize("choices", [SMALL, WITH_DATA, MANY], ids=["no data", "data", "many data"])
+@pytest.mark.parametrize("choices", some([SMALL, WITH_DATA, MANY], always=[WITH_DATA]))
 def test_every_patch_shows_the_figures_of_the_core(choices):
     trace = trace_of(choices)
     app = launched(choices)

@@ -24,6 +24,7 @@ from ccwsim.ui.how_it_works.resimulation import windows_by_datum, windows_map
 from ccwsim.ui.how_it_works.run import How, trace_of
 from ccwsim.ui.how_it_works.words import describe_position
 from ccwsim.ui.session.state import KEY, State
+from tests.some import some
 from tests.ui.widgets import html, named, opened, texts
 
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
@@ -149,7 +150,7 @@ def test_faces_are_where_the_path_came_from(view):
     )
 
 
-@pytest.mark.parametrize("choices", [VOLUME, WITH_DATA], ids=["no data", "data"])
+@pytest.mark.parametrize("choices", some([VOLUME, WITH_DATA], always=[WITH_DATA]))
 def test_the_page_steps_through_a_volume(choices):
     app = opened("how_it_works", State(choices=choices)).run()
     assert not app.exception
