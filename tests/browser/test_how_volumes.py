@@ -15,7 +15,6 @@ from ccwsim.ui.how_it_works.words import describe_sides
 from ccwsim.ui.session.resolve import data_of, image_of
 from tests.browser.hands import SLOW, at_rest, soon
 from tests.browser.served import CHROMIUM
-from tests.browser.test_accessibility import looked_through
 
 pytestmark = [
     pytest.mark.slow,
@@ -39,7 +38,7 @@ CELLS = """async () => {
 }"""
 
 
-def test_a_volume_is_stepped_through_and_bars_nobody(tab, address):
+def test_a_volume_is_stepped_through(tab, address):
     image = image_of(CHOICES.image)
     own = CHOICES.grid, CHOICES.parameters, data_of(CHOICES), CHOICES.seed
     trace = Trace(Study(image, *own))
@@ -67,4 +66,3 @@ def test_a_volume_is_stepped_through_and_bars_nobody(tab, address):
     legend = tab.locator(".st-key-volume_how_score .legend")
     soon(lambda: re.search(r"\d+ locations|1 location", legend.inner_text()) or [][0])
     assert not tab.locator("[data-testid=stException], [data-testid=stAlert]").count()
-    assert not looked_through(tab)
