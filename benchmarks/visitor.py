@@ -13,8 +13,8 @@ import numpy as np
 
 from ccwsim import TrainingImage, datasets, simulate
 from ccwsim.figures import index_png
-from ccwsim.model.choices import Choices
-from ccwsim.sharing import read_link
+from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.link import read_link
 from tests.ui.sessions import Session, Stuck
 
 IMAGES = tuple(datasets.names())

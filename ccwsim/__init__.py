@@ -20,12 +20,9 @@ if TYPE_CHECKING:
     from ccwsim import metrics as metrics
     from ccwsim.engine.revision import revise
     from ccwsim.io import (
-        Project,
         read_hard_data,
-        read_project,
         read_realizations,
         read_training_image,
-        save_project,
         write_realizations,
     )
     from ccwsim.model.ensemble import Ensemble
@@ -35,6 +32,7 @@ if TYPE_CHECKING:
     from ccwsim.model.parameters import Parameters
     from ccwsim.model.training_image import TrainingImage
     from ccwsim.run.simulation import simulate
+    from ccwsim.sharing.project import Project, read_project, save_project
 
 __version__ = "0.1.0"
 
@@ -64,14 +62,14 @@ _HOMES = {
     "Grid": "model.grid",
     "HardData": "model.hard_data",
     "Parameters": "model.parameters",
-    "Project": "io",
+    "Project": "sharing.project",
     "TrainingImage": "model.training_image",
     "read_hard_data": "io",
-    "read_project": "io",
+    "read_project": "sharing.project",
     "read_realizations": "io",
     "read_training_image": "io",
     "revise": "engine.revision",
-    "save_project": "io",
+    "save_project": "sharing.project",
     "simulate": "run.simulation",
     "write_realizations": "io",
 }

@@ -1,4 +1,4 @@
-"""What a server needs besides the program: pinned packages, a container, a service, settings."""
+"""Pinned packages, container, service and settings of a server."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def read(*parts: str) -> str:
 
 
 def locked() -> dict[str, set[str]]:
-    """Versions of the lock file by package, one for each version of Python."""
-    found: dict[str, set[str]] = {}
+    """Return the versions of the lock file by package, possibly several for different Pythons."""
+    versions: dict[str, set[str]] = {}
     for name, version in re.findall(r"(?m)^([\w.-]+)==([\w.]+)", read("requirements-lock.txt")):
-        found.setdefault(name.lower(), set()).add(version)
-    return found
+        versions.setdefault(name.lower(), set()).add(version)
+    return versions
 
 
 def test_the_lock_has_all_that_is_required_in_versions_that_are_allowed():

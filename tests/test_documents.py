@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import subprocess
@@ -32,7 +33,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def names_of(document: str) -> dict[str, Any]:
-    """Run all scripts of a document in one namespace, and return what they named."""
+    """Run all scripts of a document in one namespace, and return the namespace."""
     names: dict[str, Any] = {}
     for script in re.findall(
         r"```python\n(.*?)```", (ROOT / document).read_text("utf-8"), re.DOTALL
@@ -128,8 +129,8 @@ def test_the_worked_examples_of_extending_run(tmp_path, monkeypatch):
     image = of.training_image
     p = Parameters((4, 4, 4), (1, 1, 1), (0, 0, 0))
     cells = np.tile(image.array, (1, 8, 8))
-    found = measures.measure(simulate(TrainingImage(cells), (8, 6, 6), p, seed=0), 1)
-    assert entries in found.measures
+    comparison = measures.measure(simulate(TrainingImage(cells), (8, 6, 6), p, seed=0), 1)
+    assert entries in comparison.measures
     with pytest.raises(CCWSIMError, match=r"a\.grd promises 2 rows of 3, but 5 values"):
         names["read_surfer"](names["surfer"][:-2], "a.grd")
 
@@ -141,6 +142,17 @@ def test_the_picture_of_the_layers_has_all_folders_in_their_order():
     assert at.keys() == {folder for folder, _ in folders}
     for lower, k in folders:
         assert all(at[lower] >= at[higher] for higher, m in folders if m > k)
+
+
+def test_the_table_of_folders_for_contributors_is_in_the_order_of_the_layers():
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    rows = re.findall(r"(?m)^\| (`ccwsim/.*?) \|", text)
+    listed = [re.findall(r"ccwsim/(\w+)", row) for row in rows]
+    layers = [{name.split("/")[0] for name in names} for names in LAYERS]
+    level = {name: k for k, names in reversed([*enumerate(layers)]) for name in names}
+    assert sorted(name for names in listed for name in names) == sorted(level)
+    levels = [{level[name] for name in names} for names in listed]
+    assert all(max(above) < min(below) for above, below in itertools.pairwise(levels))
 
 
 def test_the_files_of_the_page_on_formats_are_read(tmp_path):
@@ -187,13 +199,13 @@ def prose_of(document: Path) -> str:
 def anchors_of(document: Path) -> set[str]:
     """Return the anchors of the headings of a document, as the site names them."""
     text = re.sub(r"(?ms)^```.*?^```", "", document.read_text("utf-8"))
-    found: set[str] = set()
+    anchors: set[str] = set()
     for head in re.findall(r"(?m)^#+ +(.*?)\s*$", text):
         words = unicodedata.normalize("NFKD", head).encode("ascii", "ignore").decode()
         name = re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", words).strip().lower())
-        same = sum(1 for other in found if re.fullmatch(rf"{re.escape(name)}(_\d+)?", other))
-        found.add(f"{name}_{same}" if same else name)
-    return found
+        same = sum(1 for other in anchors if re.fullmatch(rf"{re.escape(name)}(_\d+)?", other))
+        anchors.add(f"{name}_{same}" if same else name)
+    return anchors
 
 
 def broken_links(document: Path) -> list[str]:
@@ -223,17 +235,17 @@ def test_a_link_that_leads_nowhere_is_found(tmp_path):
 
 
 class Fetched(HTMLParser):
-    """What a page has a browser fetch."""
+    """Collect the URLs that a page makes a browser fetch."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.found: list[str] = []
+        self.urls: list[str] = []
 
     def handle_starttag(self, tag, attrs):
-        own = dict(attrs)
-        fetched = own.get("src") or (own.get("href") if tag == "link" else None)
+        values = dict(attrs)
+        fetched = values.get("src") or (values.get("href") if tag == "link" else None)
         if fetched:
-            self.found.append(fetched)
+            self.urls.append(fetched)
 
 
 @pytest.mark.slow
@@ -252,7 +264,7 @@ def test_the_site_is_built_without_a_warning_and_fetches_nothing_from_elsewhere(
     for page in pages:
         parser = Fetched()
         parser.feed(page.read_text("utf-8"))
-        outside = [url for url in parser.found if re.match(r"(https?:)?//", url)]
+        outside = [url for url in parser.urls if re.match(r"(https?:)?//", url)]
         assert not outside, page
     for style in site.rglob("*.css"):
         assert not re.search(r"""(url\(|@import )["']?(https?:)?//""", style.read_text("utf-8")), (

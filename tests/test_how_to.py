@@ -1,4 +1,4 @@
-"""The how-to pages: what they name is on the screen, and their pictures are small."""
+"""The how-to pages: names in them are on the screen, and their pictures are small."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 HOW_TOS = sorted((ROOT / "docs/how-to").glob("*.md"))
 PICTURED = ROOT / "docs/images/how-to"
 ANY = "…"
-"""Stands in a text for what is put in when it is written."""
+"""Placeholder for inserted values in a text."""
 
 
 @cache
@@ -30,42 +30,42 @@ def tree_of(path: Path) -> ast.Module:
 
 @cache
 def literals(path: Path) -> frozenset[str]:
-    """Return all texts of a module, those with values in them too."""
-    found = set()
+    """Return all texts of a module, including formatted ones."""
+    texts = set()
     for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            found.add(node.value)
+            texts.add(node.value)
         elif isinstance(node, ast.JoinedStr):
             parts = (p.value if isinstance(p, ast.Constant) else ANY for p in node.values)
-            found.add("".join(map(str, parts)))
-    return frozenset(found)
+            texts.add("".join(map(str, parts)))
+    return frozenset(texts)
 
 
 @cache
 def modules_used(path: Path) -> frozenset[Path]:
     """Return the modules of the program that a file imports."""
-    found = set()
+    modules = set()
     for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("ccwsim"):
             whole = ROOT.joinpath(*str(node.module).split("."))
             named = (whole / alias.name for alias in node.names)
             tried = (whole / "__init__.py", *(at.with_suffix(".py") for at in (whole, *named)))
-            found |= {module for module in tried if module.is_file()}
-    return frozenset(found)
+            modules |= {module for module in tried if module.is_file()}
+    return frozenset(modules)
 
 
 def modules_of(start: Path) -> set[Path]:
-    """Return a file and all modules of the program that it imports, and those that they import."""
-    found, to_look_at = {start}, [start]
+    """Return a file and all modules of the program that it imports, directly or indirectly."""
+    modules, to_look_at = {start}, [start]
     while to_look_at:
-        new = modules_used(to_look_at.pop()) - found
-        found |= new
+        new = modules_used(to_look_at.pop()) - modules
+        modules |= new
         to_look_at += new
-    return found
+    return modules
 
 
 def module_of(page: Path) -> Path:
-    """Return the page of the dashboard that a how-to is of; for the menu Share that of all."""
+    """Return the file of the page that a how-to describes; for *Share* the frame of all pages."""
     files = {label: ROOT / path for label, path in (*PAGES, *OFF_MENU)}
     title = page.read_text("utf-8").partition("\n")[0].removeprefix("# ")
     return files.get(title, ROOT / "ccwsim/ui/page.py")
@@ -73,7 +73,7 @@ def module_of(page: Path) -> Path:
 
 @cache
 def texts_of(start: Path, folder: str) -> frozenset[str]:
-    """Return the texts of a page's modules in a folder, of components and of parameters."""
+    """Return the texts of a page: of its modules in a folder, of components and of parameters."""
     texts = [row["name"].replace("_", " ").capitalize() for row in parameter_table()]
     for path in modules_of(start):
         if path == start or path.is_relative_to(ROOT / folder):
@@ -85,18 +85,18 @@ def texts_of(start: Path, folder: str) -> frozenset[str]:
 
 
 def on_screen(page: Path, folder: str) -> frozenset[str]:
-    """Return the texts of the page of a how-to, and of those whose how-to it links to."""
+    """Return the texts of the page of a how-to and of pages to which the how-to links."""
     linked = re.findall(r"\]\(([\w-]+\.md)", page.read_text("utf-8"))
     pages = {page, *(page.parent / name for name in linked)}
     return frozenset().union(*(texts_of(module_of(one), folder) for one in pages))
 
 
 def emphasised(path: Path, stars: str) -> list[str]:
-    """Return what a page sets in bold (two stars) or italics (one)."""
+    """Return the names that a page sets in bold (two stars) or italics (one)."""
     text = re.sub(r"`[^`]*`", "", path.read_text("utf-8"))
     star = re.escape(stars)
-    found = re.findall(rf"(?<!\*){star}([^*]+?){star}(?!\*)", text)
-    return [" ".join(name.split()) for name in found]
+    names = re.findall(rf"(?<!\*){star}([^*]+?){star}(?!\*)", text)
+    return [" ".join(name.split()) for name in names]
 
 
 @pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)

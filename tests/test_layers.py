@@ -40,6 +40,9 @@ LAYERS = (
 SPECIAL = {"streamlit": ("ui", "app", "pages"), "plotly": ("figures",), "pandas": ("ui", "pages")}
 """Which parts alone may import a package."""
 
+CIRCLE = {"ccwsim.engine.compilation", "ccwsim.engine.kernels"}
+"""A kernel lets another process compile it, which asks for kernels by name."""
+
 MAX_MODULES = 25
 """In one folder."""
 
@@ -130,6 +133,44 @@ def test_every_folder_has_a_layer_and_few_modules():
         if path.is_dir() and len([*path.glob("*.py")]) > MAX_MODULES
     ]
     assert not crowded
+
+
+def every_import(path: Path, names: set[str]) -> set[str]:
+    """Return the modules of the package that a file names, also lazily or only for types."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            each = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= each & names or ({node.module} & names)
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names} & names
+    return found
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    paths = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+        for path in PACKAGE.rglob("*.py")
+        if path != PACKAGE / "__init__.py"  # the table of contents names everything, lazily
+    }
+    left = {name: every_import(path, paths.keys()) - {name} for name, path in paths.items()}
+    while free := [name for name, needed in left.items() if not needed & left.keys()]:
+        for name in free:
+            del left[name]
+    while ends := left.keys() - {needed for names in left.values() for needed in names}:
+        for name in ends:
+            del left[name]
+    assert left.keys() <= CIRCLE, f"circles among {sorted(left)}"
+
+
+def test_class_names_have_one_meaning():
+    where: dict[str, list[str]] = {}
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                where.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
+    twice = {name: files for name, files in where.items() if len(files) > 1}
+    assert twice.keys() <= {"Picture"}, twice
 
 
 def test_the_core_can_be_imported_alone():

@@ -1,4 +1,4 @@
-"""The notebook of examples runs, and what it writes is at its place in the world."""
+"""The notebook of examples runs, and its files have the right world coordinates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOTEBOOK = Path(__file__).parents[1] / "examples" / "results.ipynb"
 
 @pytest.fixture
 def run(tmp_path, monkeypatch) -> dict[str, Any]:
-    """The names that the cells leave, run in their order in an empty folder."""
+    """The namespace after running the cells in order in an empty folder."""
     for package in ("pandas", "rasterio", "xarray"):
         pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
@@ -38,8 +38,8 @@ def test_the_notebook_runs_and_its_files_are_where_they_belong(run):
         assert tuple(file.bounds) == (350000, 4505000, 350800, 4506200)
         assert file.res == (10, 20)
         np.testing.assert_array_equal(file.read()[:, ::-1], e.realizations)
-        found = [v.tolist() for v in file.sample(wells[["x", "y"]].to_numpy())]
-    assert found == [[facies] * 4 for facies in wells.facies]
+        sampled = [v.tolist() for v in file.sample(wells[["x", "y"]].to_numpy())]
+    assert sampled == [[facies] * 4 for facies in wells.facies]
     with xarray.open_dataarray("facies.nc") as array:
         np.testing.assert_array_equal(array.values, e.realizations)
     np.testing.assert_allclose(run["probability"], e.probability(1), atol=1e-6)

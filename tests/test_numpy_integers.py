@@ -14,10 +14,11 @@ from ccwsim import Grid, HardData, Parameters, Project, TrainingImage, figures, 
 from ccwsim import metrics as m
 from ccwsim.engine.trace import Trace
 from ccwsim.experiments.comparison import compare
-from ccwsim.experiments.settings import settings
+from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import sweep
 from ccwsim.experiments.timing import time_grids, time_study
 from ccwsim.model.study import Study
+from ccwsim.sharing.project import project_as_bytes, read_project
 
 P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 IMAGE = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -54,7 +55,7 @@ def realizations(i: Whole) -> Any:
 
 def project(i: Whole) -> Any:
     made = Project(Study(IMAGE, Grid(i(40), i(50)), P, seed=i(7)), n_realizations=i(2))
-    again = io.read_project(BytesIO(io.project_as_bytes(made)))
+    again = read_project(BytesIO(project_as_bytes(made)))
     return again.simulate().digest, made.simulate(i(1), i(9), first_realization=i(1)).digest
 
 
@@ -108,7 +109,7 @@ def scores(i: Whole) -> Any:
 
 def experiments(i: Whole) -> Any:
     ranges = {"template_size": [i(16), i(12)], "wavelet_level": [i(1)]}
-    tried = settings(P, ranges).fitting
+    tried = plan_sweep(P, ranges).fitting
     swept = sweep(IMAGE, (40, 50), tried, None, i(1), i(3), n_kept=i(1), facies=i(1))
     both = {"a": P, "b": tried[1]}
     found = compare(IMAGE, (i(40), i(50)), both, None, i(2), i(3), facies=i(0))

@@ -1,4 +1,4 @@
-"""The package: its metadata agree with the files beside it, and an installed wheel works alone."""
+"""The package: its metadata match the files, and archives and wheel are complete."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ USED_EXTRAS = [name for name in EXTRAS if name != "dev"]
 
 
 def required(name: str) -> set[str]:
-    """Return the requirements of a file without those of files that it names."""
+    """Return the requirements of a file, without those of included files."""
     lines = (ROOT / name).read_text("utf-8").splitlines()
     return {str(Requirement(line)) for line in lines if line and line[0] not in "#-"}
 
 
 def declared(requirements: list[str]) -> set[str]:
-    found = {str(Requirement(text)) for text in requirements}
-    return {text for text in found if not text.startswith("ccwsim")}
+    texts = {str(Requirement(text)) for text in requirements}
+    return {text for text in texts if not text.startswith("ccwsim")}
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def installed(built, tmp_path_factory) -> Path:
 
 
 def run(program: Path, *arguments: str, cwd: Path) -> str:
-    """Run a program as a user does who knows nothing of this checkout; return what it prints."""
+    """Run a program outside this checkout and return its output."""
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "CCWSIM_DATA")}
     done = subprocess.run(
         [program, *arguments], cwd=cwd, env=environment, capture_output=True, text=True
@@ -117,7 +117,7 @@ def test_the_source_archive_has_every_file_and_can_be_tested_and_documented(buil
     if shutil.which("git") and (ROOT / ".git").exists():
         git = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached"]
         listed = subprocess.run(git, check=True, capture_output=True, text=True).stdout
-        tracked = {name for name in listed.split("\0") if name and name != ".gitignore"}
+        tracked = {name for name in listed.split("\0") if name}
         assert not {name for name in tracked if not (unpacked / name).is_file()}
     run(Path(sys.executable), "-m", "pytest", "--collect-only", "-n", "0", cwd=unpacked)
     run(Path(sys.executable), "-m", "mkdocs", "build", "--strict", cwd=unpacked)

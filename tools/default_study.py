@@ -6,7 +6,7 @@ import numpy as np
 
 from ccwsim import Ensemble, datasets, simulate
 from ccwsim.datasets.default_study import STORED
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 
 
 def simulated() -> Ensemble:

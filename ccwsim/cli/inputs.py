@@ -17,12 +17,12 @@ from ccwsim.cli.options import (
     one_or_each,
     sizes,
 )
-from ccwsim.model.codec import Setting, settings_of
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.codec import FieldSpec, fields_of
 
 DEFAULT_SHAPE = (256, 256)
 
@@ -31,93 +31,114 @@ PROJECT_HELP = (
     "project file (.ccwsim), as the dashboard saves it; parameters, --realizations and --seed "
     "given here come first"
 )
-IMAGE_HELP = {
-    "--variable": "which of several variables",
-    "--threshold": "for grey or continuous values: facies 1 at or above V, 0 below",
-    "--classes": "for continuous values: N classes of equally many cells, or classes between "
-    "these edges; 'codes' takes many whole numbers as facies codes",
-    "--shape": "columns x rows of the image, where its file does not say them (classic GSLIB)",
-    "--slice": "which slice of a 3-D image, from 0",
-    "--crop": "a piece of the image: its first row from the south, first column, rows and columns",
-    "--every": "of each N x N cells the one in the middle, for images that are too large",
-    "--up/--no-up": "whether the first row of the file is the south, or the north (default: as its "
-    "format has it: north in pictures and matrices, south in GSLIB and NumPy files)",
-    "--z-up/--no-z-up": "whether the first layer of a volume is the bottom one, or the top one "
-    "(default: as its format has it; of arrays the bottom one)",
-    "--transpose": "exchange rows and columns",
+NAME = {"metavar": "NAME"}
+Options = dict[str, tuple[dict[str, Any], str]]
+"""What may stand behind each option, and its help."""
+IMAGE_OPTIONS: Options = {
+    "--variable": (NAME, "which of several variables"),
+    "--threshold": (
+        {"metavar": "V", "type": float},
+        "for grey or continuous values: facies 1 at or above V, 0 below",
+    ),
+    "--classes": (
+        {"metavar": "N|E1,E2…|codes", "type": classes},
+        "for continuous values: N classes of equally many cells, or the edges of classes; 'codes' "
+        "takes many whole numbers as facies codes",
+    ),
+    "--shape": (
+        {"metavar": "NXxNY[xNZ]", "type": sizes},
+        "columns x rows of the image, if its file does not say them (classic GSLIB)",
+    ),
+    "--slice": ({"metavar": "N", "type": int}, "which slice of a 3-D image, from 0"),
+    "--crop": (
+        {"metavar": "R C NY NX", "type": int, "nargs": 4},
+        "a piece of the image: its first row from the south, first column, rows and columns",
+    ),
+    "--every": (
+        {"metavar": "N", "type": int},
+        "only the middle cell of each N x N cells, for images that are too large",
+    ),
+    "--up/--no-up": (
+        {"default": None},
+        "whether the first row of the file is the south or the north (default: north in pictures "
+        "and matrices, south in GSLIB and NumPy files)",
+    ),
+    "--z-up/--no-z-up": (
+        {"default": None},
+        "whether the first layer of a volume is the bottom or the top (default: by the format, in "
+        "arrays the bottom)",
+    ),
+    "--transpose": ({"is_flag": True}, "exchange rows and columns"),
 }
-DATA_HELP = {
-    "--hard-data": "cells whose facies is known: a file (columns x, y, facies or row, col, "
-    "facies; Geo-EAS points; a grid with gaps), or the name of bundled ones ('ccwsim datasets' "
-    "lists them)",
-    "--collars": "a table of the collars of wells (name, x, y, z): --hard-data then has their "
-    "intervals (name, from, to, facies)",
-    "--surveys": "a table of stations of deviated wells (name, depth, azimuth, inclination or dip)",
-    "--hard-x": "which column is x; with --collars, of that table",
-    "--hard-y": "which column is y, likewise",
-    "--hard-z": "which column is z, in a volume, likewise",
-    "--hard-well": "which column of --hard-data holds the names of wells, in a volume",
-    "--hard-from": "which column of --hard-data is the depth where intervals begin, in a volume",
-    "--hard-to": "which column is the depth where intervals end",
-    "--hard-depth": "which column is the depth of points; '' where there is none",
-    "--collar-well": "which column of --collars holds the names of wells",
-    "--collar-length": "which column of --collars holds their lengths; '' where there is none",
-    "--survey-well": "which column of --surveys holds the names of wells",
-    "--survey-depth": "which column of --surveys is the depth along the well",
-    "--survey-azimuth": "which column of --surveys is the direction from north, clockwise",
-    "--survey-inclination": "which column of --surveys is the tilt from straight down",
-    "--survey-dip": "which column of --surveys is the tilt from the horizontal, below it negative",
-    "--hard-facies": "which column, or which variable of a grid, holds the facies, as codes, names "
-    "or values",
-    "--facies-name": "the code of a name in the file, where it is not one of the training image; "
-    "once for each name",
-    "--hard-coordinates": "whether two columns of unclear names are x and y, or row and column "
-    "(from 0)",
-    "--hard-threshold": "for continuous values: facies 1 at or above V, as for the training image",
-    "--hard-classes": "for continuous values: the class edges of the training image",
-    "--on-collision": "two facies in one cell: stop, drop all data of the cell, keep the facies of "
-    "most, or that of the datum nearest to the centre (default: error)",
-    "--on-outside": "data outside the grid (default: error)",
-    "--on-unknown": "data of a facies not in the TI (default: error)",
+DATA_OPTIONS: Options = {
+    "--hard-data": (
+        {"metavar": "F"},
+        "cells of known facies: a file (columns x, y, facies or row, col, facies; Geo-EAS points; "
+        "a grid with gaps), or the name of bundled data ('ccwsim datasets' lists them)",
+    ),
+    "--collars": (
+        {"metavar": "F"},
+        "a table of the collars of wells (name, x, y, z): --hard-data then has their intervals "
+        "(name, from, to, facies)",
+    ),
+    "--surveys": (
+        {"metavar": "F"},
+        "a table of stations of deviated wells (name, depth, azimuth, inclination or dip)",
+    ),
+    "--hard-x": (NAME, "which column is x; with --collars, of that table"),
+    "--hard-y": (NAME, "which column is y, likewise"),
+    "--hard-z": (NAME, "which column is z, in a volume, likewise"),
+    "--hard-well": (NAME, "which column of --hard-data holds the names of wells, in a volume"),
+    "--hard-from": (
+        NAME,
+        "which column is the upper depth of intervals, in a volume",
+    ),
+    "--hard-to": (NAME, "which column is the lower depth of intervals, in a volume"),
+    "--hard-depth": (NAME, "which column is the depth of points; '' for none"),
+    "--collar-well": (NAME, "which column of --collars holds the names of wells"),
+    "--collar-length": (NAME, "which column of --collars holds their lengths; '' for none"),
+    "--survey-well": (NAME, "which column of --surveys holds the names of wells"),
+    "--survey-depth": (NAME, "which column of --surveys is the depth along the well"),
+    "--survey-azimuth": (NAME, "which column of --surveys is the direction from north, clockwise"),
+    "--survey-inclination": (NAME, "which column of --surveys is the tilt from straight down"),
+    "--survey-dip": (
+        NAME,
+        "which column of --surveys is the tilt from the horizontal, below it negative",
+    ),
+    "--hard-facies": (
+        NAME,
+        "which column, or which variable of a grid, holds the facies, as codes, names or values",
+    ),
+    "--facies-name": (
+        {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
+        "the code of a name in the file that the training image does not have; once a name",
+    ),
+    "--hard-coordinates": (
+        {"type": click.Choice(["world", "cells"])},
+        "whether two columns of unclear names are x and y, or row and column (from 0)",
+    ),
+    "--hard-threshold": (
+        {"metavar": "V", "type": float},
+        "for continuous values: facies 1 at or above V, as for the training image",
+    ),
+    "--hard-classes": (
+        {"metavar": "E1,E2…|codes", "type": edges_or_codes},
+        "for continuous values: the class edges of the training image",
+    ),
+    "--on-collision": (
+        {"type": click.Choice(["error", "drop", "majority", "nearest"])},
+        "two facies in one cell: stop, drop all data of the cell, keep the majority facies, or "
+        "that of the datum nearest to the centre (default: error)",
+    ),
+    "--on-outside": (
+        {"type": click.Choice(["error", "drop"])},
+        "data outside the grid (default: error)",
+    ),
+    "--on-unknown": (
+        {"type": click.Choice(["error", "drop"])},
+        "data of a facies not in the TI (default: error)",
+    ),
 }
-VALUES: dict[str, dict[str, Any]] = {
-    "--variable": {"metavar": "NAME"},
-    "--threshold": {"metavar": "V", "type": float},
-    "--classes": {"metavar": "N|E1,E2…|codes", "type": classes},
-    "--shape": {"metavar": "NXxNY[xNZ]", "type": sizes},
-    "--slice": {"metavar": "N", "type": int},
-    "--crop": {"metavar": "R C NY NX", "type": int, "nargs": 4},
-    "--every": {"metavar": "N", "type": int},
-    "--up/--no-up": {"default": None},
-    "--z-up/--no-z-up": {"default": None},
-    "--transpose": {"is_flag": True},
-    "--hard-data": {"metavar": "F"},
-    "--collars": {"metavar": "F"},
-    "--surveys": {"metavar": "F"},
-    "--hard-x": {"metavar": "NAME"},
-    "--hard-y": {"metavar": "NAME"},
-    "--hard-z": {"metavar": "NAME"},
-    "--hard-well": {"metavar": "NAME"},
-    "--hard-from": {"metavar": "NAME"},
-    "--hard-to": {"metavar": "NAME"},
-    "--hard-depth": {"metavar": "NAME"},
-    "--collar-well": {"metavar": "NAME"},
-    "--collar-length": {"metavar": "NAME"},
-    "--survey-well": {"metavar": "NAME"},
-    "--survey-depth": {"metavar": "NAME"},
-    "--survey-azimuth": {"metavar": "NAME"},
-    "--survey-inclination": {"metavar": "NAME"},
-    "--survey-dip": {"metavar": "NAME"},
-    "--hard-facies": {"metavar": "NAME"},
-    "--facies-name": {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
-    "--hard-coordinates": {"type": click.Choice(["world", "cells"])},
-    "--hard-threshold": {"metavar": "V", "type": float},
-    "--hard-classes": {"metavar": "E1,E2…|codes", "type": edges_or_codes},
-    "--on-collision": {"type": click.Choice(["error", "drop", "majority", "nearest"])},
-    "--on-outside": {"type": click.Choice(["error", "drop"])},
-    "--on-unknown": {"type": click.Choice(["error", "drop"])},
-}
-"""What may stand behind each option that reads the training image or hard data."""
 READING_CELLS = ("shape", "slice_index", "crop", "every", "up", "z_up", "transpose")
 READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
 READING_DATA = {
@@ -157,7 +178,7 @@ OF_VOLUMES = (
 """What the grid of a volume has besides that of a map: name, unit and help of each option."""
 
 
-class Inputs(NamedTuple):
+class SimulationInputs(NamedTuple):
     """What is simulated; `study` is training image, grid, parameters and hard data."""
 
     study: tuple[TrainingImage, Grid, Parameters, HardData]
@@ -167,8 +188,8 @@ class Inputs(NamedTuple):
 
 
 def image_and_data_options(command: Any) -> Any:
-    """Add all options that say what is simulated, those of settings by the table of them."""
-    grid = [_option(row, "Simulation grid") for row in settings_of("grid")]
+    """Add the options that say what is simulated."""
+    grid = [_option(row, "Simulation grid") for row in fields_of("grid")]
     for name, metavar, text in OF_VOLUMES:
         grid.append(in_group("Simulation grid")(name, type=float, metavar=metavar, help=text))
     file = in_group("Parameters of the simulation")(
@@ -177,8 +198,8 @@ def image_and_data_options(command: Any) -> Any:
         help="take parameters from a JSON file, as the dashboard saves them; options given here "
         "come first",
     )
-    own = [_option(row, "Parameters of the simulation") for row in settings_of("parameters")]
-    run = [_option(row, "Run") for row in settings_of("study")]
+    own = [_option(row, "Parameters of the simulation") for row in fields_of("parameters")]
+    run = [_option(row, "Run") for row in fields_of("study")]
     for option in reversed([*_files(), *grid, file, *own, *run]):
         command = option(command)
     return command
@@ -190,15 +211,15 @@ def _files() -> list[Any]:
         click.argument("training_image", metavar="[TI]", required=False),
         in_group("A whole study")("--project", metavar="FILE", help=PROJECT_HELP),
     ]
-    groups = {"Reading the training image, where it is a file": IMAGE_HELP, "Hard data": DATA_HELP}
-    for group, helps in groups.items():
-        for name, text in helps.items():
+    groups = {"Reading a training image from a file": IMAGE_OPTIONS, "Hard data": DATA_OPTIONS}
+    for group, options in groups.items():
+        for name, (value, text) in options.items():
             names = (name, "slice_index") if name == "--slice" else (name,)
-            found.append(in_group(group)(*names, help=text, **VALUES[name]))
+            found.append(in_group(group)(*names, help=text, **value))
     return found
 
 
-def _option(row: Setting, group: str) -> Any:
+def _option(row: FieldSpec, group: str) -> Any:
     option, how = in_group(group), {"help": row.help, "default": None}
     if row.no_option:
         return option(f"{row.option}/{row.no_option}", row.fields[0], **how)
@@ -215,7 +236,7 @@ def _option(row: Setting, group: str) -> Any:
     return option(row.option, row.fields[0], type=kinds[row.kind], **how)
 
 
-def inputs_of(options: Any) -> Inputs:
+def inputs_of(options: Any) -> SimulationInputs:
     """Return what a command line says, by a project file or by its options."""
     options.transpose = options.transpose or None
     options.facies_name = options.facies_name or None
@@ -227,11 +248,11 @@ def inputs_of(options: Any) -> Inputs:
     data, notes = hard_data_of(options, grid, image)
     n = 1 if options.n_realizations is None else options.n_realizations
     study = image, grid, parameters_of(options, Parameters()), data
-    return Inputs(study, n, options.seed or 0, notes)
+    return SimulationInputs(study, n, options.seed or 0, notes)
 
 
-def _of_project(options: Any) -> Inputs:
-    from ccwsim.io import read_project
+def _of_project(options: Any) -> SimulationInputs:
+    from ccwsim.sharing.project import read_project
 
     both = [name for name in OF_PROJECT if getattr(options, name) is not None]
     if both:
@@ -241,7 +262,7 @@ def _of_project(options: Any) -> Inputs:
     study = project.study
     parameters = parameters_of(options, study.parameters)
     n, seed = options.n_realizations, options.seed
-    return Inputs(
+    return SimulationInputs(
         (study.training_image, study.grid, parameters, study.hard_data),
         project.n_realizations if n is None else n,
         study.seed if seed is None else seed,
@@ -255,7 +276,7 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
         from ccwsim.io.opening import read_bytes
 
         usual = parameters_from_json(read_bytes(options.parameters)[0])
-    given = {row.fields[0]: getattr(options, row.fields[0]) for row in settings_of("parameters")}
+    given = {row.fields[0]: getattr(options, row.fields[0]) for row in fields_of("parameters")}
     changed = {name: value for name, value in given.items() if value is not None}
     return Parameters(**{**asdict(usual), **changed})
 

@@ -1,7 +1,7 @@
-"""Stored realizations of the study that the dashboard opens with, seen before kernels compile.
+"""Stored realizations of the study that the dashboard opens with, shown while kernels compile.
 
-They are what `simulate` gives for that study, cell by cell; `python -m tools.default_study` writes
-them. CPU times are not stored: those of another machine would mean nothing.
+They equal those of `simulate` cell by cell; `python -m tools.default_study` writes them. CPU times
+are not stored: they depend on the machine.
 """
 
 from __future__ import annotations
@@ -10,28 +10,30 @@ import numpy as np
 
 from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data
 from ccwsim.model.arrays import readonly
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.grid import Grid
+from ccwsim.model.parameters import Parameters
 
 STORED = ASSETS / "default_study.npz"
+IMAGE, HARD_DATA, SHAPE, N_REALIZATIONS = "channels", "channels_400_data", (512, 512), 12
+"""The study, with seed 0; that of `Choices()`."""
 
 
 def stored_ensemble() -> Ensemble:
-    """Return the realizations of `Choices()`, with NaN for the CPU time of each."""
-    choices = Choices()
-    shape = choices.n_realizations, *choices.grid.shape
+    """Return the realizations of the default study, with NaN for the CPU time of each."""
+    shape = N_REALIZATIONS, *SHAPE
     with np.load(STORED) as stored:
         indices = np.unpackbits(stored["bits"], count=int(np.prod(shape))).reshape(shape)
         data_status = stored["data_status"]
     return Ensemble(
-        training_image=load(choices.image.bundled),
-        grid=choices.grid,
-        parameters=choices.parameters,
-        hard_data=load_hard_data(choices.data.bundled),
-        seed=choices.seed,
+        training_image=load(IMAGE),
+        grid=Grid(*SHAPE),
+        parameters=Parameters(),
+        hard_data=load_hard_data(HARD_DATA),
+        seed=0,
         indices=readonly(indices),
-        cpu_seconds=readonly(np.full(choices.n_realizations, np.nan)),
+        cpu_seconds=readonly(np.full(N_REALIZATIONS, np.nan)),
         wall_seconds=0.0,
         data_status=readonly(data_status),
-        numbers=readonly(np.arange(choices.n_realizations)),
+        numbers=readonly(np.arange(N_REALIZATIONS)),
     )

@@ -98,7 +98,8 @@ class _Compilers:
             if urgency < request.urgency and not request.is_taken:
                 request.urgency, self._n_asked = urgency, self._n_asked + 1
                 heapq.heappush(self._queue, (urgency, -request.n_functions, self._n_asked, request))
-                if not self._n_idle and self._n_running < min(n_cores(), MAX_PROCESSES):
+                more = len(self._queue) > self._n_idle
+                if more and self._n_running < min(n_cores(), MAX_PROCESSES):
                     self._start()
                 self._changed.notify()
             return request
@@ -130,31 +131,30 @@ class _Compilers:
                     _let_compile(process, request)
                 finally:
                     request.ended.set()
-        except OSError:
-            pass
-        finally:
+        except Exception:  # no process, one that has ended, or a type that cannot be sent
             with self._changed:
                 self._n_running -= 1
                 if not self._n_running:
                     self._give_up()
+        finally:
             if process is not None:
                 _end(process)
 
     def _next(self) -> Request | None:
         """Return the most urgent request, of these the largest; None if none comes for a while."""
         with self._changed:
-            self._n_idle += 1
-            try:
-                while True:
-                    if not self._queue and not self._changed.wait(IDLE_SECONDS):
-                        return None
-                    while self._queue:
-                        request = heapq.heappop(self._queue)[-1]
-                        if not request.is_taken:
-                            request.is_taken = True
-                            return request
-            finally:
+            while True:
+                while self._queue:
+                    request = heapq.heappop(self._queue)[-1]
+                    if not request.is_taken:
+                        request.is_taken = True
+                        return request
+                self._n_idle += 1
+                self._changed.wait(IDLE_SECONDS)
                 self._n_idle -= 1
+                if not self._queue:
+                    self._n_running -= 1
+                    return None
 
     def _give_up(self) -> None:
         """Let calls compile in this process, as no other one is there."""
@@ -180,7 +180,7 @@ def _can_compile_apart() -> bool:
     many.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
-    kept = bool(FOLDER) and numba_hooks.are_known() and not config.DISABLE_JIT
+    kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
     return is_main and kept and bool(sys.executable) and not getattr(sys, "frozen", False)
 
 
@@ -199,9 +199,13 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[Request]:
     if not _can_compile_apart():
         work()
         return []
-    requests: dict[Request, None] = {}
+    requests: dict[Request, None] = {}  # in their order, each once
     compilers = _of_this_process()
-    with walk(lambda *missing: requests.update({compilers.ask(*missing, urgency): None})):
+
+    def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
+        requests[compilers.ask(kernel, signature, urgency)] = None
+
+    with walk(ask):
         work()
     return list(requests)
 
@@ -275,7 +279,7 @@ def serve() -> None:
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the other process was started
     if hasattr(os, "nice"):
-        os.nice(10)  # pages and their browser go first
+        os.nice(5)  # pages and their browser go first
     answers = os.fdopen(os.dup(1), "wb", 0)
     os.dup2(2, 1)  # nothing else goes to the other process
     requests: SimpleQueue[tuple[str, str, tuple[Any, ...]]] = SimpleQueue()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import re
 import shutil
 import tempfile
 import time
@@ -20,6 +21,7 @@ import numba
 PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
 """Environment variable by which a process that compiles for another one knows where to."""
+DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
 UNUSED_DAYS = 7
 """Folders of other versions are removed if they were not used for so long."""
 
@@ -28,7 +30,7 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
     sums = blake2b(digest_size=8)
     for source in sorted(package.rglob("*.py")):
         text = source.read_bytes()
-        has_kernel = b"kernel\n" in text or source.name in ("kernels.py", "numba_hooks.py")
+        has_kernel = DECORATED.search(text) or source.name in ("kernels.py", "numba_hooks.py")
         sums.update(text if has_kernel or source.parent.name in ("stages", "corrections") else b"")
     return sums.hexdigest()
 

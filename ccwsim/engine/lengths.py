@@ -51,8 +51,8 @@ class ScaledLengths(NamedTuple):
 
     def along(self, orientation: int) -> ScaledLengths:
         """Return the lengths along the axes of a path."""
-        turned = (along_path(each, orientation) for each in self[:4])
-        return ScaledLengths(*turned, *self[4:])
+        t, o, j, scales = (along_path(each, orientation) for each in self[:4])
+        return self._replace(template=t, overlap=o, level=j, scales=scales)
 
     def cells_of(self, coarser: ScaledLengths) -> Triple:
         """Return the cells of this scale in a cell of a coarser one, along each axis."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from hashlib import blake2b
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -95,8 +97,45 @@ class _Locator(caching._CacheLocator):
         return str(self._line)
 
 
+class _Files:
+    """The files of one function: a pair for each signature, as several processes write at once.
+
+    Numba has one index for all signatures: of two processes that change it at the same time one
+    would take the other's code for its own.
+    """
+
+    def __init__(self, path: str, base: str, stamp: str) -> None:
+        self._path, self._base, self._stamp = path, base, stamp
+
+    def _pair(self, key: Any) -> caching.IndexDataCacheFile:
+        name = blake2b(repr(key).encode(), digest_size=6).hexdigest()
+        return caching.IndexDataCacheFile(self._path, f"{self._base}.{name}", self._stamp)
+
+    def save(self, key: Any, data: Any) -> None:
+        self._pair(key).save(key, data)
+
+    def load(self, key: Any) -> Any:
+        return self._pair(key).load(key)
+
+    def has(self, key: Any) -> bool:
+        """Return whether there is code for a key; it may still be damaged."""
+        pair = self._pair(key)
+        try:
+            name = pair._load_index().get(key)
+        except Exception:  # whatever damaged pickles raise
+            return False
+        return name is not None and os.path.exists(pair._data_path(name))
+
+    def flush(self) -> None:
+        """Forget all signatures."""
+        for file in Path(self._path).glob(f"{self._base}.*.nbi"):
+            file.unlink(missing_ok=True)
+
+
 class _Cache(caching.FunctionCache):
-    """Numba's cache of one function, in our own folder."""
+    """Numba's cache of one function, in our own folder and files."""
+
+    _cache_file: Any
 
     def __init__(self, function: Callable[..., Any], folder: str) -> None:
         locator = _Locator(function, folder)
@@ -106,15 +145,12 @@ class _Cache(caching.FunctionCache):
 
         self._impl_class = Impl
         super().__init__(function)
+        base = self._impl.filename_base
+        self._cache_file = _Files(self._cache_path, base, locator.get_source_stamp())
 
     def has(self, signature: Any, target: Any) -> bool:
         """Return whether the code for a signature is on disk."""
-        key = self._index_key(signature, target.codegen())
-        try:
-            name = self._cache_file._load_index().get(key)
-        except Exception:  # whatever damaged pickles raise
-            return False
-        return name is not None and os.path.exists(self._cache_file._data_path(name))
+        return self._cache_file.has(self._index_key(signature, target.codegen()))
 
 
 def keep_in(folder: str, dispatcher: Any) -> None:

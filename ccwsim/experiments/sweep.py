@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.experiments.settings import Settings as Settings
-from ccwsim.experiments.settings import label, varied
-from ccwsim.experiments.settings import settings as settings
+from ccwsim.experiments.plan import label, varied
 from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
@@ -61,7 +59,7 @@ DOUBT = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class SweepRow:
     """One setting of a sweep, and its result.
 
     Attributes
@@ -83,7 +81,7 @@ class Sweep:
 
     Attributes
     ----------
-    rows : tuple of Row
+    rows : tuple of SweepRow
         The settings that were finished, in the order they were asked for.
     failed : tuple of (Parameters, str)
         Settings that could not be simulated, and why.
@@ -93,7 +91,7 @@ class Sweep:
         Of the training image.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[SweepRow, ...]
     failed: tuple[tuple[Parameters, str], ...]
     n_asked: int
     image_shape: Shape
@@ -140,7 +138,7 @@ def sweep(
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
-    found: Callable[[Row], None] | None = None,
+    found: Callable[[SweepRow], None] | None = None,
     n_kept: int = 2,
     facies: int | None = None,
 ) -> Sweep:
@@ -151,7 +149,7 @@ def sweep(
     training_image, grid_shape, hard_data, seed
         As in `simulate`.
     settings : sequence of Parameters
-        As `settings` gives them.
+        As `plan_sweep` gives them.
     n_realizations : int
         Of each setting.
     progress : callable, optional
@@ -160,7 +158,7 @@ def sweep(
     cancel : callable, optional
         Returns True to stop; what is finished by then is returned.
     found : callable, optional
-        Called with each `Row` as it comes.
+        Called with each `SweepRow` as it comes.
     n_kept : int
         How many realizations of each setting are kept.
     facies : int, optional
@@ -191,7 +189,7 @@ def sweep(
         image.index_of(facies)
     sizes = image.shape, grid.shape, image.n_facies, data.n
     ahead = np.cumsum([0.0, *(typical_seconds(p, *sizes, judged=True) for p in settings)])
-    rows: list[Row] = []
+    rows: list[SweepRow] = []
     failed: list[tuple[Parameters, str]] = []
     for k, parameters in enumerate(settings):
         if cancel and cancel():
@@ -206,7 +204,7 @@ def sweep(
             ensemble = simulate(
                 *study, n_workers=1, progress=report, cancel=cancel, keep_sources=True
             )
-            row = Row(parameters, judge(ensemble, facies), _first(ensemble, n_kept))
+            row = SweepRow(parameters, judge(ensemble, facies), _first(ensemble, n_kept))
         except Cancelled:
             break
         except CCWSIMError as error:

@@ -20,14 +20,14 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
-MAP, VOLUME = (64, 64), (16, 32, 32)
+MAP, VOLUME = (64, 64), (32, 32, 32)
 """Shapes of the training images and grids."""
 STUDIES = {
     "maps, 16-bit scores": (MAP, Parameters(16, 4, 2)),
     "maps, 32-bit scores": (MAP, Parameters(32, 16, 3)),
     "maps, levels 4 to 6": (MAP, Parameters(32, 16, 4)),
     "maps, finer scales of ms-ccsim": (MAP, Parameters(16, 4, 2, method="ms-ccsim")),
-    "volumes": (VOLUME, Parameters((8, 16, 16), (2, 4, 4), (1, 2, 2))),
+    "volumes": (VOLUME, Parameters(16, 4, 2)),
 }
 """A study for each set of types that kernels have."""
 

@@ -1,6 +1,7 @@
 """Charts (plotly figures) and pictures (PNG bytes) of nouns and results; nothing is computed.
 
-Every chart takes a `Theme`; heights are in pixels.
+Charts take a `Theme`; heights are in pixels, `names` are those of the facies, and `colours` are
+"#rrggbb", one for each facies.
 """
 
 from ccwsim.figures.curves import (

@@ -35,49 +35,26 @@ SIDE, MARGIN = 100, 4
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """One statistic along a direction, of the training image and of each realization.
+    """One statistic along a direction, of the training image and of each realization."""
 
-    Attributes
-    ----------
-    lags : ndarray, shape (m,)
-        Distances in cells.
-    reference : ndarray, shape (m,)
-        The training image's curve.
-    each : ndarray, shape (n, m)
-        One curve for each realization; n may be 0.
-    low, median, high : ndarray, shape (m,)
-        The 5 %, 50 % and 95 % quantiles over the realizations.
-    """
-
-    lags: Floats
-    reference: Floats
-    each: Floats
-    low: Floats
-    median: Floats
-    high: Floats
+    lags: Floats  # shape (m,): distances in cells
+    reference: Floats  # shape (m,): the training image's curve
+    each: Floats  # shape (n, m): one curve for each realization; n may be 0
+    low: Floats  # shape (m,): the 5 % quantile over the realizations
+    median: Floats  # shape (m,)
+    high: Floats  # shape (m,): the 95 % quantile
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """One line.
-
-    Attributes
-    ----------
-    name : str
-    x, y : ndarray
-    colour : str
-    dash : str
-        "solid", "dash" or "dot"; "none" draws points only.
-    points : bool
-        Whether each value is marked.
-    """
+    """One line."""
 
     name: str
     x: NDArray
     y: NDArray
     colour: str
-    dash: str = "solid"
-    points: bool = False
+    dash: str = "solid"  # "solid", "dash" or "dot"; "none" draws points only
+    points: bool = False  # whether each value is marked
 
 
 @dataclass(frozen=True, eq=False)

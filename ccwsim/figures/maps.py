@@ -24,21 +24,11 @@ STEPS = 101
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Hard data to be drawn on a map.
+    """Hard data to be drawn on a map."""
 
-    Attributes
-    ----------
-    cells : ndarray of int, shape (n, 2)
-        Row and column, row 0 at the south.
-    colours : list of str
-        Facies colour of each datum.
-    wrong : ndarray of bool, shape (n,)
-        Data that the map does not honour; ringed red.
-    """
-
-    cells: NDArray[np.integer]
-    colours: list[str]
-    wrong: NDArray[np.bool_]
+    cells: NDArray[np.integer]  # shape (n, 2): row and column, row 0 at the south
+    colours: list[str]  # facies colour of each datum
+    wrong: NDArray[np.bool_]  # shape (n,): data that the map does not honour; ringed red
 
 
 def index_png(indices: NDArray[np.uint8]) -> bytes:
@@ -97,8 +87,6 @@ def contact_sheet(
     Parameters
     ----------
     indices : ndarray of uint8, shape (n, ny, nx)
-    colours : sequence of str
-        Colour "#rrggbb" of each facies.
     longest : int
         Pixels of the longer side of a tile.
 
@@ -138,8 +126,6 @@ def data_png(
         Index of each datum's facies among the colours.
     shape : pair of int
         Rows and columns of the grid.
-    colours : sequence of str
-        Colour "#rrggbb" of each facies.
     longest : int
         Pixels of the longer side.
 

@@ -18,26 +18,14 @@ EDGE = 0.4
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Realizations drawn with one marker.
-
-    Attributes
-    ----------
-    name : str
-    positions : ndarray, shape (n, 2)
-    colour, symbol : str
-        A CSS colour and one of plotly's marker symbols.
-    labels : sequence of str
-        Hover text of each realization, followed by the hint to click; by default the name.
-    ringed : int, optional
-        Index of the realization that is shown elsewhere.
-    """
+    """Realizations drawn with one marker."""
 
     name: str
-    positions: NDArray[np.float64]
+    positions: NDArray[np.float64]  # shape (n, 2)
     colour: str
-    symbol: str = "circle"
-    labels: Sequence[str] = ()
-    ringed: int | None = None
+    symbol: str = "circle"  # one of plotly's
+    labels: Sequence[str] = ()  # hover text of each, before the hint to click; by default the name
+    ringed: int | None = None  # index of the realization that is shown elsewhere
 
 
 def label_side(place: NDArray[np.float64]) -> str:

@@ -40,14 +40,10 @@ def proportions_chart(
 
     Parameters
     ----------
-    names : sequence of str
-        Names of the facies.
     reference : ndarray, shape (n_facies,)
         Shares of cells in the training image, 0 to 1.
     each : ndarray, shape (n, n_facies)
         Shares of cells in each realization.
-    colours : sequence of str
-        Colour "#rrggbb" of each facies.
 
     Examples
     --------

@@ -80,8 +80,6 @@ def slices_png(
     ----------
     indices, at, dots
         As in `slices_of`.
-    colours : sequence of str
-        Colour "#rrggbb" of each index.
     longest : int
         Approximate width in pixels; cells are squares of whole pixels of one size.
 

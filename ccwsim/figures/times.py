@@ -101,24 +101,13 @@ def compared_times_chart(
 
 @dataclass(frozen=True)
 class TimeSeries:
-    """Times of one setting.
-
-    Attributes
-    ----------
-    name : str
-    level : int
-        Wavelet level, which decides the marker.
-    cells, values : ndarray, shape (n,)
-        Cells of each grid, and its time.
-    dashed : bool
-        Whether its line is dashed, to distinguish two methods.
-    """
+    """Times of one setting."""
 
     name: str
-    level: int
-    cells: Floats
-    values: Floats
-    dashed: bool = False
+    level: int  # wavelet level, which decides the marker
+    cells: Floats  # shape (n,): cells of each grid
+    values: Floats  # shape (n,): its time
+    dashed: bool = False  # to distinguish two methods
 
     @property
     def symbol(self) -> str:

@@ -27,20 +27,10 @@ MAX_DOT, MIN_DOT = 22, 5
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """A statistic of each realization and of the training image.
+    """A statistic of each realization and of the training image; NaN if there is none."""
 
-    Attributes
-    ----------
-    title : str
-        Name of the statistic, with the unit.
-    each : ndarray, shape (n,)
-        NaN if a realization has none.
-    reference : float
-        The training image's, NaN if it has none.
-    """
-
-    title: str
-    each: Floats
+    title: str  # name of the statistic, with the unit
+    each: Floats  # shape (n,)
     reference: float
 
 

@@ -30,14 +30,7 @@ from ccwsim.io.hard_data.wells import (
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
-from ccwsim.io.project import (
-    Project,
-    parameters_from_json,
-    parameters_to_json,
-    project_as_bytes,
-    read_project,
-    save_project,
-)
+from ccwsim.io.parameters import parameters_from_json, parameters_to_json
 from ccwsim.io.realizations import (
     FORMATS,
     read_realizations,
@@ -63,7 +56,6 @@ __all__ = [
     "PlacedPoints",
     "PointColumns",
     "PointsPreview",
-    "Project",
     "VariableSummary",
     "WellColumns",
     "can_write",
@@ -82,19 +74,16 @@ __all__ = [
     "place_points",
     "preview_points",
     "preview_wells",
-    "project_as_bytes",
     "read_colours",
     "read_grid",
     "read_hard_data",
     "read_points",
-    "read_project",
     "read_realizations",
     "read_training_image",
     "read_well_points",
     "read_wells",
     "realizations_as_bytes",
     "resolve_points",
-    "save_project",
     "training_image_as_bytes",
     "upload_limits",
     "write_hard_data",

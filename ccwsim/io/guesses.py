@@ -13,7 +13,7 @@ from ccwsim.io.data_file import DataFile, layer
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
-    Picture,
+    PictureFile,
     distinct_colours,
     grey_of,
     is_grey,
@@ -22,7 +22,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.hard_data.column_names import is_points
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
-from ccwsim.io.part import Part, largest_without_gaps, thinning
+from ccwsim.io.part import GridPart, largest_without_gaps, thinning
 from ccwsim.io.training_images import PREFERRED
 from ccwsim.model.errors import CCWSIMError
 
@@ -82,9 +82,9 @@ def guess_answers(
         asked.append("part")
         if not {"crop", "every"} & set(known):
             known["every"] = thinning(whole)
-    part = Part.answered(known) if asked else None
+    part = GridPart.answered(known) if asked else None
     file = open_file(path_or_file, part, up=known.get("up"))
-    if isinstance(file, Picture):
+    if isinstance(file, PictureFile):
         if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
             asked.append("values")
             if not {"threshold", "classes"} & set(known):
@@ -93,7 +93,7 @@ def guess_answers(
     values = _layer(file, known, asked)
     asked += ["up"] if file.asks_up else []
     _ask_gaps(file, values, known, asked)
-    taken = Part(known.get("crop")).of(file.name, values)
+    taken = GridPart(known.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
         asked.append("values")
@@ -156,7 +156,7 @@ def _squarest(n: int) -> tuple[int, int]:
     return ny, n // ny
 
 
-def _of_colours(picture: Picture) -> dict[str, Any]:
+def _of_colours(picture: PictureFile) -> dict[str, Any]:
     """A threshold for a picture in grey, else how many main colours there are."""
     if is_grey(picture.rgb, percent=99.0):
         return {"threshold": otsu(grey_of(picture.rgb))}

@@ -30,7 +30,7 @@ MAX_MEMBERS = 2000
 
 
 @dataclass(frozen=True)
-class Limits:
+class FileLimits:
     """How much a file may hold."""
 
     bytes: int  # of the file
@@ -46,7 +46,7 @@ class Limits:
     seconds: float  # for reading it
 
 
-OF_SCRIPTS = Limits(
+SCRIPT_LIMITS = FileLimits(
     bytes=16 * 1024 * MIB,
     unpacked=64 * 1024 * MIB,
     ratio=inf,
@@ -60,7 +60,7 @@ OF_SCRIPTS = Limits(
 )
 """For one's own files: what no real file has. A header is not believed beyond what follows it."""
 
-OF_UPLOADS = Limits(
+UPLOAD_LIMITS = FileLimits(
     bytes=64 * MIB,
     unpacked=128 * MIB,
     ratio=1000,
@@ -74,21 +74,21 @@ OF_UPLOADS = Limits(
 )
 """For strangers' files: the largest image of the paper has 2000 × 2000 cells."""
 
-_HELD: ContextVar[tuple[Limits, float]] = ContextVar("limits", default=(OF_SCRIPTS, inf))
+_HELD: ContextVar[tuple[FileLimits, float]] = ContextVar("limits", default=(SCRIPT_LIMITS, inf))
 
 
-def limits() -> Limits:
+def limits() -> FileLimits:
     """Return the limits that hold here: those of scripts, where nothing else was said."""
     return _HELD.get()[0]
 
 
 @contextmanager
-def limited(to: Limits) -> Iterator[None]:
+def limited(to: FileLimits) -> Iterator[None]:
     """Read under these limits; the time counts from here.
 
     Examples
     --------
-    >>> with limited(OF_UPLOADS):
+    >>> with limited(UPLOAD_LIMITS):
     ...     limits().cells
     4000000
     """
@@ -175,7 +175,7 @@ VARIABLES = {
 """The environment variables by which the owner of a server sets limits of uploads."""
 
 
-def upload_limits(environment: Mapping[str, str] | None = None) -> Limits:
+def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
     """Return the limits of uploads, as the owner of the server set them.
 
     Raises
@@ -189,13 +189,13 @@ def upload_limits(environment: Mapping[str, str] | None = None) -> Limits:
     1000000
     """
     given = os.environ if environment is None else environment
-    kinds = {field.name: type(getattr(OF_UPLOADS, field.name)) for field in fields(Limits)}
+    kinds = {field.name: type(getattr(UPLOAD_LIMITS, field.name)) for field in fields(FileLimits)}
     own = {}
     for name, variable in VARIABLES.items():
         said = given.get(variable, "").strip()
         if said:
             own[name] = _number(variable, said, kinds[name])
-    return replace(OF_UPLOADS, **own)
+    return replace(UPLOAD_LIMITS, **own)
 
 
 def _number(variable: str, said: str, kind: type) -> float:

@@ -18,7 +18,7 @@ from ccwsim.io.formats.matlab import read_matlab
 from ccwsim.io.formats.numpy_files import npy_shape, read_npy, read_npz
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
-    Picture,
+    PictureFile,
     distinct_colours,
     grey_of,
     picture_shape,
@@ -28,7 +28,7 @@ from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gsli
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.limits import check_bytes, limits
-from ccwsim.io.part import Part
+from ccwsim.io.part import GridPart
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -149,8 +149,8 @@ _READERS = {"npz": read_npz, "matlab": read_matlab, "vti": read_vti}
 
 
 def open_file(
-    path_or_file: PathOrFile, part: Part | None = None, *, up: bool | None = None
-) -> DataFile | Picture:
+    path_or_file: PathOrFile, part: GridPart | None = None, *, up: bool | None = None
+) -> DataFile | PictureFile:
     """Return the variables or the colours of a file.
 
     Where only a `part` is taken, a picture has its pixels alone (`up` says which they are), and an
@@ -166,8 +166,8 @@ def open_file(
 
 
 def open_content(
-    content: bytes, name: str, part: Part | None = None, *, up: bool | None = None
-) -> DataFile | Picture:
+    content: bytes, name: str, part: GridPart | None = None, *, up: bool | None = None
+) -> DataFile | PictureFile:
     """Return the variables or the colours of a file whose content is known, as `open_file`."""
     kind = kind_of(content)
     if kind == "picture":
@@ -313,7 +313,7 @@ class FileSummary:
         return max((size[0] for size in sizes), default=1)
 
 
-def inspect(path_or_file: PathOrFile, part: Part | None = None) -> FileSummary:
+def inspect(path_or_file: PathOrFile, part: GridPart | None = None) -> FileSummary:
     """Return what a file, or a part of it, holds: kind, variables, sizes, whether continuous.
 
     Raises
@@ -329,7 +329,7 @@ def inspect(path_or_file: PathOrFile, part: Part | None = None) -> FileSummary:
     ('SGeMS/GSLIB grid', 1, True)
     """
     file = open_file(path_or_file, part)
-    if isinstance(file, Picture):
+    if isinstance(file, PictureFile):
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)
     return FileSummary(
@@ -344,7 +344,7 @@ def inspect(path_or_file: PathOrFile, part: Part | None = None) -> FileSummary:
     )
 
 
-def _of_picture(picture: Picture) -> FileSummary:
+def _of_picture(picture: PictureFile) -> FileSummary:
     colours, _ = distinct_colours(picture.rgb)
     n = len(colours)
     grey = grey_of(colours)

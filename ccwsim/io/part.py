@@ -1,4 +1,4 @@
-"""A part of a grid: a rectangle of its cells, and of these every second, third, …"""
+"""A part of a grid: a rectangle of its cells, thinned to every second, third, …"""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Crop = tuple[int, int, int, int] | None
 
 
 @dataclass(frozen=True)
-class Part:
+class GridPart:
     """Which cells of a grid are taken.
 
     Attributes
@@ -27,7 +27,7 @@ class Part:
     crop : (row, column, n_rows, n_columns), optional
         A rectangle by its south-west cell, row 0 in the south, and its size; all by default.
     every : int
-        Of each square of so many cells a side the one in its middle is taken.
+        The middle cell of each square of `every` cells a side is taken.
     """
 
     crop: Crop = None
@@ -44,13 +44,13 @@ class Part:
         check_int("every", self.every, 1, 10**6)
 
     @classmethod
-    def answered(cls, answers: Mapping[str, Any]) -> Part | None:
+    def answered(cls, answers: Mapping[str, Any]) -> GridPart | None:
         """Return the part that arguments of `read_training_image` ask for; None for all."""
         crop, every = answers.get("crop"), answers.get("every", 1)
         return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return row, column, rows and columns of whole squares; an error where there is none."""
+        """Return row, column, rows and columns of whole squares; an error if there is none."""
         row, column, ny, nx = self.crop or (0, 0, *shape)
         outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
         if outside or min(ny, nx) < self.every:

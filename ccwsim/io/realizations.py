@@ -15,10 +15,10 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.map_files import realizations_as_netcdf
 from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
-from ccwsim.io.formats.pictures import Picture, picture_as_bytes
+from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
-from ccwsim.io.project import parameters_from_json, parameters_to_json
+from ccwsim.io.parameters import parameters_from_json, parameters_to_json
 from ccwsim.model.arrays import as_integers, check_int, codes_of, readonly, smallest_integers
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
@@ -32,7 +32,7 @@ FORMATS = ("npz", "gslib", "sgems", "dat", "png", "vti", "tif", "nc")
 """Formats of realizations, by their endings."""
 
 MAX_PIXELS = 50_000_000
-"""Of one picture of all realizations; programs that show pictures take no more."""
+"""Limit of one picture of all realizations; programs that show pictures take no more."""
 
 GAP = 4
 """White cells between the maps of a contact sheet."""
@@ -65,10 +65,7 @@ def write_realizations(
 
     Examples
     --------
-    >>> from ccwsim import Grid, HardData, Parameters, TrainingImage
-    >>> ti, data = TrainingImage([[0, 1]]), HardData()
-    >>> one, none = np.array([[[0, 1], [1, 1]]], np.uint8), np.zeros((1, 0), np.int16)
-    >>> e = Ensemble(ti, Grid(2, 2), Parameters(), data, 0, one, np.zeros(1), 0.0, none, [0])
+    >>> e = read_realizations(BytesIO(b"2 2 1\\n1\\nrealization_1\\n0\\n1\\n1\\n1\\n"))
     >>> file = BytesIO()
     >>> write_realizations(file, e, format="sgems")
     >>> file.getvalue()
@@ -100,10 +97,7 @@ def realizations_as_bytes(
 
     Examples
     --------
-    >>> from ccwsim import Grid, HardData, Parameters, TrainingImage
-    >>> ti, data = TrainingImage([[0, 1]]), HardData()
-    >>> one, none = np.array([[[0, 1], [1, 1]]], np.uint8), np.zeros((1, 0), np.int16)
-    >>> e = Ensemble(ti, Grid(2, 2), Parameters(), data, 0, one, np.zeros(1), 0.0, none, [0])
+    >>> e = read_realizations(BytesIO(b"2 2 1\\n1\\nrealization_1\\n0\\n1\\n1\\n1\\n"))
     >>> with np.load(BytesIO(realizations_as_bytes(e, "npz"))) as saved:
     ...     saved["realizations"].tolist()
     [[[0, 1], [1, 1]]]
@@ -158,16 +152,15 @@ def read_realizations(
         (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom, as `simulate(out=...)` writes
         it.
     training_image : TrainingImage or array_like, optional
-        What they were simulated from, where the file does not have it: npz files of older versions,
-        text grids and npy. Left out there, an image of one cell a facies code stands for it, whose
-        proportions and patterns mean nothing. With a volume, an npy array of three dimensions is
-        one realization.
+        The image they were simulated from, for files without it: text grids and npy. By default
+        an image of one cell a facies code, whose proportions and patterns mean nothing. With a
+        volume, an npy array of three dimensions is one realization.
 
     Returns
     -------
     Ensemble
         What the file does not have is unknown: times are NaN; for grids and npy there are no hard
-        data, the parameters are the defaults, the seed is 0 and `revised` is true, as the seed
+        data, parameters are the defaults, the seed is 0 and `revised` is true, because the seed
         does not give these realizations again.
 
     Raises
@@ -227,8 +220,8 @@ def _of_npz(found: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemb
     )
 
 
-def _of_grids(file: DataFile | Picture, image: TrainingImage | None) -> Ensemble:
-    if isinstance(file, Picture) or file.is_table:
+def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
+    if isinstance(file, PictureFile) or file.is_table:
         raise CCWSIMError(
             "realizations are read from npz and npy files and from GSLIB or SGeMS grids that say "
             "their size; this is a picture or a table"

@@ -14,7 +14,7 @@ from ccwsim.io.data_file import DataFile, layer
 from ccwsim.io.formats.classes import Classes, classify
 from ccwsim.io.formats.pictures import (
     PICTURE_OF_NUMBERS,
-    Picture,
+    PictureFile,
     colours_for,
     facies_colours_of,
     grey_of,
@@ -25,7 +25,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file, stem
-from ccwsim.io.part import Crop, Part
+from ccwsim.io.part import Crop, GridPart
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
@@ -33,7 +33,7 @@ FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, by their endings."""
 
 PREFERRED = ("ti", "training_image")
-"""Variables that are taken unasked where a file has several."""
+"""Variables that are taken unasked from a file with several."""
 
 
 def read_training_image(
@@ -62,35 +62,35 @@ def read_training_image(
     path_or_file : str, Path or binary file
         Known by its content, not by its name.
     variable : str, optional
-        Which variable or array; not needed where there is one, or one called `ti`.
+        Which variable or array; not needed if there is only one, or one called `ti`.
     up : bool, optional
-        True where the first row of the file is the south, False where it is the north. By default
-        as the format has it: north first in pictures, ESRI grids and text matrices, else south.
+        True if the first row of the file is the south, False if it is the north. By default as
+        the format has it: north first in pictures, ESRI grids and text matrices, else south.
     transpose : bool
         Exchange rows and columns.
     shape : (ny, nx) or (nz, ny, nx), optional
-        Needed where the file does not say it (classic GSLIB).
+        Needed if the file does not say it (classic GSLIB).
     slice_index : int, optional
         Which slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
         The piece to take, by its south-west cell (row 0 in the south) and its size in cells; of
         every layer of a volume.
     every : int
-        Of each square of so many cells a side only the one in its middle is taken; layers stay.
+        Only the middle cell of each square of `every` cells a side is taken; layers stay.
     threshold, classes : optional
         For continuous variables, as in `classify`; for pictures as in `picture_facies`.
     name : str
-        What to call it; the file's name by default.
+        By default the file's name.
     volume : bool
         Take all layers of a 3-D grid, as a volume, instead of one slice.
     z_up : bool, optional
-        Of a volume: True where the first layer of the file is the bottom, False where it is the
-        top. By default as the format has it: the bottom first; arrays of NumPy and MATLAB too.
+        For a volume: True if the first layer of the file is the bottom, False if it is the top. By
+        default as the format has it: the bottom first, also in arrays of NumPy and MATLAB.
 
     Raises
     ------
     CCWSIMError
-        For a file that cannot be read, or where a choice is needed; the message says which.
+        For a file that cannot be read, or if a choice is needed; the message says which.
 
     Examples
     --------
@@ -105,15 +105,16 @@ def read_training_image(
         raise CCWSIMError(
             f"slice_index = {shown(slice_index)} takes one layer and volume=True all; give one"
         )
-    part = Part.answered({"crop": crop, "every": every})
+    part = GridPart.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
-    if isinstance(file, Picture):
+    if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture, one layer; leave volume out")
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:
-        key, values = _values(file, variable, up, shape, slice_index, part, volume, z_up)
+        how = {"variable": variable, "up": up, "shape": shape, "slice_index": slice_index}
+        key, values = _values(file, part, volume=volume, z_up=z_up, **how)
         unknown = int(np.count_nonzero(~file.known(values)))
         if unknown:
             raise CCWSIMError(
@@ -148,8 +149,8 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     >>> read_colours(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n"))
     {}
     """
-    file = open_file(path_or_file, Part.answered(answers), up=answers.get("up"))
-    if not isinstance(file, Picture) or is_grey(file.rgb):
+    file = open_file(path_or_file, GridPart.answered(answers), up=answers.get("up"))
+    if not isinstance(file, PictureFile) or is_grey(file.rgb):
         return {}
     how = {name: answers.get(name) for name in ("threshold", "classes")}
     codes = picture_facies(file, **how)
@@ -157,26 +158,18 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     return dict(zip(np.unique(codes).tolist(), found, strict=True))
 
 
-def read_grid(
-    path_or_file: PathOrFile,
-    *,
-    variable: str | None = None,
-    up: bool | None = None,
-    shape: tuple[int, ...] | None = None,
-    slice_index: int | None = None,
-    crop: Crop = None,
-    every: int = 1,
-    volume: bool = False,
-    z_up: bool | None = None,
-) -> NDArray[np.float64]:
+def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     """Return the values of a grid before they become facies; the grey values of a picture.
 
-    Parameters are those of `read_training_image`.
+    Parameters
+    ----------
+    path_or_file, **answers
+        Those of `read_training_image` that say which cells are read.
 
     Returns
     -------
-    ndarray, shape (ny, nx) or, of a volume, (nz, ny, nx)
-        Row 0 at the south, layer 0 at the bottom, NaN where nothing is known.
+    ndarray, shape (ny, nx) or, for a volume, (nz, ny, nx)
+        Row 0 at the south, layer 0 at the bottom, NaN in cells that are not known.
 
     Raises
     ------
@@ -188,12 +181,13 @@ def read_grid(
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    part = Part.answered({"crop": crop, "every": every})
-    file = open_file(path_or_file, part, up=up)
-    if isinstance(file, Picture):
+    part = GridPart.answered(answers)
+    file = open_file(path_or_file, part, up=answers.get("up"))
+    if isinstance(file, PictureFile):
         grey = grey_of(file.rgb)
-        return grey if up else grey[::-1]
-    _, values = _values(file, variable, up, shape, slice_index, part, volume, z_up)
+        return grey if answers.get("up") else grey[::-1]
+    how = {name: answers[name] for name in answers if name not in ("crop", "every")}
+    _, values = _values(file, part, **how)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
 
@@ -268,13 +262,14 @@ def training_image_as_bytes(
 
 def _values(
     file: DataFile,
-    variable: str | None,
-    up: bool | None,
-    shape: tuple[int, ...] | None,
-    slice_index: int | None,
-    part: Part | None,
-    volume: bool,
-    z_up: bool | None,
+    part: GridPart | None,
+    *,
+    variable: str | None = None,
+    up: bool | None = None,
+    shape: tuple[int, ...] | None = None,
+    slice_index: int | None = None,
+    volume: bool = False,
+    z_up: bool | None = None,
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
     values = file.grid_of(key, shape)

@@ -23,7 +23,7 @@ RESERVE = 128 * 10**6
 
 
 @dataclass(frozen=True)
-class Limits:
+class ServerLimits:
     """The limits of a server; a laptop has none but its memory."""
 
     cells: int | None  # maximum of cells × realizations of one run, None for any number
@@ -57,10 +57,10 @@ class Limits:
         return f"This server takes up to {' and '.join(parts)} a run." if parts else ""
 
 
-def limits_of_environment() -> Limits:
+def limits_of_environment() -> ServerLimits:
     """Return the limits that the environment variables of the server set."""
     memory, history, uploads = _number(MEMORY), _number(HISTORY), _number(UPLOADS)
-    return Limits(
+    return ServerLimits(
         _number(MAX_CELLS),
         _number(MAX_DATA),
         _number(JOBS) or 2 * n_cores(),
@@ -128,7 +128,7 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
     )
 
 
-def free_bytes(limits: Limits) -> int | None:
+def free_bytes(limits: ServerLimits) -> int | None:
     """Return the memory that runs may still take, None where the system does not tell."""
     free = free_memory()
     if limits.memory is not None:

@@ -31,16 +31,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class OfFacies:
-    """A facies of images, to be measured.
-
-    Attributes
-    ----------
-    images : Stack
-    code : int
-        Code of the facies.
-    training_image : TrainingImage
-        The training image of the images.
-    """
+    """A facies of images, to be measured."""
 
     images: Stack
     code: int

@@ -14,6 +14,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
+CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters that are an int for all axes, or for a volume a triple along z, y and x; likewise
 `location_weight`, a number or a triple of numbers."""
@@ -116,27 +117,9 @@ class Parameters:
     exact_data: bool = _parameter(True, "", "", "yes, no")
 
     def __post_init__(self) -> None:
-        for name, (low, high) in PARAMETERS.items():
-            if name in PER_AXIS:
-                _size(self, name, int(low), int(high))
-            elif isinstance(low, int) and isinstance(high, int):
-                object.__setattr__(self, name, check_int(name, getattr(self, name), low, high))
-            elif name == "location_weight":
-                _weight(self, name, low, high)
-            else:
-                value = _number(name, getattr(self, name), low, high, name == "search_fraction")
-                object.__setattr__(self, name, value)
-        _one_of(self, "method", METHODS)
-        _one_of(self, "similarity", SIMILARITIES)
-        for name in (
-            "random_path",
-            "match_proportions",
-            "published_draw",
-            "repair_seams",
-            "refine",
-            "exact_data",
-        ):
-            _yes_or_no(self, name)
+        for each in fields(self):
+            value = _checked(each.name, getattr(self, each.name), each.default)
+            object.__setattr__(self, each.name, value)
         _check_sizes(self)
 
     @property
@@ -238,59 +221,41 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
     return list(range(-(-smallest // block) * block, largest + 1, block))
 
 
-def _number(name: str, value: Any, low: float, high: float, open_below: bool = False) -> float:
-    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(
-        value, bool
-    )
-    if not number or not low <= value <= high or (open_below and value == low):
+def _checked(name: str, value: Any, default: Any) -> Any:
+    """Return the value of a parameter, or of its three axes, or raise an error that names it."""
+    if name in CHOICES:
+        if not isinstance(value, str) or value not in CHOICES[name]:
+            allowed = ", ".join(CHOICES[name])
+            raise CCWSIMError(f"{name} = {shown(value)} must be one of {allowed}")
+        return value
+    if isinstance(default, bool):
+        if not isinstance(value, (bool, np.bool_)):
+            raise CCWSIMError(f"{name} = {shown(value)} must be True or False")
+        return bool(value)
+    if isinstance(value, np.ndarray) and value.ndim:
+        value = value.tolist()
+    along_axes = isinstance(value, (tuple, list)) and len(value) == 3
+    if not along_axes or name not in (*PER_AXIS, "location_weight"):
+        return _checked_number(name, value, *PARAMETERS[name])
+    low, high = PARAMETERS[name]
+    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # z may be thin
+    sides = zip(AXES[::-1], value, lows, strict=True)
+    return tuple(_checked_number(f"{name} along {axis}", v, low, high) for axis, v, low in sides)
+
+
+def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
+    """Return an int if both limits are, else a float, between them."""
+    if isinstance(low, int) and isinstance(high, int):
+        return check_int(name, value, low, high)
+    open_below = name == "search_fraction"
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    in_range = is_number and low <= value <= high and not (open_below and value == low)
+    if not in_range or isinstance(value, bool):
         above = "more than" if open_below else "from"
         raise CCWSIMError(
             f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
         )
     return float(value)
-
-
-def _one_of(p: Parameters, name: str, choices: tuple[str, ...]) -> None:
-    value = getattr(p, name)
-    if not isinstance(value, str) or value not in choices:
-        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(choices)}")
-
-
-def _yes_or_no(p: Parameters, name: str) -> None:
-    value = getattr(p, name)
-    if not isinstance(value, (bool, np.bool_)):
-        raise CCWSIMError(f"{name} = {shown(value)} must be True or False")
-    object.__setattr__(p, name, bool(value))
-
-
-def _size(p: Parameters, name: str, low: int, high: int) -> None:
-    """Take an int, or a triple of int; along z volumes may be thin."""
-    value, each = getattr(p, name), _each(getattr(p, name))
-    if each is None:
-        object.__setattr__(p, name, check_int(name, value, low, high))
-        return
-    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low
-    sides = zip(AXES[::-1], each, lows, strict=True)
-    checked = (check_int(f"{name} along {axis}", v, least, high) for axis, v, least in sides)
-    object.__setattr__(p, name, tuple(checked))
-
-
-def _weight(p: Parameters, name: str, low: float, high: float) -> None:
-    """Take a number, or a triple of numbers."""
-    value, each = getattr(p, name), _each(getattr(p, name))
-    if each is None:
-        object.__setattr__(p, name, _number(name, value, low, high))
-        return
-    sides = zip(AXES[::-1], each, strict=True)
-    checked = tuple(_number(f"{name} along {axis}", v, low, high) for axis, v in sides)
-    object.__setattr__(p, name, checked)
-
-
-def _each(value: Any) -> Sequence[Any] | None:
-    """Return three values along z, y and x, or None for a single number."""
-    if isinstance(value, np.ndarray) and value.ndim:
-        value = value.tolist()
-    return value if isinstance(value, (tuple, list)) and len(value) == 3 else None
 
 
 def _triple(size: Any) -> tuple[int, int, int]:
@@ -332,26 +297,34 @@ def _check_size(what: str, where: str, size: int, level: int, low: int, high: in
 
 
 def _documented() -> str:
-    lines = ["All settings of a simulation, checked when it is made.", ""]
-    lines += ["For a volume template_size, overlap_size and wavelet_level may each be three"]
-    lines += [
-        "numbers, along z, y and x; one number holds for all axes. Along z, where volumes are"
-    ]
-    lines += ["thin, a template may have 1 cell (overlap 0), 2 or 3 (overlap 0 or 1)."]
-    lines += ["", "Parameters"]
-    lines.append("-" * len("Parameters"))
+    lines = []
     for row in parameter_table():
         names = [f"{row['symbol']} in the paper"] if row["symbol"] else []
         names += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
         lines.append(f"{row['name']} : {row['allowed']}; default {row['default']}")
         lines.append(f"    {row['meaning']}" + (f" ({', '.join(names)})" if names else ""))
-    lines += ["", "Raises", "------", "CCWSIMError"]
-    lines += ["    For a value that is not allowed; the message suggests others.", ""]
-    lines += ["Examples", "--------"]
-    lines += [">>> Parameters(template_size=48, overlap_size=8).step", "40"]
-    lines += [">>> Parameters((16, 48, 48), (4, 8, 8), wavelet_level=(1, 2, 2)).step"]
-    lines += ["(12, 40, 40)"]
-    return "\n".join(lines)
+    return _DOCUMENTATION.format("\n".join(lines))
 
 
+_DOCUMENTATION = """All settings of a simulation, checked when it is made.
+
+For a volume template_size, overlap_size and wavelet_level may each be three
+numbers, along z, y and x; one number holds for all axes. Along z, where volumes are
+thin, a template may have 1 cell (overlap 0), 2 or 3 (overlap 0 or 1).
+
+Parameters
+----------
+{}
+
+Raises
+------
+CCWSIMError
+    For a value that is not allowed; the message suggests others.
+
+Examples
+--------
+>>> Parameters(template_size=48, overlap_size=8).step
+40
+>>> Parameters((16, 48, 48), (4, 8, 8), wavelet_level=(1, 2, 2)).step
+(12, 40, 40)"""
 Parameters.__doc__ = _documented()

@@ -17,36 +17,16 @@ from ccwsim.run.simulation import simulate
 
 @dataclass(frozen=True)
 class Extent:
-    """Size of the experiments: full in minutes, or quick in seconds.
+    """Size of the experiments: full in minutes, or quick in seconds."""
 
-    Attributes
-    ----------
-    name : str
-        "full" or "quick".
-    n_many : int
-        Realizations if the paper has 100.
-    n_few : int
-        Realizations to compare methods in pictures and curves.
-    n_anodi : int
-        Realizations of each method for the analysis of distances.
-    n_timed : int
-        Realizations whose times are averaged.
-    largest_side : int
-        Longest side, in cells, of a grid that is not timed.
-    timed_sides : tuple of int
-        Sides of the square grids that are timed.
-    largest_lag : int
-        Largest lag of variograms and connectivity, in cells.
-    """
-
-    name: str
-    n_many: int
-    n_few: int
-    n_anodi: int
-    n_timed: int
-    largest_side: int
-    timed_sides: tuple[int, ...]
-    largest_lag: int
+    name: str  # "full" or "quick"
+    n_many: int  # realizations if the paper has 100
+    n_few: int  # realizations to compare methods in pictures and curves
+    n_anodi: int  # realizations of each method for the analysis of distances
+    n_timed: int  # realizations whose times are averaged
+    largest_side: int  # of grids that are not timed, in cells
+    timed_sides: tuple[int, ...]  # of the square grids that are timed
+    largest_lag: int  # of variograms and connectivity, in cells
 
     @property
     def is_full(self) -> bool:
@@ -129,27 +109,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment of the paper.
+    """One experiment of the paper."""
 
-    Attributes
-    ----------
-    name : str
-        Short, for tests and files.
-    title : str
-        Subject.
-    place : str
-        Section, figure or table of the paper.
-    shows : str
-        Content of the paper there, as far as it is known.
-    run : callable
-        Called as run(ExperimentRun), returns an Outcome.
-    weight : float
-        Duration relative to most others, for the progress.
-    """
-
-    name: str
+    name: str  # short, for tests and files
     title: str
-    place: str
-    shows: str
+    place: str  # section, figure or table of the paper
+    shows: str  # content of the paper there, as far as it is known
     run: Callable[[ExperimentRun], Outcome]
-    weight: float = 1.0
+    weight: float = 1.0  # duration relative to most others, for the progress

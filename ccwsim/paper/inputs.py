@@ -39,15 +39,9 @@ DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
 
 @dataclass(frozen=True)
 class PaperInputs:
-    """Training images, hard data and published realizations of a folder.
+    """Training images, hard data and published realizations of a folder."""
 
-    Attributes
-    ----------
-    folder : Path or None
-        Holds the folders `paper` and `reference`; None for the bundled images only.
-    """
-
-    folder: Path | None = None
+    folder: Path | None = None  # holds `paper` and `reference`; None for the bundled images only
 
     def image(self, name: str) -> TrainingImage:
         """Return the training image "channel", "stone wall" or "three facies"."""

@@ -1,7 +1,7 @@
-"""A study as the part of an address behind the question mark: only what differs from the default.
+"""A study as the query of an address: only what differs from the default.
 
-Numbers, words and pairs are rows of `ccwsim.model.codec`; training image and hard data, which have
-several forms, are written and read here.
+Numbers, words and pairs are rows of `ccwsim.sharing.codec`; training image and hard data, which
+have several forms, are written and read here.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from ccwsim import datasets
 from ccwsim.io.data_file import printable
 from ccwsim.model.arrays import digest
 from ccwsim.model.bounds import MAX_LINK_DATA
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown
-from ccwsim.model.codec import MAX_LETTERS, SETTINGS, Setting, parts_of, settings_of
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
+from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
 MAX_PACKED_LETTERS = 8000
 """Of hard data in an address."""
@@ -38,7 +38,7 @@ TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
 OF_IMAGE = ("ti", "turn", "name", "colour")
 OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
-KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in SETTINGS if row.part != "data"))
+KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
 """All names that a study may have in an address."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 """Parameters that are legal or not together."""
@@ -57,7 +57,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     for key, choice in names.items():
         query["ti" if isinstance(choice, ImageChoice) else "data"] = [key]
     own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
-    for row in SETTINGS:
+    for row in FIELDS:
         if row.part != "data" and row.value_in(own) != row.value_in(usual):
             query[row.key] = [row.write(row.value_in(own))]
     return query
@@ -184,7 +184,7 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
         query["data"] = [data.bundled] if data.bundled != usual.bundled else []
     elif source == "sampled":
         query["data"] = [source]
-        for row in settings_of("data"):
+        for row in fields_of("data"):
             value = row.value_in({"data": data})
             query[row.key] = [row.write(value)] if value != row.value_in({"data": usual}) else []
     elif source == "placed" and data.placed is not None and data.placed.n <= MAX_LINK_DATA:
@@ -214,7 +214,7 @@ class _Reader:
         value = printable(self.text(name) or "", MAX_LETTERS)
         self.notes.append(f"{name} = {value} {reason}: {taken}.")
 
-    def value(self, row: Setting, usual: Any) -> Any:
+    def value(self, row: FieldSpec, usual: Any) -> Any:
         """Return the value of a setting, the default where it is absent or cannot be read."""
         text = self.text(row.key)
         try:
@@ -226,7 +226,7 @@ class _Reader:
     def fields(self, part: str, parts: Mapping[str, Any]) -> dict[str, Any]:
         """Return the settings of a part of a study, by the fields that hold them."""
         found: dict[str, Any] = {}
-        for row in settings_of(part):
+        for row in fields_of(part):
             found |= row.as_fields(self.value(row, row.value_in(parts)))
         return found
 
@@ -242,7 +242,7 @@ class _Reader:
     def parameters(self) -> Parameters:
         """Return the parameters; sizes that do not go together keep their defaults together."""
         taken = Parameters()
-        rows = {row.fields[0]: row for row in settings_of("parameters")}
+        rows = {row.fields[0]: row for row in fields_of("parameters")}
         given = {
             name: self.value(row, getattr(taken, name))
             for name, row in rows.items()

@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 
 from ccwsim import datasets
 from ccwsim.model.bounds import MAX_WRITTEN_DATA
-from ccwsim.model.choices import Choices
-from ccwsim.model.codec import format_number, settings_of
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.codec import fields_of, format_number
 
 OUTPUT = "realizations.npz"
 ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
@@ -41,7 +41,7 @@ def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
 
     Examples
     --------
-    >>> from ccwsim.model.choices import DataChoice
+    >>> from ccwsim.sharing.choices import DataChoice
     >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
     >>> study = Study(datasets.load("channels"), grid, seed=7)
     >>> found = reproduction_recipe(choices, study, "a.ccwsim")
@@ -161,7 +161,7 @@ def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], b
 
 def _options(part: str, own: Grid | Parameters, usual: Grid | Parameters) -> list[str]:
     words: list[str] = []
-    for row in settings_of(part):
+    for row in fields_of(part):
         value = row.value_in({part: own})
         if value == row.value_in({part: usual}) and row.kind != "sizes":
             continue

@@ -13,8 +13,6 @@ from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.choices import Choices, Shown
-from ccwsim.model.codec import settings_of
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import parameter_table
@@ -40,6 +38,8 @@ from ccwsim.report.verdicts import (
     relative_text,
     way_name,
 )
+from ccwsim.sharing.choices import Choices, Shown
+from ccwsim.sharing.codec import fields_of
 from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
@@ -267,7 +267,7 @@ def _table_of_realizations(ensemble: Ensemble) -> Table:
 
 def _parameters(ensemble: Ensemble) -> Table:
     rows = []
-    for row, setting in zip(parameter_table(), settings_of("parameters"), strict=True):
+    for row, setting in zip(parameter_table(), fields_of("parameters"), strict=True):
         value = setting.value_in({"parameters": ensemble.parameters})
         changed = "" if str(value) == row["default"] else "changed"
         rows.append((row["name"], row["symbol"], setting.write(value), changed))

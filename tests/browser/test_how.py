@@ -9,9 +9,9 @@ import pytest
 from ccwsim.engine.stages.path import L_SHAPE, LEFT, TOP
 from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.figures import LIGHT
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.words import describe_fate, describe_sides

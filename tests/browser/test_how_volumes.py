@@ -9,8 +9,8 @@ import pytest
 
 from ccwsim import Grid, Parameters
 from ccwsim.engine.trace import Trace
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.how_it_works.words import describe_sides
 from ccwsim.ui.session.resolve import data_of, image_of
 from tests.browser.hands import SLOW, at_rest, soon

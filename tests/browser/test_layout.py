@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.model.choices import Choices, DataChoice
-from ccwsim.sharing import link_of
+from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.link import link_of
 from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, fill, run, soon, until
 from tests.browser.served import CHROMIUM
 

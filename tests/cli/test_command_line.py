@@ -27,7 +27,7 @@ from ccwsim.cli.program import COMMANDS, main
 from ccwsim.cli.progress import SIGNALS, STARTING, ProgressLine, duration, stop_on_signals
 from ccwsim.cli.simulate import EPILOG, command, summary
 from ccwsim.io import parameters_to_json, write_training_image
-from ccwsim.model.codec import settings_of
+from ccwsim.sharing.codec import fields_of
 
 ROOT = Path(__file__).parents[2]
 SMALL = ["--template", "16", "--overlap", "4", "--level", "1"]
@@ -58,7 +58,7 @@ def test_a_command_line_gives_what_the_same_call_gives(tmp_path):
 def test_every_parameter_has_its_option_and_its_help(capsys):
     assert run("simulate", "--help") == 0
     shown = "".join(capsys.readouterr().out.split())
-    for row in (*settings_of("parameters"), *settings_of("grid"), *settings_of("study")):
+    for row in (*fields_of("parameters"), *fields_of("grid"), *fields_of("study")):
         assert row.option in shown
         assert "".join(row.help.split()) in shown
 
@@ -70,7 +70,7 @@ def test_every_option_reaches_its_parameter(tmp_path, field):
     others |= {"co_template": 1, "template_variation": 0.25}
     if field.name not in others and not isinstance(field.default, bool):
         pytest.skip(f"no second value of {field.name} is known to this test")
-    row = next(row for row in settings_of("parameters") if row.fields == (field.name,))
+    row = next(row for row in fields_of("parameters") if row.fields == (field.name,))
     if isinstance(field.default, bool):
         wanted = not field.default
         given = [row.option if wanted else row.no_option]

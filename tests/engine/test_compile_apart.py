@@ -13,9 +13,11 @@ from threading import Event
 import numpy as np
 import pytest
 
+from ccwsim import simulate
 from ccwsim.engine import compilation, kernels
 from ccwsim.engine.compilation import LATER, NOW, SOON
 from ccwsim.model.errors import Cancelled
+from ccwsim.run.executors import threads
 from tests.waiting import wait_until
 
 PACKAGE = Path(kernels.__file__).parents[1]
@@ -108,6 +110,19 @@ def test_waiting_ends_when_the_run_is_cancelled(compilers):
         compilation.await_all([request], check)
 
 
+def test_a_run_that_is_stopped_while_kernels_compile_ends(monkeypatch):
+    def wait(study, image, watch):
+        while not Event().wait(0.01):
+            watch.check()
+
+    monkeypatch.setattr(threads, "is_compiled", lambda *_: False)
+    monkeypatch.setattr(threads, "compile_kernels", wait)
+    stopped = iter([False, False])
+    with pytest.raises(Cancelled, match="stopped after 0 of 2") as caught:
+        simulate(np.eye(40), (40, 40), n_realizations=2, cancel=lambda: next(stopped, True))
+    assert caught.value.ensemble is None
+
+
 def test_progress_counts_kernels_and_measures_their_pace(compilers, monkeypatch):
     assert compilation.compilation() is None
     a, b = (compilers.ask(Kernel(name, 10), (), SOON) for name in "ab")
@@ -179,7 +194,7 @@ FIRST_RUN = """
 from numba.core import event
 from ccwsim import simulate
 from ccwsim.datasets import load, load_hard_data
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 c = Choices()
 with event.install_recorder("numba:compile") as compiled:
     data = load_hard_data(c.data.bundled)

@@ -69,6 +69,16 @@ def test_a_moved_copied_or_touched_file_finds_what_is_compiled(function, tmp_pat
         assert sum(again.stats.cache_hits.values()) == 1
 
 
+def test_processes_that_compile_one_kernel_at_the_same_time_share_no_file(function, tmp_path):
+    folder = tmp_path / "kernels-1"
+    first, second = compiled(function, folder), compiled(function, folder)
+    assert (first(3), second(3.5)) == (6, 7.0)
+    assert len(list(folder.rglob("*.nbi"))) == len(list(folder.rglob("*.nbc"))) == 2
+    again = compiled(function, folder)
+    assert (again(3), again(3.5)) == (6, 7.0)
+    assert sum(again.stats.cache_hits.values()) == 2
+
+
 def test_kernels_of_another_content_are_not_taken(function, tmp_path):
     assert compiled(function, tmp_path / "kernels-1")(3) == 6
     (tmp_path / "kernels-1").rename(tmp_path / "kernels-2")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.experiments.settings import label, settings, varied
+from ccwsim.experiments.plan import label, plan_sweep, varied
 from ccwsim.experiments.sweep import Row, Sweep, pareto_front, recommended, sweep
 from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
@@ -49,7 +49,7 @@ def test_settings_are_all_combinations_that_fit():
     }
     combinations = [dict(zip(ranges, v, strict=True)) for v in product(*ranges.values())]
     fitting = [replace(BASE, **c) for c in combinations if fits(c)]
-    plan = settings(BASE, ranges, IMAGE.shape)
+    plan = plan_sweep(BASE, ranges, IMAGE.shape)
     assert set(plan) == set(fitting)
     assert len(plan) == len(fitting)
     assert len(plan.left_out) == len(combinations) - len(fitting)
@@ -58,7 +58,7 @@ def test_settings_are_all_combinations_that_fit():
 
 
 def test_what_means_the_same_is_tried_once():
-    plan = settings(BASE, {"method": ["ccwsim", "ccsim"], "wavelet_level": [0, 1, 2]})
+    plan = plan_sweep(BASE, {"method": ["ccwsim", "ccsim"], "wavelet_level": [0, 1, 2]})
     assert [(p.method, p.wavelet_level) for p in plan] == [
         ("ccwsim", 0),
         ("ccwsim", 1),
@@ -66,12 +66,12 @@ def test_what_means_the_same_is_tried_once():
         ("ccsim", 0),
     ]
     assert plan.n_equal == 2
-    assert len(settings(BASE, {"n_candidates": [3, 3]})) == 1
+    assert len(plan_sweep(BASE, {"n_candidates": [3, 3]})) == 1
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_can_be_swept(method):
-    plan = settings(BASE, {"method": [method]}, IMAGE.shape)
+    plan = plan_sweep(BASE, {"method": [method]}, IMAGE.shape)
     result = sweep(IMAGE, (30, 30), plan.fitting, n_realizations=1)
     assert not result.failed
     assert result.rows[0].parameters.method == method
@@ -79,9 +79,9 @@ def test_every_method_can_be_swept(method):
 
 def test_a_wrong_range_is_said():
     with pytest.raises(CCWSIMError, match=r"'refine' has no range: choose from method"):
-        settings(BASE, {"refine": [True]})
+        plan_sweep(BASE, {"refine": [True]})
     with pytest.raises(CCWSIMError, match="template_size has no value to try"):
-        settings(BASE, {"template_size": []})
+        plan_sweep(BASE, {"template_size": []})
     with pytest.raises(CCWSIMError, match="there is no setting to try"):
         sweep(IMAGE, (30, 30), [])
 

@@ -23,10 +23,10 @@ from ccwsim.io import (
     read_points,
     training_image_as_bytes,
 )
-from ccwsim.model.choices import Choices
 from ccwsim.model.study import Study
-from ccwsim.sharing import link_of, packed, read_link, reproduction_recipe, unpacked
-from ccwsim.sharing.link import KEYS
+from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.link import KEYS, link_of, packed, read_link, unpacked
+from ccwsim.sharing.recipe import reproduction_recipe
 
 Act = Callable[[], object]
 ABSURD: tuple[Any, ...] = (

@@ -10,6 +10,7 @@ import numpy as np
 import ccwsim.io as cio
 from ccwsim import Grid, TrainingImage
 from ccwsim.io.limits import limited, upload_limits
+from ccwsim.sharing.project import read_project
 
 NAMES = (
     "ti.dat", "../../../etc/passwd", "C:\\x\\y.png", "a\x00b", "**x**", "<script>alert(1)</script>",
@@ -50,7 +51,7 @@ WAYS: dict[str, Callable] = {
     "preview of intervals": lambda file: cio.preview_wells(file, "intervals"),
     "preview of surveys": lambda file: cio.preview_wells(file, "surveys"),
     "fitted grid": lambda file: cio.fit_grid(cio.read_points(file)),
-    "project": lambda file: cio.read_project(file),
+    "project": lambda file: read_project(file),
     "realizations": lambda file: cio.read_realizations(file),
     "realizations of an image": lambda file: cio.read_realizations(file, _TI),
     "parameters": lambda file: cio.parameters_from_json(file.getvalue()),

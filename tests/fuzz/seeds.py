@@ -13,8 +13,9 @@ import numpy as np
 from PIL import Image
 
 from ccwsim import Grid, HardData, Parameters, Project, TrainingImage
-from ccwsim.io import parameters_to_json, project_as_bytes
+from ccwsim.io import parameters_to_json
 from ccwsim.model.study import Study
+from ccwsim.sharing.project import project_as_bytes
 from tests.io import sample_files as sample
 
 LARGEST = 2 * 2**20

@@ -19,7 +19,7 @@ from PIL import Image
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Grid, TrainingImage
-from ccwsim.io.limits import OF_SCRIPTS, OF_UPLOADS, limited
+from ccwsim.io.limits import SCRIPT_LIMITS, UPLOAD_LIMITS, limited
 from tests.io import sample_files as sample
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning:PIL")
@@ -41,7 +41,7 @@ WORDS = (*NUMBERS, b"\n", b"\x00", b",", b";", b"\t", b"\xff\xff\xff\xff", b"")
 @pytest.fixture
 def _small_limit():
     """A size that a changed byte promises is refused early, so that the test stays fast."""
-    with limited(replace(OF_UPLOADS, cells=100_000)):
+    with limited(replace(UPLOAD_LIMITS, cells=100_000)):
         yield
 
 
@@ -197,7 +197,7 @@ def test_packed_files_unpack_to_no_more_than_the_limit(make):
     content = make()
     tracemalloc.start()
     try:
-        small = limited(replace(OF_SCRIPTS, unpacked=10 * 2**20))
+        small = limited(replace(SCRIPT_LIMITS, unpacked=10 * 2**20))
         with (
             small,
             pytest.raises(CCWSIMError, match="unpacks to"),
@@ -212,7 +212,7 @@ def test_large_files_are_refused_before_they_are_read(tmp_path):
     path = tmp_path / "large.dat"
     path.write_bytes(b"0 1\n" * 1000)
     for file in (path, io.BytesIO(path.read_bytes())):
-        small = limited(replace(OF_UPLOADS, bytes=1000))
+        small = limited(replace(UPLOAD_LIMITS, bytes=1000))
         with small, pytest.raises(CCWSIMError, match=r"MB, more than 0.000954 MB"):
             cio.read_training_image(file)
 

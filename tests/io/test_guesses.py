@@ -14,8 +14,8 @@ from PIL import Image, ImageFilter
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError
-from ccwsim.io.limits import OF_UPLOADS, limited
-from ccwsim.io.part import Part, largest_without_gaps
+from ccwsim.io.limits import UPLOAD_LIMITS, limited
+from ccwsim.io.part import GridPart, largest_without_gaps
 from tests.io import sample_files as sample
 from tests.io.sample_files import FACIES
 
@@ -124,7 +124,7 @@ def test_what_is_too_large_is_thinned_or_cut(kind):
     rng = np.random.default_rng(3)
     codes = np.kron(rng.integers(0, 2, (12, 18)), np.ones((5, 5), int))
     content = saved(codes) if kind == "npy" else picture(codes[::-1] * 255)
-    with limited(replace(OF_UPLOADS, cells=1000)):
+    with limited(replace(UPLOAD_LIMITS, cells=1000)):
         with pytest.raises(CCWSIMError, match="60 × 90 values are more than 1000"):
             cio.read_training_image(BytesIO(content))
         found, asked = cio.guess_answers(BytesIO(content))
@@ -136,7 +136,7 @@ def test_what_is_too_large_is_thinned_or_cut(kind):
         assert piece.array.tolist() == codes[10:35, 20:60].tolist()
         both = cio.read_training_image(BytesIO(content), crop=(10, 20, 26, 41), every=5)
         assert both.array.tolist() == codes[12:35:5, 22:60:5].tolist()
-    with limited(replace(OF_UPLOADS, cells=1000, whole=2000)), pytest.raises(CCWSIMError):
+    with limited(replace(UPLOAD_LIMITS, cells=1000, whole=2000)), pytest.raises(CCWSIMError):
         cio.guess_answers(BytesIO(content))
 
 
@@ -164,7 +164,7 @@ def test_the_largest_piece_without_gaps_against_all_pieces(known):
 
 @given(st.integers(1, 4), arrays(np.uint8, st.tuples(st.integers(4, 12), st.integers(4, 12))))
 def test_a_thinned_grid_has_cells_of_the_middle_of_each_square(every, grid):
-    thin = Part(every=every).of("a", grid)
+    thin = GridPart(every=every).of("a", grid)
     ny, nx = grid.shape
     assert thin.shape == (ny // every, nx // every)
     rows = np.arange(ny // every) * every + (every - 1) // 2

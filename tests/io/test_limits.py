@@ -16,8 +16,8 @@ from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.io.formats.pictures import bare_picture
 from ccwsim.io.limits import (
-    OF_SCRIPTS,
-    OF_UPLOADS,
+    SCRIPT_LIMITS,
+    UPLOAD_LIMITS,
     VARIABLES,
     check_cells,
     check_packing,
@@ -27,7 +27,7 @@ from ccwsim.io.limits import (
     upload_limits,
 )
 from ccwsim.io.opening import kind_of
-from ccwsim.model.choices import Upload
+from ccwsim.sharing.choices import Upload
 from tests.fuzz.builders import mat, matrix, png
 from tests.fuzz.mutations import zipped
 from tests.io import sample_files as sample
@@ -36,9 +36,9 @@ from tests.io import sample_files as sample
 def test_an_upload_is_limited_and_a_script_is_not():
     content = sample.npy(np.zeros((2001, 2000), np.uint8))
     assert cio.read_training_image(io.BytesIO(content)).shape == (2001, 2000)
-    with limited(OF_UPLOADS), pytest.raises(CCWSIMError, match="more than 4000000"):
+    with limited(UPLOAD_LIMITS), pytest.raises(CCWSIMError, match="more than 4000000"):
         cio.read_training_image(io.BytesIO(content))
-    assert limits() is OF_SCRIPTS
+    assert limits() is SCRIPT_LIMITS
 
 
 def test_scripts_may_read_realizations_of_a_hundred_million_cells():
@@ -54,8 +54,8 @@ def test_the_owner_of_a_server_sets_limits():
     assert (own.bytes, own.unpacked, own.cells, own.points) == (1000, 2000, 30, 40)
     assert (own.whole, own.lines, own.seconds) == (60, 50, 0.5)
     assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": "2e6"}).cells == 2_000_000
-    assert upload_limits({}) == OF_UPLOADS
-    assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": " "}) == OF_UPLOADS
+    assert upload_limits({}) == UPLOAD_LIMITS
+    assert upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": " "}) == UPLOAD_LIMITS
 
 
 @pytest.mark.parametrize("said", ["many", "-1", "0", "nan", "inf", "0.5", "9" * 5000])
@@ -66,15 +66,15 @@ def test_a_limit_that_is_no_number_is_said(said):
 
 def test_limits_of_one_visitor_are_none_of_anothers():
     seen = []
-    with limited(OF_UPLOADS):
+    with limited(UPLOAD_LIMITS):
         thread = Thread(target=lambda: seen.append(limits()))
         thread.start()
         thread.join()
-    assert seen == [OF_SCRIPTS]
+    assert seen == [SCRIPT_LIMITS]
 
 
 def test_a_file_that_takes_too_long_is_left():
-    late = replace(OF_UPLOADS, seconds=1e-9)
+    late = replace(UPLOAD_LIMITS, seconds=1e-9)
     for content in (sample.sgems(), sample.npz(), sample.mat(compress=True)):
         with limited(late), pytest.raises(CCWSIMError, match="takes longer than 1e-09 s"):
             cio.read_training_image(io.BytesIO(content))
@@ -84,7 +84,7 @@ def test_a_file_that_takes_too_long_is_left():
 @pytest.mark.parametrize("limit", ["bytes", "cells", "points", "lines", "fields", "line_bytes"])
 def test_each_limit_names_its_value_and_the_mend(limit):
     content = b"x,y,facies,word\n" + b"1,2,3,sand\n" * 60
-    with limited(replace(OF_UPLOADS, **{limit: 10})), pytest.raises(CCWSIMError) as told:
+    with limited(replace(UPLOAD_LIMITS, **{limit: 10})), pytest.raises(CCWSIMError) as told:
         cio.import_hard_data(io.BytesIO(content), facies="facies")
     assert any(word in str(told.value) for word in ("cut", "bring", "clean", "break", "without"))
 
@@ -92,20 +92,20 @@ def test_each_limit_names_its_value_and_the_mend(limit):
 def test_arrays_together_hold_no_more_than_one():
     half = np.zeros((100, 60), np.uint8)
     for content in (sample.npz(a=half, b=half), sample.mat(a=half, b=half)):
-        few = limited(replace(OF_UPLOADS, cells=10_000))
+        few = limited(replace(UPLOAD_LIMITS, cells=10_000))
         with few, pytest.raises(CCWSIMError, match="12000 values are more than 10000"):
             cio.inspect(io.BytesIO(content))
 
 
 def test_packing_is_only_looked_at_where_much_comes_out():
-    with limited(OF_UPLOADS):
+    with limited(UPLOAD_LIMITS):
         check_packing("small", 1, 500_000)
         with pytest.raises(CCWSIMError, match="hold nothing"):
             check_packing("large", 1000, 2**27)
     empty = TrainingImage(np.zeros((2000, 2000), int))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, ti=empty.array)
-    with limited(OF_UPLOADS):  # an image of one facies is none to be afraid of
+    with limited(UPLOAD_LIMITS):  # an image of one facies is none to be afraid of
         assert cio.read_training_image(buffer).n_facies == 1
 
 

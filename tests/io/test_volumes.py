@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
-from ccwsim.io.limits import OF_UPLOADS, limited
+from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.io.opening import open_file
 from tests.io import sample_files as sample
 from tests.small_images import noise
@@ -100,7 +100,7 @@ class TestTrainingImages:
             read(FILES["gslib"], shape=(5, 4, 2))
 
     def test_sizes_are_looked_at_before_values(self):
-        with limited(OF_UPLOADS), pytest.raises(CCWSIMError, match="are more than 4000000"):
+        with limited(UPLOAD_LIMITS), pytest.raises(CCWSIMError, match="are more than 4000000"):
             read(b"999 999 999\n1\nfacies\n0\n")
 
 

@@ -22,7 +22,7 @@ import streamlit as st
 
 from ccwsim import Grid
 from ccwsim.ui.session import server
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.job import server_queue
 from ccwsim.ui.study.run import start_run

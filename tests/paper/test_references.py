@@ -169,7 +169,12 @@ def test_examples_name_the_section_of_their_figure():
 
 def test_what_is_not_in_the_paper_is_named():
     text = (ROOT / "docs" / "method.md").read_text("utf-8").split("## Not in the paper")[1]
-    for own in ("Refinement", "Data weights", "Within 6 cells", "Local re-simulation"):
+    for own in (
+        "Refinement",
+        "Data weights",
+        "Limit on candidates near data",
+        "Local re-simulation",
+    ):
         assert own in text
     catalogue = tomllib.loads((ROOT / "ccwsim/ui/examples/catalogue.toml").read_text("utf-8"))
     for example in (e for part in catalogue["part"] for e in part["example"] if "source" in e):
@@ -182,7 +187,7 @@ def test_the_weights_in_the_docs_are_those_of_the_engine():
     from ccwsim.engine.stages.conditioning import DENSE, MAX_DATA, SPARSE
 
     text = " ".join((ROOT / "docs" / "method.md").read_text("utf-8").split())
-    assert f"{SPARSE.missed} wrong cells of overlap, {SPARSE.held} where" in text
+    assert f"{SPARSE.missed} wrong cells of the overlap, {SPARSE.held} if" in text
     assert f"{DENSE.missed}, {DENSE.held} and {DENSE.ahead}" in text
-    assert f"within {SPARSE.slack} wrong cells of the very best ({DENSE.slack} in a split" in text
-    assert f"more than {MAX_DATA} data a patch" in text
+    assert f"within {SPARSE.slack} wrong cells of the best ({DENSE.slack} in a split" in text
+    assert f"more than {MAX_DATA} data per patch" in text

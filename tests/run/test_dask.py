@@ -11,9 +11,9 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
 from ccwsim.cli.program import main
-from ccwsim.model.choices import Choices
 from ccwsim.run.executors import connect, executor_of_environment
 from ccwsim.run.executors.cluster import SCHEDULER
+from ccwsim.sharing.choices import Choices
 from ccwsim.ui.study.run import part_of
 from tests.small_images import blobs
 

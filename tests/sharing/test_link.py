@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.model.bounds import MAX_LINK_DATA
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
-from ccwsim.sharing import left_out, link_of, packed, read_link, unpacked
-from ccwsim.sharing.link import KEYS
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.sharing.link import KEYS, left_out, link_of, packed, read_link, unpacked
 
 LETTERS = st.characters(exclude_categories=("Cs",))
 NAMES = st.text(LETTERS, min_size=1, max_size=40).filter(str.strip)

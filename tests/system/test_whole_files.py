@@ -14,11 +14,9 @@ import numpy as np
 import pytest
 
 import ccwsim
-from ccwsim import Parameters, TrainingImage, simulate
+from ccwsim import Parameters, Project, TrainingImage, save_project, simulate
 from ccwsim.cli.program import main
 from ccwsim.io import (
-    Project,
-    save_project,
     write_hard_data,
     write_realizations,
     write_training_image,

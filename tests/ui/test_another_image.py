@@ -8,9 +8,9 @@ import numpy as np
 
 from ccwsim import Grid, Parameters
 from ccwsim.io import training_image_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.image_step import use_image
 from tests.ui.widgets import html, named, opened, texts

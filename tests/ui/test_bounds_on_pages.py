@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from ccwsim.io import Project, project_as_bytes
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
-from ccwsim.model.choices import Choices, DataChoice, Shown, Upload
-from ccwsim.model.codec import SETTINGS, Setting, parts_of
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
-from ccwsim.sharing import link_of
+from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
+from ccwsim.sharing.codec import FIELDS, FieldSpec, parts_of
+from ccwsim.sharing.link import link_of
+from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, study_of
 from tests.some import some
@@ -32,7 +32,7 @@ SHAPES = [(1, 1), (1, 300), (300, 1), (1, SIDE), (SIDE, 1)]
 def at_bounds() -> list[Choices]:
     """Studies with one number, or pair, at its lowest or its highest, where that is legal."""
     found: list[Choices | None] = [replace(SMALL, grid=Grid(*shape)) for shape in SHAPES]
-    for row in SETTINGS:
+    for row in FIELDS:
         if row.part in ("grid", "parameters", "study") and row.kind != "sizes" and not row.words:
             found += [
                 choices for bound in (row.low, row.high) if (choices := with_value(row, bound))
@@ -40,7 +40,7 @@ def at_bounds() -> list[Choices]:
     return found
 
 
-def with_value(row: Setting, bound: float) -> Choices | None:
+def with_value(row: FieldSpec, bound: float) -> Choices | None:
     """The small study with one setting at a bound, as large a one as a number can be."""
     bound = max(min(bound, 1e300), -1e300)
     value = (bound, bound) if row.kind == "lengths" else bound

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.hard_data import HardData
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import same_realizations
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import project_of

@@ -11,8 +11,8 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.frontend.component import reported
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.fragments import LAST_DRAWN

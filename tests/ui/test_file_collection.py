@@ -21,7 +21,7 @@ from scipy.ndimage import gaussian_filter
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.io import sample_files as sample

@@ -9,9 +9,9 @@ import pytest
 from streamlit.testing.v1 import AppTest
 from streamlit.testing.v1.element_tree import Selectbox
 
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.how_to import how_tos

@@ -15,7 +15,7 @@ import pytest
 import ccwsim
 from ccwsim import datasets
 from ccwsim.figures import index_png
-from ccwsim.sharing import read_link
+from ccwsim.sharing.link import read_link
 from tests.ui.sessions import Session
 
 N_SESSIONS, N_RUNS = 5, 2

@@ -11,7 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Cancelled, Grid, Parameters, simulate
 from ccwsim.jobs.job import Job
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
 from ccwsim.ui.simulate.history import go_back, place_of

@@ -14,17 +14,17 @@ from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, Queue, server_queue
 from ccwsim.jobs.limits import RESERVE
 from ccwsim.jobs.statistics import StatisticsWorker, Task
-from ccwsim.model.choices import DataChoice
+from ccwsim.sharing.choices import DataChoice
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.benchmark.run import Benchmark, TimingRun
-from ccwsim.ui.compare.settings import Comparing
+from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.paper.page import PaperState
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.plan import SweepState
+from ccwsim.ui.validate.large_ensemble import LargeEnsembleState
 from ccwsim.ui.validate.large_ensemble import start as start_large_ensemble
-from ccwsim.ui.validate.statistics import Validation
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
@@ -102,7 +102,7 @@ def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page
     state = app.session_state[KEY]
     runs = (
         state.page(SweepState).run,
-        state.page(Comparing).job,
+        state.page(ComparePageState).run,
         state.page(Benchmark).grids,
         state.page(PaperState).run,
     )
@@ -113,8 +113,9 @@ def test_a_large_ensemble_beyond_the_limit_is_refused(monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
     state = launched(path="pages/simulate.py").session_state[KEY]
     start_large_ensemble(state)
-    assert state.page(Validation).large_run is None
-    assert "that this server allows for one run" in state.page(Validation).large_message
+    large = state.page(LargeEnsembleState)
+    assert large.run is None
+    assert "that this server allows for one run" in large.message
 
 
 def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from ccwsim import Grid, Parameters, simulate
-from ccwsim.io import Project, project_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, Shown, Upload
-from ccwsim.sharing import link_of
+from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
+from ccwsim.sharing.link import link_of
+from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State

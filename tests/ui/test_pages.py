@@ -25,8 +25,8 @@ from ccwsim import (
 from ccwsim.io import can_write, read_realizations, training_image_as_bytes
 from ccwsim.jobs.job import Job
 from ccwsim.metrics import diagnose, variogram
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.parameters import parameter_table
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part

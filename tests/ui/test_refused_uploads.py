@@ -9,7 +9,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
-from ccwsim.model.choices import Choices, DataChoice
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.fuzz.builders import npy_header, packed_mat, pickled, png_of_remarks

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ccwsim.io import project_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.hard_data import HardData
-from ccwsim.sharing import link_of, own_choices, read_link
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.link import link_of, own_choices, read_link
+from ccwsim.sharing.project import project_as_bytes
 from ccwsim.ui.session import kept
 from ccwsim.ui.session.kept import KeptChoices, size_of
 from ccwsim.ui.session.resolve import data_of

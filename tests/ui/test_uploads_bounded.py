@@ -12,8 +12,8 @@ from streamlit.runtime.memory_uploaded_file_manager import MemoryUploadedFileMan
 from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRec
 
 from ccwsim import datasets, simulate
-from ccwsim.model.choices import Choices, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Choices, ImageChoice, Upload
 from ccwsim.ui.session import uploads
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
 from ccwsim.ui.session.uploads import NO_ROOM, BoundedUploads, max_of_session, upload_of

@@ -9,7 +9,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.metrics import connectivity, fit_curve, variogram, vertical_proportions
 from ccwsim.report.verdicts import describe_curve
-from ccwsim.ui.results.curves import variogram_bundle, vertical_proportions_bundle
+from ccwsim.ui.results.curves import curve_bundle, vertical_proportions_bundle
 from ccwsim.ui.results.tables import curves_csv
 from tests.metrics.volumes import a_volume
 from tests.ui.widgets import charts, csv_rows, html
@@ -62,7 +62,7 @@ def test_maps_keep_their_four_charts(ensemble):
 
 def test_bundles_are_those_of_the_metrics(ensemble):
     for way, lags in (("E-W", 12), ("vertical", 5)):
-        bundle = variogram_bundle(ensemble, 1, way)
+        bundle = curve_bundle(ensemble, "variogram", 1, way)
         assert bundle.each == pytest.approx(variogram(ensemble, 7, way, lags).gamma)
         assert bundle.reference == pytest.approx(
             variogram(ensemble.training_image, 7, way, lags).gamma[0]

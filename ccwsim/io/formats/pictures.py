@@ -23,7 +23,7 @@ from PIL.PngImagePlugin import PngInfo
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.limits import check_cells, check_time, limits
-from ccwsim.io.part import Part
+from ccwsim.io.part import GridPart
 from ccwsim.model.errors import CCWSIMError, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
@@ -33,7 +33,7 @@ _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class PictureFile:
     """A picture as colours, row 0 at the top as in the file.
 
     Attributes
@@ -55,8 +55,8 @@ class Picture:
 
 
 def read_picture(
-    content: bytes, name: str, part: Part | None = None, *, up: bool | None = None
-) -> Picture | DataFile:
+    content: bytes, name: str, part: GridPart | None = None, *, up: bool | None = None
+) -> PictureFile | DataFile:
     """Return a picture, or a grid where its pixels are numbers (16 bits and more).
 
     Of a `part` only its pixels are taken; `up` says that the first row is the south.
@@ -78,7 +78,7 @@ def read_picture(
             return DataFile(PICTURE_OF_NUMBERS, name, {"grey": numbers}, south_first=False)
         numbers = np.array(image).astype(np.uint8) if image.mode in ("P", "L", "1") else None
         says_codes = image.mode == "P" and image.info.get(_TAG) == _CODES
-        return Picture(name, _on_white(image), numbers, says_codes)
+        return PictureFile(name, _on_white(image), numbers, says_codes)
     except Exception as error:
         raise CCWSIMError(f"{name}: the picture is broken; save it again as PNG") from error
 
@@ -98,7 +98,7 @@ def picture_shape(content: bytes, name: str) -> tuple[int, int]:
 
 
 def picture_facies(
-    picture: Picture, *, threshold: float | None = None, classes: Classes = None
+    picture: PictureFile, *, threshold: float | None = None, classes: Classes = None
 ) -> NDArray[np.int64]:
     """Return the facies codes of a picture, shape (ny, nx), row 0 at the top.
 
@@ -110,7 +110,7 @@ def picture_facies(
     Examples
     --------
     >>> rgb = np.array([[[0] * 3, [255] * 3]], np.uint8)
-    >>> picture_facies(Picture("a.png", rgb, None)).tolist()
+    >>> picture_facies(PictureFile("a.png", rgb, None)).tolist()
     [[0, 1]]
     """
     if threshold is None and isinstance(classes, (int, np.integer)):
@@ -172,7 +172,7 @@ def _opened(content: bytes, name: str) -> Image.Image:
         raise CCWSIMError(f"{name}: the picture cannot be read; save it again as PNG") from error
 
 
-def _part_of(image: Image.Image, part: Part, name: str, up: bool | None) -> Image.Image:
+def _part_of(image: Image.Image, part: GridPart, name: str, up: bool | None) -> Image.Image:
     """The pixels of a part, with the palette, and what is transparent, as they were."""
     row, column, ny, nx = part.box(name, (image.height, image.width))
     top = row if up else image.height - row - ny
@@ -277,12 +277,12 @@ def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
     return found
 
 
-def few_colours(picture: Picture, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
+def few_colours(picture: PictureFile, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
     """Return a picture in a few of its colours, to be shown: their places, and `#rrggbb` of each.
 
     Examples
     --------
-    >>> few_colours(Picture("a.png", np.array([[[255, 0, 0]]], np.uint8), None))[1][:1]
+    >>> few_colours(PictureFile("a.png", np.array([[[255, 0, 0]]], np.uint8), None))[1][:1]
     ['#ff0000']
     """
     small = Image.fromarray(picture.rgb).quantize(most, dither=Image.Dither.NONE)
@@ -290,13 +290,13 @@ def few_colours(picture: Picture, most: int = 200) -> tuple[NDArray[np.uint8], l
     return np.array(small), [f"#{palette[k : k + 3].hex()}" for k in range(0, len(palette), 3)]
 
 
-def facies_colours_of(picture: Picture, codes: NDArray[np.int64]) -> list[str]:
+def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[str]:
     """Return the median colour of each facies of a picture, in the order of the codes.
 
     Examples
     --------
     >>> rgb = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
-    >>> facies_colours_of(Picture("a.png", rgb, None), np.array([[1, 0]]))
+    >>> facies_colours_of(PictureFile("a.png", rgb, None), np.array([[1, 0]]))
     ['#0000ff', '#ff0000']
     """
     order = np.argsort(codes, axis=None, kind="stable")

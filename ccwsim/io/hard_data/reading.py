@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import MISSING_CODES, DataFile, layer, printable
-from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.hard_data.column_names import height_column
 from ccwsim.io.hard_data.columns import (
@@ -65,7 +65,7 @@ def read_points(
     ([[3.0, 4.0]], [1.0], [2])
     """
     file, volume = open_file(path_or_file), _is_volume(grid_shape)
-    if isinstance(file, Picture):
+    if isinstance(file, PictureFile):
         raise CCWSIMError(f"{file.name} is a picture; hard data come as a table or a grid")
     if file.is_table:
         return _of_table(file, assign_columns(file, columns, volume=volume).complete())
@@ -157,7 +157,7 @@ def preview_points(
     (('A', '1.5', '2.5', 'Sand'),)
     """
     file = open_file(path_or_file)
-    if isinstance(file, Picture) or not file.is_table:
+    if isinstance(file, PictureFile) or not file.is_table:
         return PointsPreview(file.name)
     assignment = assign_columns(file, columns, volume=_is_volume(grid_shape))
     return preview_of(file, assignment, n_rows)

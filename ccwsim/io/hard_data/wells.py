@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.pictures import Picture
+from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data.column_names import SURVEYS, WELL_TABLES
 from ccwsim.io.hard_data.columns import (
     GUESSED_WELLS,
@@ -230,7 +230,7 @@ class Well(NamedTuple):
 
 def _table(path_or_file: PathOrFile) -> DataFile:
     file = open_file(path_or_file)
-    if isinstance(file, Picture) or not file.is_table or file.lines is None:
+    if isinstance(file, PictureFile) or not file.is_table or file.lines is None:
         raise CCWSIMError(f"{file.name} is no table; wells come as tables with named columns")
     return file
 

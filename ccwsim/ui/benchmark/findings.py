@@ -167,7 +167,7 @@ def about(seconds: float) -> str:
 
 def why_ended(run: TimingRun) -> str:
     """Return why a run ended early, or an empty text."""
-    error = run.job.error if run.job else None
+    error = run.error
     if isinstance(error, Cancelled):
         n = len(run.timings)
         kept = "; these are shown." if n else ": nothing was measured."

@@ -32,9 +32,9 @@ from ccwsim.ui.benchmark.run import (
     layers_of,
     level_options,
     number_options,
-    settings,
     side_options,
     start_timing,
+    timed_parameters,
 )
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.file_names import image_part
@@ -276,7 +276,7 @@ def chosen_settings(state: State) -> list[findings.Setting]:
     if not own.data_levels or not own.data_methods:
         return []
     volume = layers_of(state) is not None
-    found = settings(state, own.data_methods, own.data_levels)
+    found = timed_parameters(state, own.data_methods, own.data_levels)
     return [(p.method, level_of(p), volume) for p in found]
 
 

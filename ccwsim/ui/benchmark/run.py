@@ -26,6 +26,7 @@ from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
+from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 
@@ -46,8 +47,8 @@ FINEST, COARSEST = 0, 3
 
 
 @dataclass
-class TimingRun:
-    """A run that is going on, or has come to an end.
+class TimingRun(PageRun[None]):
+    """A measurement of several cases, one after another.
 
     `timings` are those finished, in the order of the cases; `disturbed` is whether others were
     computing on this server at the same time.
@@ -59,18 +60,12 @@ class TimingRun:
     seed: int
     timings: list[Timing] = field(default_factory=list)
     disturbed: bool = False
-    job: Job | None = None
-
-    def start(self) -> TimingRun:
-        """Begin, on a thread; refused where the server does not have what it demands."""
-        n = len(self.cases)
-        self.job = Job(self._work, demand=self.demand(), n=n, unit="settings")
-        return self
+    unit = "settings"
 
     @property
-    def going(self) -> bool:
-        """Whether it has begun and not come to an end."""
-        return self.job is not None and not self.job.finished
+    def n_pieces(self) -> int:
+        """How many cases there are."""
+        return len(self.cases)
 
     def demand(self) -> Demand:
         """Return what it asks of the server: one case at a time."""
@@ -85,7 +80,7 @@ class TimingRun:
         n_cells = sum(case.n_cells for case in self.cases) * self.n_realizations
         return Demand(n_cells, max((case.n_data for case in self.cases), default=0), n_bytes)
 
-    def _work(self, job: Job) -> None:
+    def work(self, job: Job) -> None:
         def report(fraction: float, n_done: int) -> None:
             self.disturbed = self.disturbed or server_queue().n_active > 1
             job.report(fraction, n_done)
@@ -135,14 +130,13 @@ class Benchmark:
 def start_timing(state: State, kind: Kind) -> None:
     """Start timing; what was measured before stays where nothing can be timed."""
     page_state = state.page(Benchmark)
-    page_state.message = ""
     image, n = image_of(state.choices.image), page_state.n_realizations
     try:
-        run = TimingRun(image, cases_of(state, kind), n, state.choices.seed).start()
+        run = TimingRun(image, cases_of(state, kind), n, state.choices.seed)
     except CCWSIMError as error:
         page_state.message = str(error)
         return
-    setattr(page_state, kind, run)
+    start_page_run(page_state, kind, run)
 
 
 def level_options(state: State) -> list[int]:
@@ -171,12 +165,12 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
     if kind == "grids":
         if nz is None:
             sides = [side for side in SIDES if side <= own.largest]
-            return grid_cases(sides, settings(state, own.grid_methods, own.grid_levels))
+            return grid_cases(sides, timed_parameters(state, own.grid_methods, own.grid_levels))
         sides = [side for side in VOLUME_SIDES if side <= own.largest_volume]
-        chosen = settings(state, own.grid_methods, own.grid_levels)
+        chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
         cases = [TimingCase(p, (nz, side, side)) for side in sides for p in chosen]
         if own.maps:
-            flat = settings(state, own.grid_methods, own.grid_levels, shape[-2:])
+            flat = timed_parameters(state, own.grid_methods, own.grid_levels, shape[-2:])
             as_many = [round((nz * side * side) ** 0.5) for side in sides]
             cases += [TimingCase(p, (side, side)) for side in as_many for p in flat]
         return sorted(cases, key=lambda case: case.n_cells)
@@ -184,7 +178,7 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
     numbers = [n for n in number_options(side, nz) if n in own.numbers]
     if not numbers:
         raise CCWSIMError("Choose at least one number of data.")
-    chosen = settings(state, own.data_methods, own.data_levels)
+    chosen = timed_parameters(state, own.data_methods, own.data_levels)
     return data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
 
 
@@ -196,7 +190,7 @@ def layers_of(state: State) -> int | None:
     return state.choices.grid.nz or image.shape[0]
 
 
-def settings(
+def timed_parameters(
     state: State,
     methods: Sequence[str],
     chosen_levels: Sequence[int],

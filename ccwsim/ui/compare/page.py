@@ -41,10 +41,9 @@ from ccwsim.ui.compare.settings import (
     LETTERS,
     MAX_SETTINGS,
     MIN_SETTINGS,
-    Asked,
-    Comparing,
+    ComparePageState,
+    ComparisonRequest,
     add_setting,
-    asked_of,
     change_setting,
     code_of,
     collect_comparison,
@@ -55,6 +54,7 @@ from ccwsim.ui.compare.settings import (
     has_curves,
     n_of,
     remove_setting,
+    request_of,
     settings_of,
     start_comparison,
     use_setting,
@@ -106,33 +106,34 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 def draw_page(state: State) -> None:
     """Draw the settings and what the latest comparison gave; run one where there is none."""
     draw_style(STYLE)
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     problem = problem_of(state)
-    has_none = page_state.found is None and page_state.job is None
+    has_none = page_state.found is None and page_state.run is None
     if has_none and not page_state.message and not problem:
         start_comparison(state)
-    if page_state.job is not None and page_state.job.wait(PATIENCE):
+    if page_state.run is not None and page_state.run.wait(PATIENCE):
         collect_comparison(state)
+    run = page_state.run
     _draw_settings(state)
     _draw_run_row(state, problem)
     with st.container(key="news"):  # always there, so that what is below never moves
-        if page_state.job is not None:
-            follow_comparison(state, page_state.job.about.n_parts)
-            if page_state.found is not None and page_state.job.about.partial is None:
+        if run is not None:
+            follow_comparison(state, run)
+            if page_state.found is not None and run.partial is None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if problem:
             st.error(plain(problem))
-        elif page_state.job is None and _is_outdated(state):
+        elif run is None and _is_outdated(state):
             draw_out_of_date("the settings or the study were changed. Compare again.")
         if page_state.message:
             st.warning(plain(page_state.message))
     with st.container(key="results"):
-        _draw_results(state, page_state.job is not None)
+        _draw_results(state, run is not None)
 
 
 def _is_outdated(state: State) -> bool:
-    asked = state.page(Comparing).asked
-    return asked is not None and asked.key != asked_of(state).key
+    request = state.page(ComparePageState).request
+    return request is not None and request.key != request_of(state).key
 
 
 def problem_of(state: State) -> str:
@@ -238,7 +239,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
 
 def _draw_run_row(state: State, problem: str) -> None:
     """Draw what else decides the comparison, the button that starts it, and its files."""
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
         options = {"help": "More make small differences between settings surer.", **limits}
@@ -278,34 +279,34 @@ def _draw_results(state: State, busy: bool) -> None:
 
     `busy` is whether something was worked out when the page was drawn.
     """
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     with error_boundary():
-        job = page_state.job
-        if (job is not None) != busy:  # a part of it asked for more work
+        run = page_state.run
+        if (run is not None) != busy:  # a part of it asked for more work
             st.rerun()
-        found, asked = page_state.found, page_state.asked
-        if job is not None and job.about.partial is not None:
-            found, asked = job.about.partial, job.about.asked
-        if found is None or asked is None:
+        found, request = page_state.found, page_state.request
+        if run is not None and run.partial is not None:
+            found, request = run.partial, run.request
+        if found is None or request is None:
             _draw_outlines(state)
         else:
-            _draw_found(state, found, asked)
+            _draw_found(state, found, request)
 
 
-def _draw_found(state: State, found: Comparison, asked: Asked) -> None:
+def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> None:
     image = found.ensembles[0].training_image
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
     with st.container(key="said"):  # always there, so that what is below never moves
-        if len(found.names) == len(asked.settings) or page_state.job is None:
+        if len(found.names) == len(request.settings) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
             with left:
                 lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(found))
                 st.html(f'<div class="summary">{lines}</div>')
             with right:
                 st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
-    draw_maps(state, found, asked, facies_colours(image, dict(asked.image.colours)))
+    draw_maps(state, found, request, facies_colours(image, dict(request.image.colours)))
     with st.container(key="curves"):
         draw_curves(state, found)
     with st.container(key="patterns"):
@@ -330,10 +331,12 @@ def draw_name(letter: str, note: str) -> None:
     st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
 
 
-def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[str]) -> None:
+def draw_maps(
+    state: State, found: Comparison, request: ComparisonRequest, colours: Sequence[str]
+) -> None:
     """Draw one column for the training image and one for each setting, with the E-type below."""
-    page_state = state.page(Comparing)
-    image, grid, n = found.ensembles[0].training_image, asked.grid, found.ensembles[0].n
+    page_state = state.page(ComparePageState)
+    image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
 
     def step(way: int) -> None:
         page_state.shown = (page_state.shown + way) % n
@@ -349,7 +352,7 @@ def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[s
         e_type_field(state, image.facies_names, write)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     with st.container(key="maps"):
-        first, *others = st.columns([share] + [1.0] * len(asked.settings), gap="medium")
+        first, *others = st.columns([share] + [1.0] * len(request.settings), gap="medium")
     with first:
         panel_title("Training image")
         shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
@@ -357,8 +360,8 @@ def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[s
         link = "image" if grid.nz is None else "grid"
         draw_cells(shown, "image", name="training_image", link=link, **options)
         _draw_beside(found)
-    own = asked.settings[0]
-    for k, (column, p) in enumerate(zip(others, asked.settings, strict=True)):
+    own = request.settings[0]
+    for k, (column, p) in enumerate(zip(others, request.settings, strict=True)):
         with column:
             draw_name(LETTERS[k], describe_setting(p, own) if k else describe_parameters(own))
             if k < len(found.ensembles):
@@ -368,7 +371,7 @@ def draw_maps(state: State, found: Comparison, asked: Asked, colours: Sequence[s
 
 
 def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str]) -> None:
-    ensemble, letter, r = found.ensembles[k], found.names[k], state.page(Comparing).shown
+    ensemble, letter, r = found.ensembles[k], found.names[k], state.page(ComparePageState).shown
     image = ensemble.training_image
     shown = facies_map(ensemble.indices[r], image, colours, f"{letter}, realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
@@ -397,7 +400,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not has_curves(found, facies):
-        if state.page(Comparing).job is None:
+        if state.page(ComparePageState).run is None:
             label = f"Work out the curves of {plain(name)}"
             button(label, key="want_curves", on_click=want_curves, args=(state,))
         else:
@@ -443,7 +446,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
     if found.anodi is None:
         if found.problem:
             step_note(f"Patterns are not compared: {found.problem}.")
-        elif state.page(Comparing).job is not None:
+        elif state.page(ComparePageState).run is not None:
             st.html('<div class="unseen patterns"></div>')
         else:
             step_note("Patterns are not compared: the comparison was stopped before.")
@@ -469,7 +472,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
 def _draw_mds(state: State, found: Comparison) -> None:
     assert found.anodi is not None
     assert found.scaling is not None
-    page_state, n, names = state.page(Comparing), found.ensembles[0].n, found.names
+    page_state, n, names = state.page(ComparePageState), found.ensembles[0].n, found.names
 
     def choose(k: int) -> None:
         page_state.shown = min(max(k, 0), n - 1)

@@ -12,16 +12,19 @@ from ccwsim.experiments.comparison import (
     add_curves,
     compare,
 )
-from ccwsim.jobs.job import Job
+from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, describe_shape
-from ccwsim.model.choices import DataChoice, ImageChoice
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters, describe_weight
 from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
+from ccwsim.sharing.choices import DataChoice, ImageChoice
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
@@ -45,8 +48,8 @@ VALUES = {"ssd": "squared difference"}
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a comparison is asked for: it is out of date where the page would ask another one."""
+class ComparisonRequest:
+    """What is compared: results are out of date if the page would request something else."""
 
     image: ImageChoice
     data: DataChoice
@@ -57,39 +60,66 @@ class Asked:
 
     @property
     def key(self) -> tuple:
-        """Equal where the same would come out: colours of the facies do not count."""
+        """Equal for equal results: colours of the facies do not count."""
         return self.image.digest, self.data, self.grid, self.seed, self.n, self.settings
 
 
 @dataclass
-class Run:
-    """A comparison that is going on: what is known of it, and how often there was more."""
+class ComparisonRun(PageRun[Comparison]):
+    """A comparison, or one more facies' curves for a `known` one; `facies` is a code."""
 
-    asked: Asked
+    request: ComparisonRequest
+    training_image: TrainingImage
+    hard_data: HardData
+    facies: int
+    known: Comparison | None = None
     partial: Comparison | None = None
     n_parts: int = 0
 
-    def take(self, found: Comparison) -> None:
-        """Take what is known so far."""
-        self.partial = found
+    @property
+    def n_pieces(self) -> int:
+        """How many realizations there are."""
+        return self.request.n * len(self.request.settings)
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: all its realizations are kept."""
+        if self.known is not None:
+            return NOTHING
+        r, image, data = self.request, self.training_image, self.hard_data
+        studies = (Study(image, r.grid, p, data, r.seed) for p in r.settings)
+        each = [demand_of(study, r.n) for study in studies]
+        n_bytes = sum(demand.n_bytes for demand in each)
+        return Demand(sum(demand.n_cells for demand in each), data.n, n_bytes)
+
+    def work(self, job: Job[Comparison]) -> Comparison:
+        """Return the comparison; partial ones come before."""
+        r, options = self.request, (job.report, job.is_cancelled)
+        if self.known is not None:
+            return add_curves(self.known, self.facies, *options)
+        study = (self.training_image, r.grid, dict(zip(LETTERS, r.settings, strict=False)))
+        run = (self.hard_data, r.n, r.seed, *options)
+        return compare(*study, *run, facies=self.facies, on_partial=self._take)
+
+    def _take(self, partial: Comparison) -> None:
+        self.partial = partial
         self.n_parts += 1
 
 
 @dataclass
-class Comparing:
+class ComparePageState:
     """What the page remembers.
 
     `others` are the settings beside the study's own; None is what is usual at that position, and
     follows the study. `n` is how many realizations each has; None until the page is first drawn.
-    `job` is the comparison that runs now, its `about` a `Run`; `found` is the latest comparison,
-    and `asked` what was asked for it.
+    `run` is the comparison that runs now; `found` is the latest one, and `request` what was
+    requested for it.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
     n: int | None = None
-    job: Job[Comparison] | None = None
+    run: ComparisonRun | None = None
     found: Comparison | None = None
-    asked: Asked | None = None
+    request: ComparisonRequest | None = None
     message: str = ""
     shown: int = 0
 
@@ -99,7 +129,8 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
     shape = image_of(state.choices.image).shape
     own = fitted(state.choices.parameters, shape)
     usual = usual_others(own, shape)
-    others = [usual[k] if p is None else p for k, p in enumerate(state.page(Comparing).others)]
+    chosen = state.page(ComparePageState).others
+    others = (usual[k] if p is None else p for k, p in enumerate(chosen))
     return own, *(fitted(p, shape) for p in others)
 
 
@@ -159,7 +190,7 @@ def change_setting(state: State, k: int, **changes: object) -> None:
         set_parameters(state, **changes)
         return
     shape = image_of(state.choices.image).shape
-    state.page(Comparing).others[k - 1] = fitted(settings_of(state)[k], shape, **changes)
+    state.page(ComparePageState).others[k - 1] = fitted(settings_of(state)[k], shape, **changes)
 
 
 def copy_setting(state: State, k: int, source: int) -> None:
@@ -174,7 +205,7 @@ def add_setting(state: State) -> None:
     if len(present) < MAX_SETTINGS:
         usual = usual_others(present[0], image_of(state.choices.image).shape)
         new = next((p for p in usual if p not in present), present[0])
-        state.page(Comparing).others.append(new)
+        state.page(ComparePageState).others.append(new)
 
 
 def remove_setting(state: State, k: int) -> None:
@@ -182,7 +213,7 @@ def remove_setting(state: State, k: int) -> None:
     present = list(settings_of(state))
     if 0 < k < len(present) and len(present) > MIN_SETTINGS:
         del present[k]
-        state.page(Comparing).others[:] = present[1:]
+        state.page(ComparePageState).others[:] = present[1:]
 
 
 def use_setting(state: State, k: int) -> None:
@@ -191,7 +222,7 @@ def use_setting(state: State, k: int) -> None:
     present[0], present[k] = present[k], present[0]
     state.change(parameters=present[0])
     if k:
-        state.page(Comparing).others[:] = present[1:]
+        state.page(ComparePageState).others[:] = present[1:]
 
 
 def _describe(name: str, value: object) -> str:
@@ -209,15 +240,15 @@ def _describe(name: str, value: object) -> str:
     return f"{short} {value:g}" if isinstance(value, float) else f"{short} {value}"
 
 
-def asked_of(state: State) -> Asked:
-    """Return what a comparison would be asked for now."""
+def request_of(state: State) -> ComparisonRequest:
+    """Return what the page would compare now."""
     c = state.choices
-    return Asked(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
+    return ComparisonRequest(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
 
 
 def n_of(state: State) -> int:
     """Return how many realizations each setting has: fewer of volumes at first."""
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     if page_state.n is None:
         page_state.n = N_USUAL if state.choices.grid.nz is None else N_USUAL_VOLUME
     return page_state.n
@@ -225,53 +256,30 @@ def n_of(state: State) -> int:
 
 def start_comparison(state: State) -> None:
     """Compare the settings as they are; a comparison that is still going is stopped."""
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     try:
-        run = Run(asked_of(state))
         image, data = image_of(state.choices.image), data_of(state.choices)
+        code = int(image.codes[min(state.facies, image.n_facies - 1)])
+        run = ComparisonRun(request_of(state), image, data, code)
     except CCWSIMError as error:
         page_state.message = str(error)
         return
-    if page_state.job is not None:
-        page_state.job.cancel()
-    asked, code = run.asked, int(image.codes[min(state.facies, image.n_facies - 1)])
-
-    def work(job: Job[Comparison]) -> Comparison:
-        study = (image, asked.grid, dict(zip(LETTERS, asked.settings, strict=False)), data)
-        options = (asked.n, asked.seed, job.report, job.is_cancelled)
-        return compare(*study, *options, facies=code, on_partial=run.take)
-
-    page_state.message = ""
-    try:
-        n = asked.n * len(asked.settings)
-        page_state.job = Job(work, run, _demand(state, asked), n=n)
-    except CCWSIMError as error:
-        page_state.job, page_state.message = None, str(error)
-
-
-def _demand(state: State, asked: Asked) -> Demand:
-    """Return what a comparison asks of the server: all its realizations are kept."""
-    image, data = image_of(state.choices.image), data_of(state.choices)
-    each = [
-        demand_of(Study(image, asked.grid, p, data, asked.seed), asked.n) for p in asked.settings
-    ]
-    n_cells = sum(demand.n_cells for demand in each)
-    return Demand(n_cells, data.n, sum(demand.n_bytes for demand in each))
+    if page_state.run is not None:
+        page_state.run.stop()
+        page_state.run = None
+    start_page_run(page_state, "run", run)
 
 
 def want_curves(state: State) -> None:
     """Work out the curves of the chosen facies where the comparison does not have them yet."""
-    page_state = state.page(Comparing)
+    page_state = state.page(ComparePageState)
     found = page_state.found
-    if page_state.job is not None or found is None or has_curves(found, state.facies):
+    if page_state.run is not None or found is None or has_curves(found, state.facies):
         return
-    assert page_state.asked is not None
-    code, asked = code_of(found, state.facies), page_state.asked
-    page_state.job = Job(
-        lambda job: add_curves(found, code, job.report, job.is_cancelled),
-        about=Run(asked, found),
-        n=asked.n * len(asked.settings),
-    )
+    assert page_state.request is not None
+    first, code = found.ensembles[0], code_of(found, state.facies)
+    study = first.training_image, first.hard_data
+    page_state.run = ComparisonRun(page_state.request, *study, code, found, found).start()
 
 
 def has_curves(found: Comparison, facies: int) -> bool:
@@ -286,23 +294,23 @@ def code_of(found: Comparison, facies: int) -> int:
 
 
 def collect_comparison(state: State) -> None:
-    """Take what a finished job gives; earlier results stay where it gave none."""
-    page_state = state.page(Comparing)
-    job = page_state.job
-    if job is None or not job.finished:
+    """Take the result of a finished run; earlier results stay if it has none."""
+    page_state = state.page(ComparePageState)
+    run = page_state.run
+    if run is None or run.going:
         return
-    page_state.job = None
-    run: Run = job.about
-    found = job.result
-    if isinstance(job.error, Cancelled):
+    page_state.run = None
+    found = run.result
+    if isinstance(run.error, Cancelled):
         found = run.partial
         if found is not None and len(found.names) < MIN_SETTINGS:
             found = None
-        page_state.message = _stopped(found, len(run.asked.settings), page_state.found is not None)
-    elif job.error is not None:
-        page_state.message = failed(job.error)
+        n = len(run.request.settings)
+        page_state.message = _stopped(found, n, page_state.found is not None)
+    elif run.error is not None:
+        page_state.message = failed(run.error)
     if found is not None:
-        page_state.found, page_state.asked = found, run.asked
+        page_state.found, page_state.request = found, run.request
 
 
 def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
@@ -314,21 +322,20 @@ def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
     )
 
 
-def follow_comparison(state: State, n_parts: int) -> None:
-    """Show progress; draw the page again where there are more than `n_parts`, and at the end."""
-    job = state.page(Comparing).job
+def follow_comparison(state: State, run: ComparisonRun) -> None:
+    """Show progress; draw the page again for more partial results, and at the end."""
+    job, n_parts = run.job, run.n_parts
     if job is not None:
         follow(
             job,
             on_finished=lambda: collect_comparison(state),
-            has_news=lambda: job.about.n_parts != n_parts,
-            label=lambda: progress_label(job),
+            has_news=lambda: run.n_parts != n_parts,
+            label=lambda: progress_label(run),
         )
 
 
-def progress_label(job: Job[Comparison]) -> str:
+def progress_label(run: ComparisonRun) -> str:
     """Say which work is done once all realizations are finished; empty before."""
-    if job.n_done < job.n:
+    if run.job is None or run.job.n_done < run.n_pieces:
         return ""
-    known = job.about.partial
-    return "Comparing patterns" if known and known.curves else "Comparing curves"
+    return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"

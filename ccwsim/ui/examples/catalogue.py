@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
 Shows = Literal["realization", "second", "data", "probability", "variogram", "layer", "section"]
@@ -39,7 +39,7 @@ class Example:
 
 
 @dataclass(frozen=True)
-class Part:
+class LecturePart:
     """A part of the lecture."""
 
     title: str
@@ -69,7 +69,7 @@ def _example(row: dict[str, Any]) -> Example:
 
 
 PARTS = tuple(
-    Part(part["title"], tuple(map(_example, part["example"])))
+    LecturePart(part["title"], tuple(map(_example, part["example"])))
     for part in tomllib.loads(CATALOGUE.read_text("utf-8"))["part"]
 )
 EXAMPLES = tuple(example for part in PARTS for example in part.examples)

@@ -8,11 +8,11 @@ from typing import Literal
 
 import streamlit as st
 
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.compare.settings import Comparing, start_comparison
+from ccwsim.sharing.choices import Choices
+from ccwsim.ui.compare.settings import ComparePageState, start_comparison
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example, example_named, next_example
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.state import State
@@ -59,7 +59,7 @@ def open_example(state: State, example: Example) -> None:
 
 def compare_example(state: State, example: Example) -> None:
     """Make an example the study, and compare its settings."""
-    comparing = state.page(Comparing)
+    comparing = state.page(ComparePageState)
     _take(state, example)
     comparing.others = list(example.others)
     comparing.n = N_COMPARED
@@ -67,7 +67,7 @@ def compare_example(state: State, example: Example) -> None:
 
 
 def _take(state: State, example: Example) -> None:
-    page_state, comparing = state.page(Examples), state.page(Comparing)
+    page_state, comparing = state.page(Examples), state.page(ComparePageState)
     if page_state.kept is None:
         results = state.ensemble, state.ensemble_choices, state.reference
         page_state.kept = Kept(state.choices, *results, tuple(comparing.others), comparing.n)
@@ -81,7 +81,7 @@ def _take(state: State, example: Example) -> None:
 
 def back_to_own(state: State) -> None:
     """Bring the reader's own study back as it was, with its results."""
-    page_state, comparing = state.page(Examples), state.page(Comparing)
+    page_state, comparing = state.page(Examples), state.page(ComparePageState)
     kept = page_state.kept
     keep_example(state)
     if kept is None:

@@ -18,11 +18,11 @@ from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sha
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import variogram
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
-from ccwsim.sharing import left_out, link_of
+from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.compare.settings import LETTERS, describe_setting
 from ccwsim.ui.examples.catalogue import PARTS, Example
@@ -167,9 +167,9 @@ def _html(text: str) -> str:
     return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(parts))
 
 
-def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None) -> str:
+def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | None) -> str:
     """Return the pictures of an example, or room for them."""
-    room = tuple(Picture("<i></i>", *size) for size in expected(example))
+    room = tuple(CardPicture("<i></i>", *size) for size in expected(example))
     pictures = found if isinstance(found, tuple) else room
     figures = "".join(
         f'<figure style="--shape: {p.nx} / {p.ny}">{p.content}'
@@ -185,7 +185,7 @@ def pictures_html(example: Example, found: tuple[Picture, ...] | Failure | None)
 
 
 @dataclass(frozen=True)
-class Picture:
+class CardPicture:
     """One picture of an example: its HTML, and the label below it.
 
     It has nx × ny cells: pictures beside each other have the same scale.
@@ -213,7 +213,7 @@ def small(choices: Choices) -> Choices:
     return replace(choices, grid=replace(choices.grid, ny=ny, nx=nx), data=data)
 
 
-def pictures_of(example: Example, theme: Theme) -> Task[tuple[Picture, ...]]:
+def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]:
     """Return the pictures of an example: the training image first."""
     choices = small(example.choices)
     shown = choices.image.digest, repr(choices), repr(example.others), example.shows
@@ -278,7 +278,7 @@ SHOWN = {
 }
 
 
-def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[Picture, ...]:
+def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
     image, data = image_of(choices.image), data_of(choices)
     colours = facies_colours(image)
     settings = example.settings
@@ -295,7 +295,7 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[Picture, .
     else:
         shown = [_shown(name, ensembles[0], colours, theme) for name in example.shows]
     sizes = expected(example)
-    return tuple(Picture(html, *size) for html, size in zip([own, *shown], sizes, strict=True))
+    return tuple(CardPicture(html, *size) for html, size in zip([own, *shown], sizes, strict=True))
 
 
 def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:

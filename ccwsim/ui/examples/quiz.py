@@ -23,16 +23,17 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
-from ccwsim.model.choices import ImageChoice
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
+from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.page_run import PageRun
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
@@ -153,13 +154,27 @@ def new_shapes(
 
 
 @dataclass
+class RoundRun(PageRun[Round]):
+    """A round that is drawn, or was."""
+
+    training_image: TrainingImage
+    parameters: Parameters
+    seed: int
+
+    def work(self, job: Job[Round]) -> Round:
+        """Return the round."""
+        return draw_round(self.training_image, self.parameters, self.seed)
+
+
+@dataclass
 class Quiz:
     """What the quiz remembers.
 
     `image` is a bundled training image, or empty for the study's own; `level`, `n_candidates` and
     `refine` are what the realizations are simulated with. `seed` is drawn once a session and moved
-    on by `n_rounds`. `round` answers what was `asked`, and `picked` is what the reader took for
-    the training image. `tallies` are, by setting, how often it was found and of how many tries.
+    on by `n_rounds`. `run` draws the round of the settings in `asked`, and `picked` is the picture
+    that the reader took for the training image. `tallies` are, by setting, how often it was found
+    and in how many tries.
     """
 
     image: str = "channels"
@@ -168,12 +183,15 @@ class Quiz:
     refine: bool = True
     seed: int = dataclass_field(default_factory=lambda: randbelow(2**31))
     n_rounds: int = 0
-    job: Job[Round] | None = None
-    round: Round | None = None
+    run: RoundRun | None = None
     asked: tuple | None = None
     picked: int | None = None
     tallies: dict[str, tuple[int, int]] = dataclass_field(default_factory=dict)
-    message: str = ""
+
+    @property
+    def round(self) -> Round | None:
+        """The pictures, None until they are there."""
+        return self.run.result if self.run is not None else None
 
 
 def draw_quiz(state: State) -> None:
@@ -182,12 +200,13 @@ def draw_quiz(state: State) -> None:
     _controls(state)
     if quiz.asked != _asked(state):
         begin_round(state)
-    if quiz.job is not None and quiz.job.wait(PATIENCE):
-        collect_round(quiz)
-    if quiz.message:
-        st.error(plain(quiz.message))
-    if quiz.job is not None:
-        follow(quiz.job, on_finished=lambda: collect_round(quiz), label=lambda: "Drawing a round …")
+    run = quiz.run
+    if run is None or run.job is None:
+        return
+    if not run.job.wait(PATIENCE):
+        follow(run.job, label=lambda: "Drawing a round …")
+    elif run.error is not None:
+        st.error(plain(failed(run.error)))
     if quiz.round is not None:
         _draw_round(state, quiz.round)
 
@@ -195,22 +214,9 @@ def draw_quiz(state: State) -> None:
 def begin_round(state: State) -> None:
     """Draw new pictures; what was picked before counts already."""
     quiz = state.page(Quiz)
-    quiz.asked, quiz.picked, quiz.message = _asked(state), None, ""
+    quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1
-    image, parameters = _image(state), _parameters(quiz)
-    seed = quiz.seed + quiz.n_rounds
-    quiz.round = None
-    quiz.job = Job(lambda job: draw_round(image, parameters, seed))
-
-
-def collect_round(quiz: Quiz) -> None:
-    """Take the pictures when they are there."""
-    job = quiz.job
-    if job is None or not job.finished:
-        return
-    quiz.job, quiz.round = None, job.result
-    if job.error is not None:
-        quiz.message = failed(job.error)
+    quiz.run = RoundRun(_image(state), _parameters(quiz), quiz.seed + quiz.n_rounds).start()
 
 
 def pick(quiz: Quiz, k: int) -> None:

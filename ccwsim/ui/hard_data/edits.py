@@ -9,11 +9,11 @@ from typing import Any, Literal
 import numpy as np
 
 from ccwsim.engine.revision import revise
-from ccwsim.model.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
 

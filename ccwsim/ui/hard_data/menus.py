@@ -11,11 +11,11 @@ from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io.hard_data.files import hard_data_as_bytes
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
-from ccwsim.model.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
@@ -142,8 +142,8 @@ def draw_sampling(state: State) -> None:
     """Draw a menu to sample data; they replace those of the study."""
     page_state = state.page(Editor)
 
-    def read_from(own: bool) -> None:
-        page_state.reference_choice = ImageChoice() if own else None
+    def read_from(a_file: bool) -> None:
+        page_state.reference_choice = ImageChoice() if a_file else None
 
     with st.popover("Sample", key="sample_menu"):
         st.caption(
@@ -192,9 +192,9 @@ def reference_of(state: State) -> TrainingImage:
         raise CCWSIMError("there is no image to sample yet; choose a file")
     reference = image_of(choice)
     if reference.shape != grid.shape:
-        own, wanted = describe_shape(reference.shape), describe_shape(grid.shape)
+        size, wanted = describe_shape(reference.shape), describe_shape(grid.shape)
         raise CCWSIMError(
-            f"{choice.upload.name} has {own} cells and the grid {wanted}; "
+            f"{choice.upload.name} has {size} cells and the grid {wanted}; "
             "make the grid the same in step 3 of Simulate"
         )
     return reference

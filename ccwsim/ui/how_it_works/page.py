@@ -261,18 +261,14 @@ def _small(view: PatchView) -> dict[str, Any]:
 
 def _draw_overlap(how: How, view: PatchView) -> None:
     step = view.step
-    panel_title("2 Overlap" if not _has_plane(view) else f"2 Overlap → cA{SUBSCRIPTS[view.level]}")
+    approximated = view.level and not view.is_volume
+    panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if approximated else "2 Overlap")
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
     draw_cells(view.patch_map(old, "The overlap"), "how_overlap", **_small(view))
-    if _has_plane(view):
+    if approximated:
         _draw_approximation(how, view)
     source = "overlap" if view.level else "single cells"
     say(words.describe_overlap(view), words.PAPER[source if step.patch.shape else "first patch"])
-
-
-def _has_plane(view: PatchView) -> bool:
-    """Whether the approximation of the overlap is drawn."""
-    return bool(view.level) and not view.is_volume
 
 
 def _draw_approximation(how: How, view: PatchView) -> None:
@@ -347,9 +343,9 @@ def _draw_pasting(view: PatchView) -> None:
     say(words.describe_draw(view), words.PAPER["draw" if step.patch.shape else "first patch"])
     if shift := words.describe_shift(step):
         say(shift, words.OURS)
-    own = view.is_volume and step.patch.shape
+    not_in_paper = view.is_volume and step.patch.shape
     source = words.PAPER["cut" if step.patch.shape else "paste"]
-    say(words.describe_cut(view), words.OURS if own else source)
+    say(words.describe_cut(view), words.OURS if not_in_paper else source)
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
@@ -409,5 +405,5 @@ def _largest_difference(how: How, view: PatchView) -> float:
     """Return how far the inverse transform is from the slice of the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
-    own = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
-    return float(abs(patch - own).max(initial=0.0))
+    sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
+    return float(abs(patch - sliced).max(initial=0.0))

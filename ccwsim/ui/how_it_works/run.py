@@ -54,8 +54,8 @@ class How:
 
 def parameters_of(state: State) -> Parameters:
     """Return the page's own setting, or the study's."""
-    own = state.page(How).parameters
-    return state.choices.parameters if own is None else own
+    parameters = state.page(How).parameters
+    return state.choices.parameters if parameters is None else parameters
 
 
 def trace_of(state: State) -> Trace:
@@ -96,8 +96,8 @@ def usual_patch(trace: Trace) -> int:
 def set_own(state: State, **changes: Any) -> None:
     """Change the page's own setting; sizes that do not fit any more go to the nearest that do."""
     shape = image_of(state.choices.image).shape
-    own = fitted(parameters_of(state), shape, **changes)
-    state.page(How).stop(parameters=None if own == state.choices.parameters else own)
+    parameters = fitted(parameters_of(state), shape, **changes)
+    state.page(How).stop(parameters=None if parameters == state.choices.parameters else parameters)
 
 
 def use_own(state: State) -> None:

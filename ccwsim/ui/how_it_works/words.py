@@ -85,8 +85,8 @@ def describe_position(trace: Trace, number: int) -> str:
     tiles = trace.path.tiles
     at = np.unravel_index(trace.patches[number].tile, tiles)
     named = zip(LAYER_ROW_COLUMN, at, tiles, strict=True)
-    own = [*named][-trace.study.grid.n_dimensions :]
-    return ", ".join(f"{name} {int(k) + 1} of {n}" for name, k, n in own) + " of the path"
+    along = [*named][-trace.study.grid.n_dimensions :]
+    return ", ".join(f"{name} {int(k) + 1} of {n}" for name, k, n in along) + " of the path"
 
 
 def describe_path(trace: Trace) -> str:
@@ -102,8 +102,8 @@ def describe_path(trace: Trace) -> str:
         drawn = "the same for all"
 
     def along(lengths: tuple[int, int, int]) -> str:
-        own = along_path(lengths, trace.path.orientation)
-        return cells_along(own) if volume else str(own[-1])
+        in_grid = along_path(lengths, trace.path.orientation)
+        return cells_along(in_grid) if volume else str(in_grid[-1])
 
     template, overlap = search.template, search.overlap
     nz, ny, nx = (t - o for t, o in zip(template, overlap, strict=True))

@@ -15,9 +15,9 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours
 from ccwsim.metrics import Diagnosis, diagnose
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer, pretty

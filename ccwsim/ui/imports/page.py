@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import streamlit as st
 
-from ccwsim.model.choices import DataChoice
+from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.imports.image import draw_image_import
 from ccwsim.ui.imports.wells import draw_wells_import
 from ccwsim.ui.session.fragments import error_boundary

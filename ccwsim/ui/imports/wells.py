@@ -10,8 +10,8 @@ import streamlit as st
 
 from ccwsim.figures import placement_svg
 from ccwsim.io import PlacedPoints, PointsPreview
-from ccwsim.model.choices import Answers, Choices, DataChoice, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import (
     grid_for_data,

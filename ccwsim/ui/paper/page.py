@@ -32,6 +32,7 @@ from ccwsim.paper import (
 from ccwsim.report import report_html
 from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, field
@@ -52,31 +53,24 @@ VARIABLE = "CCWSIM_DATA"
 
 
 @dataclasses.dataclass
-class PaperRun:
-    """A run that is going on, or has come to an end.
+class PaperRun(PageRun[Reproduction]):
+    """A run of all experiments, going on or ended.
 
-    `finished` are the experiments so far; `result` is None and `report`, its HTML, empty until
-    the end, the report also where no experiment was finished.
+    `finished` are the experiments so far; `report`, its HTML, is empty until the end, and if no
+    experiment was finished.
     """
 
     inputs: PaperInputs
     quick: bool
     seed: int
     finished: list[Finished] = dataclasses.field(default_factory=list)
-    result: Reproduction | None = None
     report: bytes = b""
-    job: Job | None = None
-
-    def start(self) -> PaperRun:
-        """Begin, on a thread; refused where the server does not have what it demands."""
-        n = len(EXPERIMENTS)
-        self.job = Job(self._work, demand=self.demand(), n=n, unit="experiments")
-        return self
+    unit = "experiments"
 
     @property
-    def going(self) -> bool:
-        """Whether it has begun and not come to an end."""
-        return self.job is not None and not self.job.finished
+    def n_pieces(self) -> int:
+        """How many experiments there are."""
+        return len(EXPERIMENTS)
 
     def demand(self) -> Demand:
         """Return what it asks of the server: its largest experiment, as they run one by one."""
@@ -85,13 +79,13 @@ class PaperRun:
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
         return Demand(n_cells, 0, BYTES_PER_CELL * n_cells)
 
-    def _work(self, job: Job) -> None:
+    def work(self, job: Job[Reproduction]) -> Reproduction:
         extent, on_finished = QUICK if self.quick else FULL, self.finished.append
         report, cancel = job.report, job.is_cancelled
         found = reproduce(self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished)
         if found.finished:
             self.report = report_html(document_of(found)).encode()
-        self.result = found
+        return found
 
 
 @dataclasses.dataclass
@@ -141,11 +135,7 @@ def start(state: State) -> None:
     if page_state.run is not None and page_state.run.going:
         return
     inputs, _ = server_inputs()
-    page_state.message = ""
-    try:
-        page_state.run = PaperRun(inputs, page_state.quick, page_state.seed).start()
-    except CCWSIMError as error:
-        page_state.message = str(error)
+    start_page_run(page_state, "run", PaperRun(inputs, page_state.quick, page_state.seed))
 
 
 def _controls(state: State) -> None:
@@ -184,7 +174,7 @@ def _ended(run: PaperRun | None) -> None:
     if run is not None:
         with st.container(horizontal=True, vertical_alignment="center", key="paper_end"):
             words = ended_text(run)
-            if run.job is not None and run.job.error is not None:
+            if run.error is not None:
                 st.error(plain(words))
             else:
                 st.html(f'<p class="facts ran">{words}</p>')
@@ -224,10 +214,8 @@ def progress_label(run: PaperRun) -> str:
 
 def ended_text(run: PaperRun) -> str:
     """Return how a run ended; empty while it goes on."""
-    if run.going or run.job is None:
-        return ""
-    if run.job.error is not None:
-        return f"The run ended early: {reason(run.job.error)}"
+    if run.error is not None:
+        return f"The run ended early: {reason(run.error)}"
     if run.result is None:
         return ""
     stopped = "Stopped. " if run.result.stopped else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -41,77 +42,51 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
-Floats = NDArray[np.float64]
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 
 
-def variogram_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
-    """Return indicator variograms of a facies (a place in the codes) along an axis."""
-
-    code = int(ensemble.training_image.codes[facies])
-
-    def curve(images: Images, lags: int) -> Floats:
-        return variogram(images, code, direction, lags).gamma
-
-    key = ("variogram", ensemble.digest, ensemble.training_image.digest, facies, direction)
-    return _bundle(key, ensemble, direction, curve)
+@st.cache_resource(max_entries=448, show_spinner=False)
+def _once(key: tuple, _work: Callable[[], Any]) -> Any:
+    """Return the result of work, computed once for each key."""
+    return _work()
 
 
-def connectivity_bundle(ensemble: Ensemble, facies: int, direction: str) -> Bundle:
-    """Return the connectivity function of a facies along an axis; corners connect as well."""
+def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
+    """Return a curve of a facies (a place in the codes) along an axis, computed once.
 
-    code = int(ensemble.training_image.codes[facies])
+    In the connectivity function cells that touch at a corner are connected.
+    """
+    image = ensemble.training_image
+    code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
 
-    def curve(images: Images, lags: int) -> Floats:
+    def curve(images: Images) -> NDArray[np.float64]:
+        if statistic == "variogram":
+            return variogram(images, code, direction, lags).gamma
         return connectivity(images, code, direction, lags).tau
 
-    key = ("connection", ensemble.digest, ensemble.training_image.digest, facies, direction)
-    return _bundle(key, ensemble, direction, curve)
+    # the image's own curve is the same for all its ensembles
+    of_image = ("of image", statistic, image.digest, facies, direction, lags)
+    reference = _once(of_image, lambda: curve(image).reshape(-1))
 
+    def bundle() -> Bundle:
+        each = curve(Stack(ensemble.indices[:MAX_CURVES], image.codes))
+        return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
 
-@st.cache_resource(max_entries=64, show_spinner=False)
-def _bundle(
-    key: tuple,
-    _ensemble: Ensemble,
-    _direction: str,
-    _curve: Callable[[Images, int], Floats],
-) -> Bundle:
-    image = _ensemble.training_image
-    lags = max_lag(_direction, image.shape, _ensemble.grid.shape)
-    of_image = (key[0], image.digest, *key[3:], lags)
-    reference = _of_image(of_image, lambda: _curve(image, lags).reshape(-1))
-    each = _curve(Stack(_ensemble.indices[:MAX_CURVES], image.codes), lags)
-    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
+    return _once(("curves", statistic, ensemble.digest, image.digest, facies, direction), bundle)
 
 
 def vertical_proportions_bundle(ensemble: Ensemble, facies: int) -> Bundle:
     """Return the share of a facies in each layer of volumes, computed once."""
-    key = (ensemble.digest, ensemble.training_image.digest, ensemble.grid, facies)
-    return _layers(key, ensemble, facies)
-
-
-@st.cache_resource(max_entries=64, show_spinner=False)
-def _layers(key: tuple, _ensemble: Ensemble, _facies: int) -> Bundle:
-    return layers_bundle(_ensemble, _facies)
-
-
-@st.cache_resource(max_entries=64, show_spinner=False)
-def _of_image(key: tuple, _curve: Callable[[], Floats]) -> Floats:
-    """Return the image's own curve, which is the same for all its ensembles."""
-    return _curve()
+    key = ("layers", ensemble.digest, ensemble.training_image.digest, ensemble.grid, facies)
+    return _once(key, lambda: layers_bundle(ensemble, facies))
 
 
 def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
     """Return how a curve compares with crops of the training image, computed once."""
     image = ensemble.training_image
     code = int(image.codes[facies])
-    key = (ensemble.digest, image.digest, statistic, facies, direction)
-    return _fit(key, lambda: fit_curve(ensemble, statistic, code, direction))
-
-
-@st.cache_resource(max_entries=256, show_spinner=False)
-def _fit(key: tuple, _work: Callable[[], Fit | None]) -> Fit | None:
-    return _work()
+    key = ("fit", ensemble.digest, image.digest, statistic, facies, direction)
+    return _once(key, lambda: fit_curve(ensemble, statistic, code, direction))
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
@@ -160,7 +135,7 @@ def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
     """Functions that draw the variogram along each axis, all up to the same γ."""
     name, theme = ensemble.training_image.facies_names[facies], chart_theme()
     ways = axes_of(ensemble.grid.shape)
-    bundles = [variogram_bundle(ensemble, facies, way) for way in ways]
+    bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # of one cell there is no variogram
 
@@ -177,7 +152,7 @@ def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
 def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key: str = "") -> None:
     name = ensemble.training_image.facies_names[facies]
     note = note or describe_curve(fit_of(ensemble, "connectivity", facies, way), "connectivity")
-    bundle = connectivity_bundle(ensemble, facies, way)
+    bundle = curve_bundle(ensemble, "connectivity", facies, way)
     chart = curves_chart(bundle, chart_theme(), y_title=f"τ of {name}", y_range=(0, 1.04))
     alt = f"Connectivity function {way_name(way)} of {name}"
     titled_chart(curve_title("connectivity", way), note, chart, key or f"connection_{way[0]}", alt)
@@ -194,8 +169,8 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
 
 def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
     image = ensemble.training_image
-    key = (ensemble.digest, image.digest, "layers", facies)
-    fit = _fit(key, lambda: fit_vertical_proportions(ensemble, int(image.codes[facies])))
+    key = ("fit of layers", ensemble.digest, image.digest, facies)
+    fit = _once(key, lambda: fit_vertical_proportions(ensemble, int(image.codes[facies])))
     draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies), fit)
 
 

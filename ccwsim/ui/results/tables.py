@@ -11,10 +11,10 @@ import streamlit as st
 
 from ccwsim.figures import Bundle
 from ccwsim.metrics import VERTICAL, axes_of
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.ui.results.curves import (
-    connectivity_bundle,
-    variogram_bundle,
+    curve_bundle,
     vertical_proportions_bundle,
 )
 
@@ -26,8 +26,12 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     are empty for layers that the training image or the grid does not have.
     """
     ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
-    curves = [("variogram", way, variogram_bundle(ensemble, facies, way)) for way in ways]
-    curves += [("connection", way, connectivity_bundle(ensemble, facies, way)) for way in ways]
+    names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
+    curves = [
+        (name, way, curve_bundle(ensemble, statistic, facies, way))
+        for statistic, name in names.items()
+        for way in ways
+    ]
     lines: list[list[object]] = []
     for statistic, way, bundle in curves:
         at = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]

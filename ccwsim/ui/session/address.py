@@ -11,10 +11,10 @@ from streamlit.errors import StreamlitAPIException
 
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SEED
-from ccwsim.model.choices import Choices, DataChoice, Shown
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
-from ccwsim.sharing import link_of, meant, read_link
+from ccwsim.sharing.choices import Choices, DataChoice, Shown
+from ccwsim.sharing.link import link_of, meant, read_link
 from ccwsim.ui.session.kept import keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State

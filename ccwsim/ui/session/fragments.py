@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim.jobs.job import POLL_SECONDS, Job
 from ccwsim.jobs.statistics import StatisticsWorker, Task
-from ccwsim.model.choices import Choices
+from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import logged
 from ccwsim.ui.session.address import follow_study
 from ccwsim.ui.session.progress import progress_text

@@ -15,9 +15,8 @@ from threading import Lock
 import streamlit as st
 
 from ccwsim.jobs.limits import limits_of_environment
-from ccwsim.model.choices import Choices, DataChoice
-from ccwsim.sharing import own_choices
-from ccwsim.sharing.link import Own
+from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.link import Own, own_choices
 
 COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600

@@ -35,15 +35,6 @@ from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.choices import (
-    Answers,
-    CellsOfWells,
-    Choices,
-    DataChoice,
-    ImageChoice,
-    Upload,
-    WellTables,
-)
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -52,6 +43,15 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
+from ccwsim.sharing.choices import (
+    Answers,
+    CellsOfWells,
+    Choices,
+    DataChoice,
+    ImageChoice,
+    Upload,
+    WellTables,
+)
 
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""

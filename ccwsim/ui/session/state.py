@@ -10,9 +10,10 @@ import streamlit as st
 
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import limits_of_environment
-from ccwsim.model.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import Choices, DataChoice, EMap, ImageChoice
+from ccwsim.ui.session.page_run import PageRun
 from ccwsim.ui.session.uploads import size_of_all
 
 KEY = "ccwsim"
@@ -137,9 +138,11 @@ def session_state() -> State:
 def start_afresh() -> None:
     """Let go of everything of this session, as if the page had just been opened; stop its jobs."""
     state = session_state()
-    holders = (state, *state.pages.values())
-    for holder in (*holders, *(getattr(page, "run", None) for page in holders)):
-        if isinstance(job := getattr(holder, "job", None), Job):
-            job.cancel()
+    if state.job is not None:
+        state.job.cancel()
+    for page_state in state.pages.values():
+        for run in vars(page_state).values():
+            if isinstance(run, PageRun):
+                run.stop()
     st.query_params.clear()
     st.session_state[KEY] = State()

@@ -19,8 +19,8 @@ from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRe
 
 from ccwsim.jobs.job import server_queue
 from ccwsim.jobs.limits import free_bytes, limits_of_environment
-from ccwsim.model.choices import Upload
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4

@@ -10,21 +10,17 @@ import streamlit as st
 
 import ccwsim
 from ccwsim.figures import facies_colours
-from ccwsim.io import Project, project_as_bytes, read_project, training_image_as_bytes
+from ccwsim.io import training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.report import report_html, surroundings
-from ccwsim.sharing import (
-    Recipe,
-    left_out,
-    link_of,
-    read_link,
-    reproduction_recipe,
-    study_report,
-)
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.link import left_out, link_of, read_link
+from ccwsim.sharing.project import Project, project_as_bytes, read_project
+from ccwsim.sharing.recipe import Recipe, reproduction_recipe
+from ccwsim.sharing.study_report import study_report
 from ccwsim.ui.hard_data.edits import Editor, History
 from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.file_names import image_part, study_part

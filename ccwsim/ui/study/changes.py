@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty
 
 SHORT = {

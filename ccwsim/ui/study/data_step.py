@@ -14,9 +14,9 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import datasets
 from ccwsim.figures import data_png
 from ccwsim.model.bounds import MAX_SAMPLED
-from ccwsim.model.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State
@@ -164,7 +164,7 @@ def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice
         def take(upload: Upload | None, table: str = table) -> None:
             now = {**brought, table: upload}
             lost = (*ROLES_OF_WELLS[table], *(OF_FACIES if table == "intervals" else ()))
-            known = tuple((name, own) for name, own in choice.answers if name not in lost)
+            known = tuple((name, answer) for name, answer in choice.answers if name not in lost)
             others = WellTables(now["collars"], now["surveys"])
             use(replace(choice, upload=now["intervals"], tables=others, answers=known))
 
@@ -246,9 +246,9 @@ def bundled_data(state: State) -> tuple[str, ...]:
     """Return the bundled hard data that suit the study; for a volume, wells of its image first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
-    own = state.choices.image.bundled
+    image = state.choices.image.bundled
     wells = datasets.wells_names()
-    return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != own))
+    return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != image))
 
 
 def keep_data_button(state: State, key: str) -> None:

@@ -27,7 +27,7 @@ NAMES = {
 
 
 def draw_diagnosis(
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     image: TrainingImage,
     parameters: Parameters,
     colours: Sequence[str],
@@ -36,18 +36,18 @@ def draw_diagnosis(
     """Draw a diagnosis, and its advice beside the present values; a button calls `use` with it."""
     left, middle, right = st.columns([1.6, 1.0, 1.0], gap="large")
     with left:
-        draw_advice(found, image, parameters, use)
+        draw_advice(diagnosis, image, parameters, use)
     with middle:
         template = parameters.template_size
         horizontal = template[1:] if isinstance(template, tuple) else (template,)
         marks = {f"T {size}": size for size in horizontal}
-        ew, ns = found.spacing_ew, found.spacing_ns
+        ew, ns = diagnosis.spacing_ew, diagnosis.spacing_ns
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
         alt = "Correlation of the training image with itself over the lag, E–W and N–S"
-        titled_chart("Repetition", describe_repetition(found), chart, "repetition", alt)
+        titled_chart("Repetition", describe_repetition(diagnosis), chart, "repetition", alt)
         step_note("E–W solid, N–S dashed; dotted, the template as it is set.")
     with right:
-        stationarity = found.stationarity
+        stationarity = diagnosis.stationarity
         alike = "no part differs by more than chance explains"
         note = alike if stationarity.stationary else "parts differ by more than chance explains"
         quarters, whole = stationarity.proportions, image.proportions
@@ -62,35 +62,35 @@ def draw_diagnosis(
 
 
 def draw_advice(
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     image: TrainingImage,
     parameters: Parameters,
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
     """Draw only warnings and advice; the arguments are those of `draw_diagnosis`."""
-    panel_title("What suits it", f"{found.n_templates} templates of that size fit")
-    for warning in found.warnings:
+    panel_title("What suits it", f"{diagnosis.n_templates} templates of that size fit")
+    for warning in diagnosis.warnings:
         st.html(f'<p class="odd">{escape(warning)}</p>')
-    st.html(advice_table(found, parameters))
-    thin = min(range(image.n_facies), key=lambda k: found.thickness[k])
-    n = found.thickness[thin]
+    st.html(advice_table(diagnosis, parameters))
+    thin = min(range(image.n_facies), key=lambda k: diagnosis.thickness[k])
+    n = diagnosis.thickness[thin]
     cells = "1 cell" if n == 1 else f"{n} cells"
     step_note(f"Smallest feature: {image.facies_names[thin]}, {cells} thick.")
-    advised = {advice.parameter: advice.value for advice in found.advice}
+    advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
         tip = "Takes them into the study; run it to see what they change."
         button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
 
 
-def advice_table(found: Diagnosis, parameters: Parameters) -> str:
+def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
     """Return advised value, present value and reason as an HTML table."""
     rows = "".join(
         f"<tr><th>{NAMES[advice.parameter]}</th>"
         f'<td class="size"><b>{_said(advice.parameter, advice.value)}</b></td>'
         f'<td class="size">{_said(advice.parameter, getattr(parameters, advice.parameter))}</td>'
         f'<td class="reason">{escape(advice.reason)}</td></tr>'
-        for advice in found.advice
+        for advice in diagnosis.advice
     )
     head = "<tr><th></th><th>advised</th><th>set</th><th>why</th></tr>"
     return f'<table class="numbers">{head}{rows}</table>'
@@ -103,10 +103,10 @@ def _said(name: str, value: Any) -> str:
     return describe_shape(value) if isinstance(value, tuple) else str(value)
 
 
-def describe_repetition(found: Diagnosis) -> str:
+def describe_repetition(diagnosis: Diagnosis) -> str:
     """Say how far features are from each other."""
-    ways = (("E–W", found.spacing_ew), ("N–S", found.spacing_ns))
+    ways = (("E–W", diagnosis.spacing_ew), ("N–S", diagnosis.spacing_ns))
     said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
-    if found.vertical_spacing is not None and found.vertical_spacing.spacing is not None:
-        said.append(f"every {found.vertical_spacing.spacing} layers")
+    if diagnosis.vertical_spacing is not None and diagnosis.vertical_spacing.spacing is not None:
+        said.append(f"every {diagnosis.vertical_spacing.spacing} layers")
     return ", ".join(said) if said else "no rhythm"

@@ -12,17 +12,17 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
-from ccwsim.io.formats.pictures import MAX_COLOURS, Picture, few_colours
+from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
 from ccwsim.io.guesses import QUESTIONS
 from ccwsim.io.opening import FileSummary, open_file, whole_shape
-from ccwsim.io.part import Part, thinning
-from ccwsim.model.choices import Answers, ImageChoice, Upload
+from ccwsim.io.part import GridPart, thinning
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
-    MAX_LISTED,
     answered,
+    ask_slice,
     ask_up,
     ask_variable,
     rounded,
@@ -111,8 +111,8 @@ def picture_of_file(
     """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
     known = dict(answers)
     with opened(_upload) as file:
-        picture = open_file(file, Part.answered(known), up=known.get("up"))
-    if not isinstance(picture, Picture):
+        picture = open_file(file, GridPart.answered(known), up=known.get("up"))
+    if not isinstance(picture, PictureFile):
         return None
     indices, colours = few_colours(picture)
     return indices if known.get("up") else indices[::-1], colours
@@ -135,7 +135,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         write(image_of_file(upload, kept | new, volume=volume))
 
     asked = asked_of(choice)
-    summary = summary_of(upload, Part.answered(known) if "part" in asked else None)
+    summary = summary_of(upload, GridPart.answered(known) if "part" in asked else None)
     if summary is None:
         return
     if "part" in asked:
@@ -234,22 +234,12 @@ def _ask_layers(
     else:
         layer = known["slice_index"] + 1
         step_note(f"Layer {layer} of {n} is taken, as a map; choose “{VOLUME}” for all of them.")
-        _ask_slice(n, known["slice_index"], answer)
+        ask_slice(n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True)
     if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})
         ends |= {"value": known.get("z_up", True), "key": "ask_z_up"}
         ends["write"] = lambda up: answer("slice", volume=True, z_up=up)
         field(st.selectbox, "The first layer of the file is", **ends)
-
-
-def _ask_slice(n: int, index: int, answer: Callable[..., None]) -> None:
-    chosen: dict[str, Any] = {"key": "ask_slice", "value": index + 1}
-    chosen["write"] = lambda number: answer("slice", slice_index=number - 1)
-    label = f"Which of {n} slices, from the bottom?"
-    if n > MAX_LISTED:
-        field(st.number_input, label, **chosen, min_value=1, max_value=n)
-    else:
-        field(st.slider, label, **chosen, min_value=1, max_value=n)
 
 
 def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[..., None]) -> None:

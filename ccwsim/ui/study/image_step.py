@@ -10,9 +10,9 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import datasets
 from ccwsim.figures import map_png
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import DataChoice, ImageChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
@@ -113,10 +113,10 @@ def _part_from_data(state: State, data: DataChoice) -> None:
         state.data_draft = data
         state.change(data=DataChoice())
     elif data.source == "bundled":
-        own = datasets.hard_data_training_image(data.bundled)
-        if image.upload is not None or image.bundled != own:
+        theirs = datasets.hard_data_training_image(data.bundled)
+        if image.upload is not None or image.bundled != theirs:
             state.change(data=DataChoice())
-            st.toast(f"{pretty(data.bundled)} left with their training image, {pretty(own)}.")
+            st.toast(f"{pretty(data.bundled)} left with their training image, {pretty(theirs)}.")
     elif data.source == "sampled" and state.choices.grid.nz is not None:
         state.change(data=DataChoice())  # they are sampled from maps
 

@@ -1,4 +1,4 @@
-"""What hard data leave open, asked in place: columns, names, a threshold, rows that do not fit."""
+"""Questions about hard data: columns, names, a threshold, rows that do not fit."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
-from ccwsim.io.part import Part
+from ccwsim.io.part import GridPart
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session.resolve import (
     grid_for_data,
     image_of,
@@ -31,11 +31,11 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
-"""Slices, or rows that do not fit, that are listed; of more a number is asked or told."""
+"""Slices, or rows that do not fit, that are listed; for more slices a number is asked."""
 MAX_NAMES = 24
 """Names of facies that are asked for one by one."""
-UPS = {None: "as the format has it", True: "the south", False: "the north"}
-Z_UPS = {None: "as the format has it", True: "the bottom", False: "the top"}
+ROW_ORDER = {None: "as the format has it", True: "the south", False: "the north"}
+LAYER_ORDER = {None: "as the format has it", True: "the bottom", False: "the top"}
 COORDINATES = {None: "world coordinates", "cells": "column and row of a cell"}
 COLLISIONS = {
     None: "stop and say so",
@@ -77,12 +77,12 @@ ROLES_OF_WELLS = {
     },
 }
 """Columns of tables of wells."""
-OF_WORDS = ("facies", "well", "collar_well", "survey_well")
-"""Columns that may hold words."""
-TILTS = ("survey_inclination", "survey_dip")
-EITHER = ((("depth_from", "depth_to"), ("depth",)), (TILTS[:1], TILTS[1:]))
-"""Columns of which a table has the ones or the others."""
-MAY_LACK = (*DEPTHS, "collar_length", *TILTS)
+TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")
+"""Columns that may hold text."""
+SURVEY_TILTS = ("survey_inclination", "survey_dip")
+ALTERNATIVE_ROLES = ((("depth_from", "depth_to"), ("depth",)), (SURVEY_TILTS[:1], SURVEY_TILTS[1:]))
+"""A table has either the first columns or the second."""
+MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
 WIDTH = 232
 """Pixels of a question where there are many side by side."""
@@ -94,12 +94,12 @@ Write = Callable[[Answers], None]
 
 
 @st.cache_resource(max_entries=8, show_spinner=False)
-def _summary(digest: str, part: Part | None, _upload: Upload) -> FileSummary:
+def _summary(digest: str, part: GridPart | None, _upload: Upload) -> FileSummary:
     with opened(_upload) as file:
         return inspect(file, part)
 
 
-def summary_of(upload: Upload | None, part: Part | None = None) -> FileSummary | None:
+def summary_of(upload: Upload | None, part: GridPart | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
     try:
         return None if upload is None else _summary(upload.digest, part, upload)
@@ -194,12 +194,15 @@ def ask_data(
             if len(summary.variables) > 1:
                 ask_variable(summary, known.get("facies"), _answer(answers, "facies", write))
             if grid.nz is None:
-                _ask_slice(summary, answers, write)
+                index, answer = known.get("slice_index"), _answer(answers, "slice_index", write)
+                ask_slice(summary.n_slices, index, answer)
             if summary.asks_up or "up" in known:
                 ask_up(known.get("up"), _answer(answers, "up", write))
             if grid.nz is not None and (summary.asks_up or "z_up" in known):
                 answer = _answer(answers, "z_up", write)
-                _ask_way("z_up", "The first layer of the file is", Z_UPS, known.get("z_up"), answer)
+                _ask_way(
+                    "z_up", "The first layer of the file is", LAYER_ORDER, known.get("z_up"), answer
+                )
         points = _tried(lambda: points_of(choice, None if grid.nz is None else grid))
     if points is not None and points.continuous:
         _ask_threshold(points, answers, write)
@@ -234,7 +237,7 @@ def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str],
 
 def ask_up(value: bool | None, write: Callable[[bool | None], None]) -> None:
     """Ask whether the first row of a file is in the south."""
-    _ask_way("up", "The first row of the file is", UPS, value, write)
+    _ask_way("up", "The first row of the file is", ROW_ORDER, value, write)
 
 
 def _ask_way(
@@ -269,6 +272,7 @@ def taken_as(preview: PointsPreview) -> str:
 
     Examples
     --------
+    >>> from ccwsim.io.hard_data.columns import Assignment
     >>> guess = {"x": "East", "depth_from": "Top"}
     >>> taken_as(PointsPreview("a.csv", assignment=Assignment(guess)))
     'East → x, Top → depth from'
@@ -295,7 +299,7 @@ def _ask_columns(
     known = {role: name for role, name in choice.answers if role in roles}
     taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
     lack = _may_lack(roles)
-    asked = _open_either(preview, roles)
+    asked = _open_alternatives(preview, roles)
     many = wide and roles is not ROLES
     places = st.container(horizontal=True) if many else nullcontext()
     for role, label in roles.items():
@@ -312,7 +316,7 @@ def _ask_columns(
             offer = wide or role not in preview.guess or role in known or preview.assignment.unclear
         if not offer:
             continue
-        names = preview.columns if role in OF_WORDS else preview.numeric
+        names = preview.columns if role in TEXT_ROLES else preview.numeric
         options = {NO_COLUMN: "none"} if role in lack else {}
         options |= {name: name for name in names}
         value = taken[role] or (NO_COLUMN if role in lack else None)
@@ -327,11 +331,11 @@ def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
     return (*MAY_LACK, "well") if "x" in roles else MAY_LACK
 
 
-def _open_either(preview: PointsPreview, roles: Collection[str]) -> tuple[str, ...]:
+def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[str, ...]:
     """The roles of which a table has the ones or the others, where it is open which."""
     ends = [role for role in ("depth_from", "depth_to") if role in preview.guess]
     if "survey_dip" in roles:
-        return () if {*TILTS} & preview.guess.keys() else TILTS
+        return () if {*SURVEY_TILTS} & preview.guess.keys() else SURVEY_TILTS
     needed = "depth" in roles and "x" not in roles
     if len(ends) == 1 or (needed and not ends and "depth" not in preview.guess):
         return tuple(DEPTHS)
@@ -359,7 +363,7 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
         if other != role and column and own == column:
             alike = other not in lack or (role in DEPTHS and other in DEPTHS)
             new[other] = (taken[role] if alike else None) or (NO_COLUMN if other in lack else None)
-    for ones, others in (*EITHER, *(sides[::-1] for sides in EITHER)):
+    for ones, others in (*ALTERNATIVE_ROLES, *(sides[::-1] for sides in ALTERNATIVE_ROLES)):
         if role in ones and column:
             new |= dict.fromkeys(other for other in others if other in new)
         elif role in ones:  # intervals have both ends or none
@@ -380,17 +384,17 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
         _ask_way("coordinates", "x and y are", COORDINATES, known.get("coordinates"), choose)
 
 
-def _ask_slice(summary: FileSummary, answers: Answers, write: Write) -> None:
-    n, known = summary.n_slices, dict(answers).get("slice_index")
-
-    def choose(number: int) -> None:  # from 1 on
-        write(answered(answers, slice_index=number - 1))
-
-    value = None if known is None else known + 1
-    chosen: dict[str, Any] = {"key": "ask_slice", "value": value, "write": choose}
+def ask_slice(
+    n: int, index: int | None, write: Callable[[int], None], *, slider: bool = False
+) -> None:
+    """Ask which slice of a file is taken, from 0; shown from 1."""
+    chosen: dict[str, Any] = {"key": "ask_slice", "value": None if index is None else index + 1}
+    chosen["write"] = lambda number: write(number - 1)
+    label = f"Which of {n} slices, from the bottom?"
     if n > MAX_LISTED:
-        label = f"Which of {n} slices, from the bottom?"
         field(st.number_input, label, **chosen, min_value=1, max_value=n, **OPEN)
+    elif slider:
+        field(st.slider, label, **chosen, min_value=1, max_value=n)
     elif n > 1:
         offered = options_of({k: f"{k} of {n}" for k in range(1, n + 1)})
         field(st.selectbox, "Which slice, from the bottom?", **chosen, **offered, **OPEN)

@@ -14,13 +14,13 @@ from ccwsim.experiments.cost import typical_seconds
 from ccwsim.jobs.job import Cancel, Job, Progress
 from ccwsim.jobs.limits import Demand, check_limits, limits_of_environment
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
+from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.progress import format_duration

@@ -143,7 +143,7 @@ def size_fields(
     sides = [(name, along_z) for name in PER_AXIS for along_z in (False, True)[: 1 + volume]]
     places = [place for _ in sides[::2] for place in pair()]
     for place, (name, along_z) in zip(places, sides, strict=False):
-        own, axis = along[name], 0 if along_z else -1
+        sizes, axis = along[name], 0 if along_z else -1
         level, template = lengths.level[axis], lengths.template[axis]
         offered: dict[str, list[int]] = {
             "template_size": template_sizes(level, shape, along_z),
@@ -151,12 +151,12 @@ def size_fields(
             "wavelet_level": [0] if ccsim else levels(shape, along_z),
         }
 
-        def write(value: int, name=name, own=own, along_z=along_z) -> None:
-            z, y, x = own
+        def write(value: int, name=name, sizes=sizes, along_z=along_z) -> None:
+            z, y, x = sizes
             triple = (value, y, x) if along_z else (z, value, value)
             change(**{name: triple if volume else value})
 
-        chosen: dict[str, Any] = {"value": own[axis], "write": write, "options": offered[name]}
+        chosen: dict[str, Any] = {"value": sizes[axis], "write": write, "options": offered[name]}
         chosen["disabled"] = ccsim and name == "wavelet_level"
         label = f"{SIZES[name]}{' along z' if along_z else ''}"
         if not volume and name != "wavelet_level":
@@ -201,7 +201,7 @@ def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None
         if isinstance(value, tuple):  # a location weight only along z keeps its axis
 
             def write_per_axis(new: float) -> None:
-                write(tuple(new if own else 0.0 for own in value) if any(value) else new)
+                write(tuple(new if weight else 0.0 for weight in value) if any(value) else new)
 
             options |= {"value": max(value), "write": write_per_axis}
         low, high, step = NUMBERS[name]

@@ -15,12 +15,12 @@ import streamlit as st
 from numpy.typing import NDArray
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim.experiments.settings import ALONG_Z, RANGED, label, value_of, varied
+from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import (
     SPREADS,
     Recommendation,
-    Row,
     Sweep,
+    SweepRow,
     pareto_front,
     recommended,
 )
@@ -349,7 +349,9 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
     use_button(state, rows[k].parameters, "Use this setting", "use_setting")
 
 
-def numbers_of(row: Row, rows: tuple[Row, ...], run: SweepRun) -> list[tuple[str, str, str]]:
+def numbers_of(
+    row: SweepRow, rows: tuple[SweepRow, ...], run: SweepRun
+) -> list[tuple[str, str, str]]:
     """Return name, value ± spread between realizations, and the best value of all settings."""
     image, qualities = run.training_image, [r.quality for r in rows]
     k = next(k for k, other in enumerate(rows) if other is row)
@@ -464,7 +466,7 @@ def draw_table(found: Sweep) -> None:
         st.dataframe(table, hide_index=True, column_config=formats)
 
 
-def columns_of(row: Row) -> dict[str, Any]:
+def columns_of(row: SweepRow) -> dict[str, Any]:
     """Return the setting and all its numbers by name."""
     q = row.quality
     data = (q.n_resimulated, q.n_forced, q.n_mismatched)

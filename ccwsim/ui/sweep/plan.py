@@ -9,13 +9,12 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
-from ccwsim.experiments.settings import ALONG_Z, Settings, settings, value_of
-from ccwsim.experiments.sweep import Row, Sweep, sweep
+from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
+from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand, check_limits
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.choices import Choices
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -25,9 +24,11 @@ from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
+from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
@@ -61,8 +62,8 @@ LABELS = {
 
 
 @dataclass
-class SweepRun:
-    """A sweep that is going on, or has come to an end.
+class SweepRun(PageRun[Sweep]):
+    """A sweep, running or ended.
 
     `facies` is the one whose connectivity is judged; `rows` are the settings that are finished,
     `n_drawn` how many of them the page shows, and `tiles` a small picture of each.
@@ -76,21 +77,15 @@ class SweepRun:
     n_realizations: int
     facies: int
     colours: list[str]
-    rows: list[Row] = field(default_factory=list)
-    job: Job[Sweep] | None = None
+    rows: list[SweepRow] = field(default_factory=list)
     n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
-
-    def start(self) -> SweepRun:
-        """Begin, on a thread; refused where the server does not have what it demands."""
-        n = len(self.settings)
-        self.job = Job(self._work, demand=self.demand(), n=n, unit="settings")
-        return self
+    unit = "settings"
 
     @property
-    def going(self) -> bool:
-        """Whether it has begun and not come to an end."""
-        return self.job is not None and not self.job.finished
+    def n_pieces(self) -> int:
+        """How many settings there are."""
+        return len(self.settings)
 
     def demand(self) -> Demand:
         """Return what it asks of the server: one setting at a time, and what is kept of each."""
@@ -106,7 +101,7 @@ class SweepRun:
         sources = SOURCE_BYTES * each * self.n_realizations
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
-    def _work(self, job: Job[Sweep]) -> Sweep:
+    def work(self, job: Job[Sweep]) -> Sweep:
         n_kept = CELLS_KEPT // (self.grid.n_cells * len(self.settings))
         return sweep(
             *(self.training_image, self.grid, self.settings, self.hard_data),
@@ -119,9 +114,9 @@ class SweepRun:
     @property
     def found(self) -> Sweep:
         """What is known so far."""
-        if self.job is not None and self.job.result is not None:
-            return self.job.result
-        return Sweep(tuple(self.rows), (), len(self.settings), self.training_image.shape)
+        return self.result or Sweep(
+            tuple(self.rows), (), len(self.settings), self.training_image.shape
+        )
 
 
 @dataclass
@@ -156,10 +151,9 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 
 def describe_end(run: SweepRun) -> str:
     """Say what is missing of a sweep that has come to its end, or nothing."""
-    found, job = run.found, run.job
-    sentences = []
-    if job is not None and job.error is not None:
-        sentences.append(f"The sweep ended early: {reason(job.error)}.")
+    found, sentences = run.found, []
+    if run.error is not None:
+        sentences.append(f"The sweep ended early: {reason(run.error)}.")
     if found.stopped and not run.going:
         n = len(found.rows)
         shown = "; these are shown." if n else "."
@@ -220,7 +214,7 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
     return suited
 
 
-def plan_of(state: State) -> Settings:
+def plan_of(state: State) -> SweepPlan:
     """Return the settings that the ranges come to; a range without a value is an error."""
     shape = image_of(state.choices.image).shape
     # pills come in the order of their clicks, methods in no order but their own
@@ -228,10 +222,10 @@ def plan_of(state: State) -> Settings:
         name: values if name == "method" else sorted(values)
         for name, values in ranges_of(state).items()
     }
-    return settings(fitted(state.choices.parameters, shape), ranges, shape)
+    return plan_sweep(fitted(state.choices.parameters, shape), ranges, shape)
 
 
-def seconds_of(state: State, plan: Sequence[Parameters] | Settings) -> float:
+def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
     """Return about how long a plan takes, by the pace of the latest run where there is one."""
     choices = state.choices
     image, n_data = image_of(choices.image), data_of(choices).n
@@ -266,7 +260,7 @@ def describe_study(state: State) -> str:
     )
 
 
-def describe_plan(state: State, plan: Settings) -> str:
+def describe_plan(state: State, plan: SweepPlan) -> str:
     """Say how many settings there are, how long they take, and what was left out and why."""
     time = seconds_of(state, plan)
     about = f"about {seconds(max(round(time), 1))}" if time < 90 else f"about {time / 60:.0f} min"
@@ -317,13 +311,8 @@ def start(state: State) -> None:
     run = SweepRun(
         *study, plan_of(state).fitting, page_state.n_realizations, facies, colours_of(state)
     )
-    page_state.message = ""
-    try:
-        page_state.run = run.start()
-    except CCWSIMError as error:
-        page_state.message = str(error)
-        return
-    page_state.chosen, page_state.shown = None, 0
+    if start_page_run(page_state, "run", run):
+        page_state.chosen, page_state.shown = None, 0
 
 
 def use_setting(state: State, parameters: Parameters) -> None:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.jobs.job import Cancel, Job
+from ccwsim.jobs.limits import Demand
 from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import curve_title
@@ -26,10 +27,10 @@ from ccwsim.run.simulation import simulate
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
-from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets import fields
 from ccwsim.ui.widgets.fields import bound_to, button
 from ccwsim.ui.widgets.text import plain, step_note
@@ -43,8 +44,8 @@ LOW, HIGH = 0.05, 0.95
 
 
 @dataclass
-class LargeEnsembleRun:
-    """A run that is going on, or has come to an end.
+class LargeEnsembleRun(PageRun[None]):
+    """A large ensemble, running or ended.
 
     `facies` is the one whose curves are followed, `summary` the latest one. `errors` are standard
     errors of the E-type, averaged over cells, after `numbers` of realizations; `n_wrong` counts
@@ -59,24 +60,21 @@ class LargeEnsembleRun:
     errors: list[float] = field(default_factory=list)
     n_wrong: int = 0
     nbytes: int = 0
-    job: Job | None = None
-
-    def start(self) -> LargeEnsembleRun:
-        """Begin, on a thread; refused where the server does not have what it demands."""
-        demand = demand_of(self.study, self.n, n_kept=self._n_batch)
-        self.job = Job(self._work, demand=demand, n=self.n)
-        return self
 
     @property
-    def going(self) -> bool:
-        """Whether it has begun and not come to an end."""
-        return self.job is not None and not self.job.finished
+    def n_pieces(self) -> int:
+        """How many realizations there are."""
+        return self.n
+
+    def demand(self) -> Demand:
+        """Return what it asks of the server: one batch is kept at a time."""
+        return demand_of(self.study, self.n, n_kept=self._n_batch)
 
     @property
     def _n_batch(self) -> int:
         return min(max(CELLS_OF_BATCH // self.study.grid.n_cells, 1), 4 * n_cores())
 
-    def _work(self, job: Job) -> None:
+    def work(self, job: Job) -> None:
         grid, image = self.study.grid, self.study.training_image
         lags = min(max_lag(way, grid.shape, image.shape) for way in ("E-W", "N-S"))
         code = int(image.codes[self.facies])
@@ -110,10 +108,19 @@ class LargeEnsembleRun:
         self.errors.append(float(100 * np.sqrt(p * (1 - p) / running.n).mean()))
 
 
+@dataclass
+class LargeEnsembleState:
+    """The number of realizations of the next run, the latest run, and why none was started."""
+
+    n: int = 1000
+    run: LargeEnsembleRun | None = None
+    message: str = ""
+
+
 def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the controls and what the latest large ensemble gave."""
-    page_state = state.page(Validation)
-    run = page_state.large_run
+    page_state = state.page(LargeEnsembleState)
+    run = page_state.run
     step_note(
         "Simulates many realizations of the study of this page and keeps only their statistics: "
         "E-type, entropy, proportions and curves. Memory does not grow with their number."
@@ -122,12 +129,12 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
         help_ = "More make the probabilities more exact: four times as many halve the error."
-        options = {**bound_to(page_state, "n_large"), **limits, "help": help_}
+        options = {**bound_to(page_state, "n"), **limits, "help": help_}
         fields.field(st.number_input, "Realizations", key="n_long", **options)
         if not going:
             button("Start", key="long_start", type="primary", on_click=start, args=(state,))
-    if page_state.large_message:
-        st.warning(plain(page_state.large_message))
+    if page_state.message:
+        st.warning(plain(page_state.message))
     if run is None:
         return
 
@@ -145,19 +152,15 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
 
 def start(state: State) -> None:
     """Start a large ensemble of the study that the realizations came from."""
-    page_state, e = state.page(Validation), state.ensemble
+    page_state, e = state.page(LargeEnsembleState), state.ensemble
     assert e is not None
-    page_state.large_message = ""
-    try:
-        study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
-        page_state.large_run = LargeEnsembleRun(study, page_state.n_large, state.facies).start()
-    except CCWSIMError as error:
-        page_state.large_message = str(error)
+    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
+    start_page_run(page_state, "run", LargeEnsembleRun(study, page_state.n, state.facies))
 
 
 def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
-    if run.job is not None and run.job.error is not None:
-        st.error(plain(f"The large ensemble ended early: {failed(run.job.error)}"))
+    if run.error is not None:
+        st.error(plain(f"The large ensemble ended early: {failed(run.error)}"))
     summary = run.summary
     if summary is None:
         return

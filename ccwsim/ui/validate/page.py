@@ -44,7 +44,7 @@ from ccwsim.ui.validate.reproduction import (
     draw_patterns,
     draw_transitions,
 )
-from ccwsim.ui.validate.slices import Slice, draw_slice_fields, slice_of
+from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of
 from ccwsim.ui.validate.statistics import (
     MAX_COMPARED,
     Validation,
@@ -154,7 +154,7 @@ def _shown_elsewhere(state: State) -> tuple:
 
 
 def _draw_realization(
-    state: State, ensemble: Ensemble, colours: Sequence[str], here: Slice
+    state: State, ensemble: Ensemble, colours: Sequence[str], here: ShownSlice
 ) -> None:
     image, r = ensemble.training_image, state.shown
 
@@ -195,7 +195,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 
 
-class Section(NamedTuple):
+class PageSection(NamedTuple):
     """A part of the page: its anchor, its title, what it says, and what draws it."""
 
     name: str
@@ -205,17 +205,25 @@ class Section(NamedTuple):
 
 
 SECTIONS = (
-    Section("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
-    Section("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
-    Section("measures", "Measures", "one number each, beside crops of the image", draw_measures),
-    Section("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
-    Section("data", "Hard data", "whether and how they are honoured", draw_data),
-    Section("directions", "Any direction", "variograms over all lags", draw_directions),
-    Section("transitions", "Transiograms", "which facies follows which", draw_transitions),
-    Section("reuse", "Copying", "what was copied from the training image", draw_copying),
-    Section("truth", "Reference field", "scores where it is known", draw_reference),
-    Section("image", "Training image", "what it is like, and what suits it", draw_image),
-    Section("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
+    PageSection("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
+    PageSection(
+        "bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies
+    ),
+    PageSection(
+        "measures", "Measures", "one number each, beside crops of the image", draw_measures
+    ),
+    PageSection(
+        "patterns", "Patterns", "how varied, and how like the training image", draw_patterns
+    ),
+    PageSection("data", "Hard data", "whether and how they are honoured", draw_data),
+    PageSection("directions", "Any direction", "variograms over all lags", draw_directions),
+    PageSection("transitions", "Transiograms", "which facies follows which", draw_transitions),
+    PageSection("reuse", "Copying", "what was copied from the training image", draw_copying),
+    PageSection("truth", "Reference field", "scores where it is known", draw_reference),
+    PageSection("image", "Training image", "what it is like, and what suits it", draw_image),
+    PageSection(
+        "long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble
+    ),
 )
 
 

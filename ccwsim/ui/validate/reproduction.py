@@ -56,10 +56,9 @@ from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
 from ccwsim.ui.validate.statistics import (
-    CurveCompared,
+    CurvesCompared,
     GeobodiesCompared,
     LagMaps,
-    LayersCompared,
     PatternsCompared,
     ProportionsCompared,
     Validation,
@@ -114,7 +113,7 @@ def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
     k, height = state.facies, CURVE_HEIGHT
 
-    def draw(found: LayersCompared) -> None:
+    def draw(found: CurvesCompared) -> None:
         draw_layers(ensemble, k, found.bundle, found.fit, height)
 
     panel(state, "layers", statistics.layers(ensemble, k), draw)
@@ -158,7 +157,7 @@ def draw_curve(
     title = curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
 
-    def draw(found: CurveCompared) -> None:
+    def draw(found: CurvesCompared) -> None:
         bundle = found.bundle
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))

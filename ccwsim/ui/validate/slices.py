@@ -25,7 +25,7 @@ HOVER = ("column, row", "column, layer", "row, layer")
 
 
 @dataclass(frozen=True)
-class Slice:
+class ShownSlice:
     """One layer (axis 0), row or column of a volume; without an axis all of a map."""
 
     axis: int | None = None
@@ -68,7 +68,7 @@ class Slice:
         )
 
 
-def middle_layer(shape: tuple[int, ...]) -> Slice:
+def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
     """Return the middle layer of a volume, all of a map.
 
     Examples
@@ -76,17 +76,17 @@ def middle_layer(shape: tuple[int, ...]) -> Slice:
     >>> str(middle_layer((48, 160, 160))), str(middle_layer((160, 160)))
     ('layer 24', '')
     """
-    return Slice(0, shape[0] // 2) if len(shape) == len(AXES) else Slice()
+    return ShownSlice(0, shape[0] // 2) if len(shape) == len(AXES) else ShownSlice()
 
 
-def slice_of(state: State, ensemble: Ensemble) -> Slice:
+def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
     """Return what is shown of realizations: the slice that was chosen, all of a map."""
     if ensemble.grid.nz is None:
-        return Slice()
+        return ShownSlice()
     page_state, shape = state.page(Validation), ensemble.grid.shape
     axis = page_state.slice_axis
     chosen = page_state.slice_at.get(axis, shape[axis] // 2)
-    return Slice(axis, min(chosen, shape[axis] - 1))
+    return ShownSlice(axis, min(chosen, shape[axis] - 1))
 
 
 def draw_slice_fields(state: State, ensemble: Ensemble) -> None:

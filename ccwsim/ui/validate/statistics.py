@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import streamlit as st
@@ -44,7 +44,7 @@ from ccwsim.metrics import (
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.fits import PATTERN_SIZES
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
-from ccwsim.metrics.stack import Images, Stack
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
@@ -59,12 +59,9 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import step_note
 
-if TYPE_CHECKING:
-    from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
-
 MAX_MAP_LAG = 50
 MAX_COMPARED = 200
-"""ANODI compares all pairs of the first so many realizations."""
+"""Realizations that ANODI compares, each with each."""
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms take every lag up to here, and every fourth beyond."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
@@ -85,7 +82,7 @@ class LagMaps:
 
 
 @dataclass(frozen=True, eq=False)
-class CurveCompared:
+class CurvesCompared:
     """Curves of the realizations and of the training image, and how crops of that compare."""
 
     bundle: Bundle
@@ -112,14 +109,6 @@ class ProportionsCompared:
 
 
 @dataclass(frozen=True, eq=False)
-class LayersCompared:
-    """Shares of a facies by layer of volumes, and how crops of the training image compare."""
-
-    bundle: Bundle
-    fit: Fit | None
-
-
-@dataclass(frozen=True, eq=False)
 class PatternsCompared:
     """Distances of patterns from the training image's beside those of its crops.
 
@@ -133,50 +122,54 @@ class PatternsCompared:
     unseen_at_data: NDArray[np.float64] | None
 
 
-def study_key(ensemble: Ensemble) -> tuple:
-    """Return what all statistics of an ensemble depend on."""
-    return ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
+def task_of(
+    name: str, ensemble: Ensemble, work: Callable[[Fraction], Value], *more: Any
+) -> Task[Value]:
+    """Return a task on an ensemble; `more` is what else its value depends on."""
+    study = ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
+    return Task((name, *study, *more), work)
 
 
-def drawn(ensemble: Ensemble) -> Stack:
-    """Return the realizations whose curves are drawn, the first of very many."""
-    return Stack(ensemble.indices[:MAX_CURVES], ensemble.training_image.codes)
+def code_of(ensemble: Ensemble, facies: int) -> int:
+    """Return the code of a facies by its index."""
+    return int(ensemble.training_image.codes[facies])
+
+
+def first(ensemble: Ensemble, n: int) -> Stack:
+    """Return the first n realizations."""
+    return Stack(ensemble.indices[:n], ensemble.training_image.codes)
 
 
 def curves(
     ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
-) -> Task[CurveCompared]:
+) -> Task[CurvesCompared]:
     """Return a statistic of a facies along a direction, and whether crops give the same."""
-    lags, distances = distinct_lags(
-        direction, max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
-    )
+    image, code = ensemble.training_image, code_of(ensemble, facies)
+    longest = max_lag(direction, image.shape, ensemble.grid.shape)
+    lags, distances = distinct_lags(direction, longest)
 
-    code = int(ensemble.training_image.codes[facies])
-
-    def curve(images: Images, progress: Fraction | None = None) -> NDArray:
-        return curves_of(statistic, images, code, direction, lags, progress)
-
-    def work(progress: Fraction) -> CurveCompared:
-        each = curve(drawn(ensemble), progress)
-        reference = curve(ensemble.training_image)[0]
+    def work(progress: Fraction) -> CurvesCompared:
+        some = first(ensemble, MAX_CURVES)
+        each = curves_of(statistic, some, code, direction, lags, progress)
+        reference = curves_of(statistic, image, code, direction, lags)[0]
         fit = fit_curve(ensemble, statistic, code, direction)
-        return CurveCompared(bundle_of_curves(distances, reference, each), fit)
+        return CurvesCompared(bundle_of_curves(distances, reference, each), fit)
 
-    return Task((statistic, *study_key(ensemble), facies, direction), work)
+    return task_of(statistic, ensemble, work, facies, direction)
 
 
 def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
     """Return variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
-    code = int(ensemble.training_image.codes[facies])
+    code = code_of(ensemble, facies)
 
     def work(progress: Fraction) -> LagMaps:
-        each = variogram_map(drawn(ensemble), code, reach, progress)
+        each = variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
         reference = variogram_map(ensemble.training_image, code, reach)
         return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
 
-    return Task(("lag maps", *study_key(ensemble), facies), work)
+    return task_of("lag maps", ensemble, work, facies)
 
 
 def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int, int], Bundle]]:
@@ -187,28 +180,27 @@ def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
 
     def work(progress: Fraction) -> dict[tuple[int, int], Bundle]:
-        each = transiograms(drawn(ensemble), None, direction, lags, progress)
+        some = first(ensemble, MAX_CURVES)
+        each = transiograms(some, None, direction, lags, progress).probability
         image = transiograms(ensemble.training_image, None, direction, lags).probability[0]
+        x = lags.astype(float)
         return {
-            (tail, head): bundle_of_curves(
-                lags.astype(float), image[tail, head], each.probability[:, tail, head]
-            )
+            (tail, head): bundle_of_curves(x, image[tail, head], each[:, tail, head])
             for tail in range(n)
             for head in range(n)
         }
 
-    return Task(("transitions", *study_key(ensemble), direction), work)
+    return task_of("transitions", ensemble, work, direction)
 
 
-def layers(ensemble: Ensemble, facies: int) -> Task[LayersCompared]:
+def layers(ensemble: Ensemble, facies: int) -> Task[CurvesCompared]:
     """Return the vertical proportion curves of a facies of volumes."""
-    code = int(ensemble.training_image.codes[facies])
 
-    def work(progress: Fraction) -> LayersCompared:
-        bundle = layers_bundle(ensemble, facies)
-        return LayersCompared(bundle, fit_vertical_proportions(ensemble, code))
+    def work(progress: Fraction) -> CurvesCompared:
+        fit = fit_vertical_proportions(ensemble, code_of(ensemble, facies))
+        return CurvesCompared(layers_bundle(ensemble, facies), fit)
 
-    return Task(("layers", *study_key(ensemble), ensemble.grid, facies), work)
+    return task_of("layers", ensemble, work, ensemble.grid, facies)
 
 
 def volume_patterns(ensemble: Ensemble) -> Task[PatternsCompared]:
@@ -218,7 +210,7 @@ def volume_patterns(ensemble: Ensemble) -> Task[PatternsCompared]:
     sizes = [side for side in PATTERN_SIZES if side <= size]
 
     def work(progress: Fraction) -> PatternsCompared:
-        some = Stack(ensemble.indices[:MAX_COMPARED], image.codes)
+        some = first(ensemble, MAX_COMPARED)
         unseen = unseen_patterns(some, image, size, progress=progress)
         at_data = None
         if data.n:
@@ -228,15 +220,14 @@ def volume_patterns(ensemble: Ensemble) -> Task[PatternsCompared]:
         shape = min(size, image.shape[0], ensemble.grid.shape[0]), size, size
         return PatternsCompared(fit_patterns(ensemble, sizes), shape, unseen, at_data)
 
-    return Task(("volume patterns", *study_key(ensemble), data.digest), work)
+    return task_of("volume patterns", ensemble, work, data.digest)
 
 
 def geobodies(
     ensemble: Ensemble, facies: int, neighbours: int | None = None
 ) -> Task[GeobodiesCompared]:
     """Return the geobodies of a facies; cells at corners touch unless `neighbours` says other."""
-    image = ensemble.training_image
-    code = int(image.codes[facies])
+    image, code = ensemble.training_image, code_of(ensemble, facies)
 
     def work(progress: Fraction) -> GeobodiesCompared:
         return GeobodiesCompared(
@@ -247,17 +238,13 @@ def geobodies(
             fit_geobodies(ensemble, code, neighbours),
         )
 
-    return Task(("geobodies", *study_key(ensemble), facies, neighbours), work)
+    return task_of("geobodies", ensemble, work, facies, neighbours)
 
 
 def measures(ensemble: Ensemble, facies: int) -> Task[Measured]:
     """Return the measures of a facies that are one number each."""
-    code = int(ensemble.training_image.codes[facies])
-
-    def work(progress: Fraction) -> Measured:
-        return measure(ensemble, code, progress)
-
-    return Task(("measures", *study_key(ensemble), facies), work)
+    code = code_of(ensemble, facies)
+    return task_of("measures", ensemble, lambda report: measure(ensemble, code, report), facies)
 
 
 def proportions(ensemble: Ensemble) -> Task[ProportionsCompared]:
@@ -266,32 +253,26 @@ def proportions(ensemble: Ensemble) -> Task[ProportionsCompared]:
     def work(progress: Fraction) -> ProportionsCompared:
         return ProportionsCompared(ensemble.proportions, fit_proportions(ensemble))
 
-    return Task(("proportions", *study_key(ensemble)), work)
+    return task_of("proportions", ensemble, work)
 
 
 def variety(ensemble: Ensemble) -> Task[float]:
     """Return the share of cells in which two realizations differ."""
-
-    def work(progress: Fraction) -> float:
-        return differing_share(ensemble)
-
-    return Task(("variety", *study_key(ensemble)), work)
+    return task_of("variety", ensemble, lambda progress: differing_share(ensemble))
 
 
 def patterns(ensemble: Ensemble) -> Task[Anodi]:
     """Return ANODI of the realizations against the training image."""
-    image = ensemble.training_image
 
     def work(progress: Fraction) -> Anodi:
-        some = Stack(ensemble.indices[:MAX_COMPARED], image.codes)
-        return anodi(some, image, progress=progress)
+        return anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
 
-    return Task(("patterns", *study_key(ensemble)), work)
+    return task_of("patterns", ensemble, work)
 
 
 def e_type(ensemble: Ensemble) -> Task[EType]:
     """Return probability, most likely facies and entropy of each cell."""
-    return Task(("e-type", *study_key(ensemble)), lambda progress: e_type_of(ensemble))
+    return task_of("e-type", ensemble, lambda progress: e_type_of(ensemble))
 
 
 def reference_scores(
@@ -306,8 +287,7 @@ def reference_scores(
         scores = score_reference(found, reference, scored=scored)
         return scores, calibration(found, reference, scored=scored)
 
-    key = ("reference", *study_key(ensemble), ensemble.hard_data.digest, reference.digest)
-    return Task(key, work)
+    return task_of("reference", ensemble, work, ensemble.hard_data.digest, reference.digest)
 
 
 def diagnosis(image: TrainingImage) -> Task[Diagnosis]:
@@ -322,15 +302,14 @@ def copied(ensemble: Ensemble, r: int) -> Task[Copying]:
         return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
     run = ensemble.parameters.digest, ensemble.hard_data.digest, ensemble.seed
-    key = ("copying", *study_key(ensemble), *run, int(ensemble.numbers[r]))
-    return Task((*key, ensemble.sources is None), work)
+    more = *run, int(ensemble.numbers[r]), ensemble.sources is None
+    return task_of("copying", ensemble, work, *more)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
     """Return the flat index in the training image of each cell of realization r.
 
-    An error is raised where the same run does not give the same realization, because it was edited
-    since.
+    Raises `CCWSIMError` for a realization that was edited since its run.
     """
     if ensemble.sources is not None:
         return ensemble.sources[r]
@@ -357,9 +336,9 @@ class Validation:
 
     `azimuth` is the direction of the third variogram, in degrees from north, `along` that of the
     transiograms, `tail` the facies they start in where there are many. Maps of volumes show a
-    slice along `slice_axis`, by axis at `slice_at`; their geobodies have so many `neighbours`.
-    `seen` are the sections that came into view; others are not worked out. By panel, `drawn` is
-    what it drew last and `waiting` what it waits for; until `deadline` this run of the page waits
+    slice along `slice_axis`, by axis at `slice_at`; cells of their geobodies have `neighbours`.
+    `seen` are the sections that came into view; others are not computed. `drawn` and `waiting` are
+    what each panel drew last and the task it waits for; this run of the page waits until `deadline`
     for quick statistics.
     """
 
@@ -374,9 +353,6 @@ class Validation:
     waiting: dict[str, Task] = field(default_factory=dict)
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
     deadline: float = 0.0
-    n_large: int = 1000
-    large_run: LargeEnsembleRun | None = None
-    large_message: str = ""
 
 
 def begin(state: State) -> None:

@@ -29,6 +29,6 @@ def chart_theme() -> Theme:
     return theme_named(theme_name())
 
 
-def draw_style(sheet: Path, own: str = "") -> None:
-    """Write a page's own style sheet, after rules that depend on the moment."""
-    st.html(f"<style>{own}\n{sheet.read_text('utf-8')}</style>")
+def draw_style(sheet: Path, rules: str = "") -> None:
+    """Write a page's rules style sheet, after rules that depend on the moment."""
+    st.html(f"<style>{rules}\n{sheet.read_text('utf-8')}</style>")

@@ -20,6 +20,7 @@ from ccwsim.engine.stages.candidates import (
     rule_out_continuations,
     segment_minima,
 )
+from ccwsim.engine.stages.path import Box
 
 KINDS = [np.int16, np.int32, np.int64]
 
@@ -154,10 +155,10 @@ def test_what_goes_on_with_a_patch_beside_is_left_out(block):
     scores = np.arange(5 * 9 * 11, dtype=np.int16).reshape(5, 9, 11)
     patches = np.array([[0, 0, 0, 8, 8, 8], [0, 0, 6, 8, 8, 8]])
     locations = np.array([[4, 9, 13], [0, 0, 0]], np.int32)
-    first = (0, 6, 0)
+    box = Box(0, 6, 0, 1, 8, 8, 0, 0, 4, 4)
     before = scores.copy()
-    rule_out_continuations(first, np.array([0, -1]), patches, locations, block, (1, 1, 1), scores)
-    place = (locations[0] + first - patches[0, :3]) // np.array(block)
+    rule_out_continuations(box, np.array([0, -1]), patches, locations, block, (1, 1, 1), scores)
+    place = (locations[0] + box[:3] - patches[0, :3]) // np.array(block)
     out = np.zeros(scores.shape, bool)
     out[tuple(slice(max(k - 1, 0), k + 3) for k in place)] = True
     np.testing.assert_array_equal(scores[~out], before[~out])

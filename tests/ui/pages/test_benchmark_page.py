@@ -14,8 +14,8 @@ from ccwsim import Grid, Parameters, datasets
 from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.jobs.job import Job
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.parameters import METHODS
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.benchmark import run as benchmark_run
 from ccwsim.ui.benchmark.findings import (
     about,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ccwsim import Grid, Parameters, datasets, simulate
 from ccwsim.experiments.timing import Timing, TimingCase, image_of_case, time_cases
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.benchmark import run as benchmark_run
 from ccwsim.ui.benchmark.findings import (
     describe_volumes,

@@ -12,8 +12,8 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.report.verdicts import describe_curves
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import (
     describe_against_first,
     describe_grades,
@@ -25,7 +25,7 @@ from ccwsim.ui.compare.findings import (
     sentences,
     settings_csv,
 )
-from ccwsim.ui.compare.settings import Comparing, describe_setting, settings_of, usual_others
+from ccwsim.ui.compare.settings import ComparePageState, describe_setting, settings_of, usual_others
 from ccwsim.ui.session.resolve import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened, texts
@@ -40,7 +40,7 @@ FIGURES = CURVES | {"compared_times", "compared_proportions", "compared_mds"}
 def launched(choices: Choices = SMALL, n: int = 3) -> AppTest:
     """The page after its first comparison."""
     state = State(choices=choices)
-    state.page(Comparing).n = n
+    state.page(ComparePageState).n = n
     return settled(opened("compare", state).run())
 
 
@@ -48,11 +48,11 @@ def settled(app: AppTest) -> AppTest:
     """The page after its comparison."""
 
     def at_rest() -> bool:
-        job = app.session_state[KEY].page(Comparing).job
-        if job is not None:
-            assert job.wait(PATIENCE), "the comparison does not come to its end"
+        run = app.session_state[KEY].page(ComparePageState).run
+        if run is not None:
+            assert run.wait(PATIENCE), "the comparison does not come to its end"
             app.run()
-        return job is None
+        return run is None
 
     wait_until(at_rest, "the comparison")
     assert not app.exception
@@ -79,7 +79,7 @@ def test_it_opens_cold_and_compares_what_is_usual():
     assert own == OWN
     assert second.method == "ccsim"
     assert third.wavelet_level == 3
-    result = state.page(Comparing).found
+    result = state.page(ComparePageState).found
     assert [e.parameters for e in result.ensembles] == [own, second, third]
     for sentence in sentences(result):
         assert sentence in html(app)
@@ -95,7 +95,7 @@ def test_a_change_is_fitted_and_said_after_the_run():
     assert "Out of date" in html(app)
     app.button(key="compare").click()
     settled(app.run())
-    assert state_of(app).page(Comparing).found.ensembles[1].parameters == changed
+    assert state_of(app).page(ComparePageState).found.ensembles[1].parameters == changed
     assert "Out of date" not in html(app)
 
 
@@ -143,7 +143,7 @@ def test_use_these_takes_a_setting_to_the_study_and_loses_none():
 def test_the_arrows_show_the_same_realization_of_all():
     app = launched()
     app.button(key="shown_previous").click().run()
-    assert state_of(app).page(Comparing).shown == 2
+    assert state_of(app).page(ComparePageState).shown == 2
     assert "Realization 3 of 3" in html(app)
     assert re.search(r"MDS plot: \d+ \+ \d+ % of the variance", html(app))
     app.button(key="shown_next").click().run()
@@ -153,10 +153,10 @@ def test_the_arrows_show_the_same_realization_of_all():
 @pytest.mark.slow
 def test_curves_of_another_facies_are_worked_out():
     app = launched()
-    before = state_of(app).page(Comparing).found
+    before = state_of(app).page(ComparePageState).found
     named(app.selectbox, "e_type").set_value(0)
     settled(app.run())
-    after = state_of(app).page(Comparing).found
+    after = state_of(app).page(ComparePageState).found
     assert {key[0] for key in after.curves} == {0, 1}
     assert after.anodi is before.anodi
     assert charts(app) == FIGURES
@@ -219,7 +219,7 @@ def test_sentence_and_table_say_the_same_by_one_rule(found):
 
 def test_titles_of_curves_say_which_settings_fail():
     app = launched(replace(SMALL, grid=Grid(64, 64)), n=4)
-    for (_, statistic, _), curves in state_of(app).page(Comparing).found.curves.items():
+    for (_, statistic, _), curves in state_of(app).page(ComparePageState).found.curves.items():
         kind = "variogram" if statistic == "variogram" else "connectivity"
         said = describe_curves(dict(zip("ABCD", curves.fits, strict=False)), kind)
         assert escape(said) in html(app)

@@ -17,7 +17,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import training_image_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import ENTRY, component_parts
 from ccwsim.ui.hard_data import edits as editor_edits
 from ccwsim.ui.hard_data.edits import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload, WellTables
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload, WellTables
 from ccwsim.ui.hard_data.edits import (
     AS_SHOWN,
     ERASE,

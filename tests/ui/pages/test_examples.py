@@ -18,10 +18,10 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
 from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
-from ccwsim.sharing import link_of, read_link
-from ccwsim.ui.compare.settings import Comparing
+from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.link import link_of, read_link
+from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, example_named, next_example
 from ccwsim.ui.examples.opened import Examples, back_to_own, compare_example, open_example
 from ccwsim.ui.examples.page import class_link, expected, pictures_html, pictures_of, small
@@ -30,6 +30,7 @@ from ccwsim.ui.examples.quiz import (
     SIDE,
     Quiz,
     Round,
+    RoundRun,
     describe_seams,
     describe_verdict,
     draw_round,
@@ -239,16 +240,16 @@ def test_pictures_are_of_the_study_and_keep_their_room():
 def test_an_example_takes_the_place_of_a_study_that_comes_back():
     app = launched()
     state = state_of(app)
-    state.page(Comparing).n = 5
+    state.page(ComparePageState).n = 5
     open_example(state, example("delta"))
     assert state.choices == example("delta").choices
     assert state.job is not None
     compare_example(state, example("candidates"))
-    assert state.page(Comparing).others == list(example("candidates").others)
+    assert state.page(ComparePageState).others == list(example("candidates").others)
     back_to_own(state)
     assert (state.choices, state.ensemble, state.job) == (OWN, None, None)
-    assert state.page(Comparing).others == [None, None]
-    assert state.page(Comparing).n == 5
+    assert state.page(ComparePageState).others == [None, None]
+    assert state.page(ComparePageState).n == 5
     back_to_own(state)  # nothing is left to bring back
     assert state.choices == OWN
 
@@ -281,7 +282,7 @@ def test_simulate_says_which_example_is_open():
     app = quiet(opened("simulate", state).run())
     assert "Example 11: A delta" in html(app)
     app.button(key="compare_opened").click().run()
-    assert state.page(Comparing).others == list(example("delta").others)
+    assert state.page(ComparePageState).others == list(example("delta").others)
     quiet(app.button(key="keep_example").click().run())
     assert "Example 11" not in html(app)
     assert state_of(app).page(Examples).kept is None
@@ -336,7 +337,9 @@ def test_only_the_first_pick_of_a_round_counts():
     quiz = Quiz()
     pick(quiz, 0)
     assert not quiz.tallies
-    quiz.round = draw_round(datasets.load("channels"), Parameters(), seed=1)
+    quiz.run = RoundRun(datasets.load("channels"), Parameters(), seed=1).start()
+    assert quiz.run.wait(60)
+    assert quiz.round is not None
     wrong = (quiz.round.answer + 1) % N_PICTURES
     pick(quiz, 99)
     pick(quiz, wrong)

@@ -15,8 +15,8 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.engine.trace import Trace, fates
 from ccwsim.figures import theme_named
-from ccwsim.model.choices import Choices, DataChoice
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.how_it_works.maps import (
     N_STEPS,
     PatchView,

@@ -12,7 +12,7 @@ from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.path import BELOW, LEFT, TOP, from_path
 from ccwsim.engine.trace import fates
 from ccwsim.figures import LIGHT
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.how_it_works.maps import (
     PatchView,
     centre_of_patch,

@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter
 
 from ccwsim import Grid, Parameters
 from ccwsim.metrics import diagnose
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.image_questions import asked_of

@@ -9,10 +9,11 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, read_project
-from ccwsim.io import Project, project_as_bytes, training_image_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.io import training_image_as_bytes
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import file_name, open_project, project_of, report_of

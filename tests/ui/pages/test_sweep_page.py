@@ -10,10 +10,10 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters
-from ccwsim.experiments.settings import settings
+from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import recommended
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.parameters import METHODS
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import choose, is_current, numbers_of, sweep_csv
@@ -313,7 +313,7 @@ def test_progress_says_settings_and_time(done):
 
 
 def test_the_estimate_follows_the_pace_of_the_latest_run(done):
-    plan = settings(SMALL.parameters, FEW)
+    plan = plan_sweep(SMALL.parameters, FEW)
     one = seconds_of(done, plan)
     done.page(SweepState).n_realizations *= 3
     assert seconds_of(done, plan) == pytest.approx(3 * one)

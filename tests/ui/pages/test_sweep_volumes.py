@@ -6,9 +6,9 @@ import pytest
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, simulate
 from ccwsim.datasets import load
-from ccwsim.experiments.settings import label, settings, value_of, varied
+from ccwsim.experiments.plan import label, plan_sweep, value_of, varied
 from ccwsim.experiments.sweep import recommended, sweep
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import sweep_csv
 from ccwsim.ui.sweep.plan import (
@@ -31,15 +31,17 @@ RANGES = {"template_size": [16], "wavelet_level": [1], "wavelet_level_z": [0, 1]
 
 def test_ranges_along_z_are_combined_with_the_others():
     ranges = {"template_size": [16, 20], "template_size_z": [4, 8], "wavelet_level_z": [0, 1]}
-    found = settings(OWN, ranges, (48, 160, 160))
+    found = plan_sweep(OWN, ranges, (48, 160, 160))
     assert len(found) == 8
     assert {p.template_size for p in found} == {(z, x, x) for z in (4, 8) for x in (16, 20)}
     assert {p.wavelet_level for p in found} == {(0, 1, 1), (1, 1, 1)}
     assert varied(found) == ["template_size", "template_size_z", "wavelet_level_z"]
     assert label(found.fitting[0], varied(found)) == "T 16 · T z 4 · level z 0"
-    alone = settings(OWN, {"template_size": [20], "overlap_size_z": [4]}, (48, 160, 160)).fitting[0]
+    alone = plan_sweep(OWN, {"template_size": [20], "overlap_size_z": [4]}, (48, 160, 160)).fitting[
+        0
+    ]
     assert (alone.template_size, alone.overlap_size) == ((8, 20, 20), (4, 4, 4))
-    tall = settings(OWN, {"template_size_z": [8, 64]}, (48, 160, 160))
+    tall = plan_sweep(OWN, {"template_size_z": [8, 64]}, (48, 160, 160))
     assert len(tall) == 1
     assert (
         "Template 16 × 16 × 64 is larger than the training image of 160 × 160 × 48"
@@ -50,7 +52,7 @@ def test_ranges_along_z_are_combined_with_the_others():
 
 @pytest.mark.slow
 def test_settings_along_z_give_their_own_realizations():
-    plan = settings(OWN, {"wavelet_level_z": [0, 1]}, (48, 160, 160))
+    plan = plan_sweep(OWN, {"wavelet_level_z": [0, 1]}, (48, 160, 160))
     image = load("sinuous_channels")
     found = sweep(image, VOLUME.grid, plan.fitting, DATA, n_realizations=2, seed=3)
     for row in found.rows:
@@ -62,7 +64,7 @@ def test_settings_along_z_give_their_own_realizations():
     assert [row["wavelet_level_z"] for row in rows] == ["0", "1"]
     assert all(float(row["tau_error_vertical"]) >= 0 for row in rows)
     with pytest.raises(CCWSIMError, match="has no range"):
-        settings(OWN, {"template_size_x": [8]})
+        plan_sweep(OWN, {"template_size_x": [8]})
 
 
 def test_a_sweep_of_volumes_is_planned_run_and_taken():

@@ -22,9 +22,9 @@ from ccwsim.metrics import (
     variogram,
 )
 from ccwsim.metrics.lags import distinct_lags, lag_offsets
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import describe_curve
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
@@ -42,7 +42,7 @@ from ccwsim.ui.validate.findings import (
     of_proportions,
     of_variety,
 )
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
+from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState
 from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import seam_map, strips_of, use_map
 from ccwsim.ui.validate.statistics import (
@@ -484,7 +484,7 @@ def test_a_large_ensemble_is_shown_on_the_page():
     app = launched(seen=frozenset({"long"}))
     app.number_input(key="n_long").set_value(12).run()
     app.button(key="long_start").click().run()
-    run = app.session_state[KEY].page(Validation).large_run
+    run = app.session_state[KEY].page(LargeEnsembleState).run
     assert run.job.wait(120)
     settled(app.run())
     assert {"convergence", "long_variogram_E", "long_variogram_N"} <= charts(app)

@@ -23,7 +23,6 @@ from ccwsim.metrics import (
     vertical_proportions,
 )
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice
 from ccwsim.model.ensemble import FORCED, Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
@@ -33,14 +32,15 @@ from ccwsim.report.verdicts import (
     describe_patterns,
     describe_unseen,
 )
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import fitted
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, bundle_of_band
+from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState, bundle_of_band
 from ccwsim.ui.validate.measures import measures_csv
 from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import describe_percolation, meter_of, sizes_of, strips_of
-from ccwsim.ui.validate.slices import Slice, slice_of
+from ccwsim.ui.validate.slices import ShownSlice, slice_of
 from ccwsim.ui.validate.statistics import (
     Validation,
     copied,
@@ -187,7 +187,7 @@ def test_unseen_patterns_at_data_come_only_with_data(ensemble, unconditional):
 def test_a_slice_is_the_part_of_cells_probabilities_and_data(ensemble):
     data = ensemble.hard_data
     for axis, at, shape in ((0, 4, (20, 24)), (1, 5, (10, 24)), (2, 18, (10, 20))):
-        here = Slice(axis, at)
+        here = ShownSlice(axis, at)
         own = here.ensemble(ensemble)
         assert own.grid.shape == shape
         assert np.array_equal(own.indices, ensemble.indices.take(at, axis + 1))
@@ -196,9 +196,9 @@ def test_a_slice_is_the_part_of_cells_probabilities_and_data(ensemble):
         assert own.data_status.shape == (4, own.hard_data.n)
         whole = etype(ensemble).probability
         assert etype(own).probability == pytest.approx(here.of(whole))
-    section = Slice(1, 5).ensemble(ensemble).grid
+    section = ShownSlice(1, 5).ensemble(ensemble).grid
     assert (section.cell_size, section.origin) == ((25.0, 2.0), (1000.0, 100.0))
-    across = Slice(2, 18).ensemble(ensemble).grid
+    across = ShownSlice(2, 18).ensemble(ensemble).grid
     assert (across.cell_size, across.origin) == ((25.0, 2.0), (0.0, 100.0))
 
 
@@ -278,7 +278,7 @@ def test_a_large_ensemble_of_volumes_has_all_axes(image, ensemble):
     assert len(bundle_of_band(run, run.summary, "variogram", "vertical").median) == 6
     assert len(bundle_of_band(run, run.summary, "variogram", "E-W").median) == 11
     app = launched(ensemble=ensemble, seen=frozenset({"long"}))
-    app.session_state[KEY].page(Validation).large_run = run
+    app.session_state[KEY].page(LargeEnsembleState).run = run
     settled(app.run())
     assert {"long_variogram_v", "long_variogram_E", "convergence"} <= charts(app)
     assert "After 10 realizations" in html(app)

@@ -13,10 +13,13 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, datasets
-from ccwsim.io import project_as_bytes, read_realizations, training_image_as_bytes
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.io import read_realizations, training_image_as_bytes
 from ccwsim.report import report_html
-from ccwsim.sharing import link_of, read_link, reproduction_recipe, study_report
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.sharing.link import link_of, read_link
+from ccwsim.sharing.project import project_as_bytes
+from ccwsim.sharing.recipe import reproduction_recipe
+from ccwsim.sharing.study_report import study_report
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.resolve import (
     data_of,

@@ -9,7 +9,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from tests.io import sample_files as sample

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
-from ccwsim.model.choices import Choices, DataChoice, ImageChoice, Upload, WellTables
-from ccwsim.sharing import own_choices
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload, WellTables
+from ccwsim.sharing.link import own_choices
 from ccwsim.ui.session.kept import size_of
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State

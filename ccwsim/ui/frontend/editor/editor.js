@@ -4,7 +4,7 @@
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // pixels of a cell from which it can be aimed at
 const SLOP = 4, FINGER_SLOP = 8; // pixels that a click may stray and be no drag
-const FINGER = 14; // pixels from a datum where a finger still takes hold of it
+const FINGER = 14; // pixels from a datum within which a finger takes hold of it
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
 
@@ -20,7 +20,7 @@ class DataEditor extends CellMap {
   brush = 1;
   tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
   correctedShown = true;
-  stroke = null; // what a pressed pointer does: its cells, or the datum that it moves
+  stroke = null; // of a pressed pointer: its cells, or the datum that it moves
 
   // The bar of tools, which stands beside the map's own HTML, becomes a part of the map.
   constructor(root) {
@@ -76,7 +76,7 @@ class DataEditor extends CellMap {
       ? this.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
   }
 
-  // Data that an eraser meets: those in its cells, or under its tip where cells are tiny.
+  // Data under an eraser: in its cells, or under its tip if cells are tiny.
   touched(cells) {
     const { nx } = this.data;
     const ids = new Set(cells.map(([row, column]) => row * nx + column));
@@ -94,7 +94,7 @@ class DataEditor extends CellMap {
     return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx;
   }
 
-  // A tap on the disc of a datum means that datum, where cells are too small to aim at.
+  // A tap on the disc of a datum means that datum if cells are too small to aim at.
   aimed(cell) {
     if (this.size1 >= AIMABLE || this.datum(cell)) return cell;
     let best = null, least = this.radius / this.size1;
@@ -146,7 +146,7 @@ class DataEditor extends CellMap {
     pen.restore();
   }
 
-  // The datum where it would be dropped, and a line from where it is.
+  // The datum at the place where it would be dropped, and a line from its cell.
   drawGhost(pen, { datum: [row, column, facies], cells: [to], dragged }) {
     if (!dragged || !this.inside(to)) return;
     const [x, y] = this.toCanvas(to[1] + 0.5, to[0] + 0.5);
@@ -259,7 +259,7 @@ class DataEditor extends CellMap {
     super.stop();
   }
 
-  // The datum whose mark is under a pointer that would move it, null where there is none.
+  // The datum under a pointer that would move it, null if there is none.
   grabbed(event) {
     if (this.tool !== 'draw' || !this.dataShown) return null;
     const [px, py] = this.spotOf(event);
@@ -319,8 +319,8 @@ class DataEditor extends CellMap {
     return true;
   }
 
-  // Move a datum to another cell, in place of the one that is there. It stays where the page has
-  // taken it away meanwhile, and where it is dropped beside the map.
+  // Move a datum to another cell, and replace the datum there. Nothing moves if the page has removed
+  // it meanwhile, or if it is dropped beside the map.
   carry([row, column], to) {
     const datum = this.datum([row, column]);
     const same = row === to[0] && column === to[1];

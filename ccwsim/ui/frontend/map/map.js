@@ -41,7 +41,7 @@ class CellMap {
     this.layout();
   }
 
-  // The picture before it stays until the one that is asked for is there.
+  // The old picture stays until the new one is loaded.
   ask(wanted) {
     if (this.wanted === wanted) return;
     this.wanted = wanted;
@@ -85,8 +85,8 @@ class CellMap {
     if (this.leads) others.forEach((map) => map.fit(others.concat(this)));
   }
 
-  // Pixels of the longest number at the west edge, which is as wide as a number of the whole map or,
-  // where it is zoomed, has a few decimals more: there is room for both.
+  // Pixels of the longest number at the west edge: of the whole map, or of a zoomed one, whose numbers
+  // have more decimals.
   longestNorthing() {
     const { ny, cell_size: size, origin } = this.data;
     const pen = this.canvas.getContext('2d');
@@ -147,8 +147,8 @@ class CellMap {
     if (this.data.axes) this.drawAxes(pen);
   }
 
-  // How far each datum is from the second nearest other one, in cells, up to where marks do not
-  // touch: data in a row have less room than two that happen to be close.
+  // Distance of each datum to the second nearest other one, in cells, up to the distance at which
+  // marks do not touch: data in a row have less room than two that happen to be close.
   spacings() {
     const { points, nx } = this.data;
     if (this.spaced?.of === points && this.spaced.cell === this.cell) return this.spaced.each;
@@ -229,7 +229,7 @@ class CellMap {
     }
   }
 
-  // What the mark nearest to a cell says, where one is near.
+  // The label of the mark nearest to a cell, if one is near.
   marked([row, column]) {
     const reach = Math.max(0.5, 7 / (this.cell * this.view.zoom));
     let said = '', best = reach;
@@ -275,7 +275,7 @@ class CellMap {
     if (tell) this.tell();
   }
 
-  // Say which cell is under the pointer and what is there.
+  // Write the cell under the pointer and its label.
   say() {
     const { hover: cell } = this;
     const said = this.at(cell);

@@ -1,4 +1,4 @@
-// Says which of the ghosts of unseen sections have come into view, or nearly so.
+// Reports the sections whose outlines have come into view, or nearly so.
 const NEAR = 240;
 const EVERY = 250;
 const AGAIN = 3000;

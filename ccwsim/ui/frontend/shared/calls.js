@@ -6,14 +6,14 @@ const LATE = 8; // calls that may come before a module is loaded
 const parts = new WeakMap();
 const drawers = new WeakMap();
 
-// Return what draws in an element; it is made at the first call.
+// Return the drawer of an element; it is made at the first call.
 function drawerOf(root, Drawer) {
   if (!drawers.has(root)) drawers.set(root, new Drawer(root));
   return drawers.get(root);
 }
 
 // Return the entry of a part. `draw` draws the content of a call and returns a function that stops it:
-// the same one again where what was drawn before takes the new content over.
+// the same function again if the earlier drawing takes over the new content.
 function inOrder(draw) {
   return (call) => {
     const parent = call.parentElement;

@@ -27,7 +27,7 @@ function strokeIn(pen, layers, path) {
   pen.globalAlpha = 1;
 }
 
-// Four lines around a place, from so many pixels away to so many along each axis.
+// Four lines around a place: from `from` pixels away to `wide` or `high` pixels.
 function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PAPER, 3], [INK, 1]]) {
   strokeIn(pen, layers, () => {
     for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
@@ -48,7 +48,7 @@ function drawEdge(pen, { left, top, wide, high, root }) {
   pen.globalAlpha = 1;
 }
 
-// Clear a canvas and let what follows show only inside a box, until `pen.restore()`.
+// Clear a canvas and clip all drawing to a box, until `pen.restore()`.
 function clearAndClip(canvas, { left, top, wide, high, dots }) {
   const pen = canvas.getContext('2d');
   pen.setTransform(dots, 0, 0, dots, 0, 0);
@@ -137,7 +137,7 @@ function key(label, kind, colour) {
   return entry;
 }
 
-// Round values between two, and each as a number that is written out whole.
+// Round values between two limits, each with its text.
 function ticks(low, high, wanted) {
   const rough = (high - low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));

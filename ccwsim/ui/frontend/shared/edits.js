@@ -1,9 +1,9 @@
-// Edits of data on a canvas. They wait in a queue until the page says that it has them, so that none is
-// lost or taken twice however fast they come. Goes before the modules of editors.
+// Edits of data on a canvas. They wait in a queue until the page has taken them, so that none is lost or
+// taken twice. Goes before the modules of editors.
 const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
 
 class EditQueue {
-  // A canvas that is put up anew sends what the one before had not got rid of.
+  // A new canvas sends the edits that the canvas before it could not send.
   constructor(waiting = []) {
     this.edits = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
     this.last = this.ack = 0;
@@ -26,7 +26,7 @@ class EditQueue {
     this.insist();
   }
 
-  // A page that is drawn anew at this moment may miss what is sent; it knows each edit by its number.
+  // A page that is just being drawn may miss an edit, so it is sent again; its number identifies it.
   insist() {
     this.rest();
     if (this.edits.length) this.timer = setTimeout(() => this.tell(), AGAIN);

@@ -1,7 +1,7 @@
-// While a page is drawn anew, or works something out, its parts get no lower than they were: what is
-// below them, and the reader's place in it, stay where they are.
+// While a page is being drawn, its parts keep their largest height, so that the elements below them do
+// not move.
 const WORKING = '.working, .unseen';
-const REST = 2000; // milliseconds after which what is drawn anew is all there, on a slow machine too
+const REST = 2000; // milliseconds after which a page is complete, also on a slow machine
 
 export default inOrder(({ data }) => {
   const app = document.querySelector('.stApp');

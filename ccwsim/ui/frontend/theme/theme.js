@@ -1,5 +1,5 @@
-// Asks for the page to be drawn anew where the reader switches between light and dark: charts carry
-// the colours of the theme in which they were drawn.
+// Asks for a new drawing of the page when the user switches between light and dark: charts have the
+// colours of the theme in which they were drawn.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const probe = parentElement.querySelector('i');
   let asked = data.theme;

@@ -14,7 +14,7 @@ const RAYS = `#version 300 es
 precision highp float; precision highp int; precision highp usampler3D;
 #define BITS ${BITS}
 uniform usampler3D cells; // index of the cell, and 1 + index of the colour of its datum
-uniform usampler3D bricks; // 1 where a cell is shown for its index or its datum
+uniform usampler3D bricks; // 1 if a cell is shown for its index or its datum
 uniform sampler2D looks; // colours of the indices, and below them those of data
 uniform uvec2 range; // the indices that are shown, from and to
 uniform ivec3 n, cut, side; // the corner on this side of the cell \`cut\` is taken out
@@ -41,7 +41,7 @@ bool shown(ivec3 k) {
 
 float filled(ivec3 k) { return within(k) && shown(k) ? 1. : 0.; }
 
-// How much light reaches a place on a face: less where cells beside it stand out.
+// Light on a place of a face: less beside cells that stand out.
 float open(ivec3 front, ivec3 u, ivec3 v, vec2 f) {
   float l = filled(front - u), r = filled(front + u), b = filled(front - v), t = filled(front + v);
   vec4 corner = vec4(max(l + b, filled(front - u - v)), max(r + b, filled(front + u - v)),
@@ -105,7 +105,7 @@ class Painter {
     const gl = this.gl = this.canvas.getContext('webgl2', { antialias: false, depth: false });
     if (!gl) throw new Error('no WebGL2');
     this.canvas.addEventListener('webglcontextlost', () => { this.lost = true; });
-    this.textures = new Map(); // what was drawn last is last
+    this.textures = new Map(); // the latest drawn is last
     this.program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, RAYS]]) {
       const shader = gl.createShader(kind);
@@ -141,7 +141,7 @@ class Painter {
     return texture;
   }
 
-  // The texture of a volume with its data, which is made where it is not there.
+  // Bind the texture of a volume with its data; make it if it is not there.
   hold(stamp, shape, cells, data) {
     const { gl, textures } = this;
     gl.activeTexture(gl.TEXTURE0);
@@ -160,7 +160,7 @@ class Painter {
     textures.delete(oldest);
   }
 
-  // Which bricks have a cell whose index is shown, or a datum.
+  // Bind the bricks: 1 if one has a datum, or a cell whose index is shown.
   holdBricks(stamp, shape, cells, data, shown) {
     if (this.bricked === stamp) return;
     this.bricked = stamp;
@@ -387,7 +387,7 @@ class Body {
     });
   }
 
-  // Wells stand out above the top, so that they are seen where the block hides them.
+  // Wells reach above the top, so that they are seen if the block hides them.
   drawStems(pen, toCanvas, block, side) {
     const { view } = this;
     if (!view.dataShown) return;

@@ -1,11 +1,11 @@
 // A volume: three linked slices and the body, which share cursor, vertical exaggeration and data. This
 // follows drawing.js, edits.js, slice.js and body.js in one module. Only edits go to the server.
 const LINK = 'ccwsim-volume';
-const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; widths from which there are so many
+const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; smallest widths of two and three columns
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // of the exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // height of a section, as a share of the longer horizontal side
 const CACHED = 8; // volumes that are kept unpacked
-// What outlives a component that is drawn anew, or that several ones share: each has a copy of this module.
+// State that outlives a component or that several components share: each has a copy of this module.
 const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
 
 export default inOrder((component) => {
@@ -29,7 +29,7 @@ class VolumeView {
     this.listen();
   }
 
-  // What is on the screen stays until the cells of the new volume are unpacked.
+  // The old volume stays on the screen until the cells of the new one are unpacked.
   async show(data) {
     this.start();
     this.latest = data;
@@ -154,7 +154,7 @@ class VolumeView {
     window.dispatchEvent(new CustomEvent(LINK, { detail: { shared: this.shared, what } }));
   }
 
-  // Say which cell is under the pointer and what is there.
+  // Write the cell under the pointer and its label.
   say() {
     const { hover } = this.shared;
     const { shape, labels } = this.data;
@@ -164,7 +164,7 @@ class VolumeView {
       ? `(${x}, ${y}, ${z}) ${labels[this.cells[(z * shape[1] + y) * shape[0] + x]]}` : '';
   }
 
-  // Tell the page of cells (x, y, z) in a slice across an axis, or of a step back or forth.
+  // Send cells (x, y, z) in a slice across an axis, or an undo or redo, to the page.
   pick(axis, cells) { this.edit({ axis, cells: cells.map(([x, y, z]) => [z, y, x]) }); }
 
   edit(edit) {

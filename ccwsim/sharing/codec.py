@@ -1,8 +1,6 @@
-"""The settings of a study: one table of names, ranges and ways to write each as text.
+"""The fields of a study: one table of names, ranges and ways to write each as text.
 
-A link, a project file, the options of the command line and the limits of the pages all come from
-these rows. A row of `SETTINGS` says for one setting which part of a study holds it and under which
-field (also its key in a project file), its key in a link, its option, and what it may be.
+Links, project files, options of the command line and limits of the pages all come from these rows.
 """
 
 from __future__ import annotations
@@ -17,9 +15,9 @@ import numpy as np
 
 from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int
-from ccwsim.model.choices import Choices, EMap, Shown
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import PER_AXIS, Parameters, parameter_table
+from ccwsim.sharing.choices import Choices, EMap, Shown
 
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
@@ -31,7 +29,7 @@ _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(
 
 
 @dataclass(frozen=True)
-class Setting:
+class FieldSpec:
     """One row of the table."""
 
     key: str
@@ -165,12 +163,12 @@ def short_name(name: str) -> str:
 
 
 def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
-    """Return the parts of a study that settings belong to."""
+    """Return the parts of a study that `FIELDS` name."""
     own = {"data": choices.data, "grid": choices.grid, "parameters": choices.parameters}
     return {"study": choices, "shown": shown, **own}
 
 
-def _parameter(row: dict[str, str], default: Any) -> Setting:
+def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
     name, key, allowed = row["name"], short_name(row["name"]), row["allowed"]
     kind, metavar, words = "whole", row["symbol"] or "N", None
     if isinstance(default, bool):
@@ -186,7 +184,7 @@ def _parameter(row: dict[str, str], default: Any) -> Setting:
     if name == "location_weight":
         text += "; on the command line 0x0x2"
     low, high = bounds.PARAMETERS.get(name, (0, 0))
-    return Setting(
+    return FieldSpec(
         key,
         "parameters",
         (name,),
@@ -231,10 +229,10 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 _LENGTHS = bounds.MIN_FLOAT, bounds.MAX_FLOAT
 _REALIZATIONS = 1, bounds.MAX_REALIZATIONS, bounds.MAX_REALIZATIONS_OF_PROJECT
 
-SETTINGS = (
-    Setting("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
-    Setting("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
-    Setting(
+FIELDS = (
+    FieldSpec("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
+    FieldSpec("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
+    FieldSpec(
         "grid",
         "grid",
         ("nx", "ny", "nz"),
@@ -243,10 +241,10 @@ SETTINGS = (
         bounds.MAX_GRID_SIDE_OFFERED,
         **_OPTIONS["grid"],
     ),
-    Setting("cell", "grid", ("cell_size",), "lengths", *_LENGTHS, **_OPTIONS["cell"]),
-    Setting("origin", "grid", ("origin",), "lengths", *_FLOATS, **_OPTIONS["origin"]),
+    FieldSpec("cell", "grid", ("cell_size",), "lengths", *_LENGTHS, **_OPTIONS["cell"]),
+    FieldSpec("origin", "grid", ("origin",), "lengths", *_FLOATS, **_OPTIONS["origin"]),
     *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
-    Setting(
+    FieldSpec(
         "realizations",
         "study",
         ("n_realizations",),
@@ -254,19 +252,19 @@ SETTINGS = (
         *_REALIZATIONS,
         **_OPTIONS["realizations"],
     ),
-    Setting("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED, **_OPTIONS["seed"]),
-    Setting("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),
-    Setting("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
-    Setting("map", "shown", ("e_type",), "choice", words=_MAPS),
+    FieldSpec("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED, **_OPTIONS["seed"]),
+    FieldSpec("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),
+    FieldSpec("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
+    FieldSpec("map", "shown", ("e_type",), "choice", words=_MAPS),
 )
 
 
-def settings_of(part: str) -> tuple[Setting, ...]:
-    """Return the settings of a part of a study.
+def fields_of(part: str) -> tuple[FieldSpec, ...]:
+    """Return the rows of a part of a study.
 
     Examples
     --------
-    >>> [setting.option for setting in settings_of("grid")]
+    >>> [field.option for field in fields_of("grid")]
     ['--grid', '--cell-size', '--origin']
     """
-    return tuple(setting for setting in SETTINGS if setting.part == part)
+    return tuple(field for field in FIELDS if field.part == part)

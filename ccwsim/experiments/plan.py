@@ -28,7 +28,7 @@ ALONG_Z = "_z"
 
 
 @dataclass(frozen=True)
-class Settings:
+class SweepPlan:
     """The settings that a sweep tries."""
 
     fitting: tuple[Parameters, ...]  # the combinations that fit together, each once
@@ -44,11 +44,11 @@ class Settings:
         return iter(self.fitting)
 
 
-def settings(
+def plan_sweep(
     base: Parameters,
     ranges: Mapping[str, Sequence[Any]],
     image_shape: Shape | None = None,
-) -> Settings:
+) -> SweepPlan:
     """Return all combinations of ranges that fit together.
 
     Parameters
@@ -62,7 +62,7 @@ def settings(
 
     Returns
     -------
-    Settings
+    SweepPlan
 
     Raises
     ------
@@ -71,7 +71,7 @@ def settings(
 
     Examples
     --------
-    >>> found = settings(Parameters(), {"wavelet_level": [1, 3], "overlap_size": [8, 12]})
+    >>> found = plan_sweep(Parameters(), {"wavelet_level": [1, 3], "overlap_size": [8, 12]})
     >>> [(p.wavelet_level, p.overlap_size) for p in found], found.left_out[0][1]
     ([(1, 8), (3, 8), (1, 12)], 'Overlap 12 must be a multiple of 8 at level 3: try 8 or 16')
     """
@@ -94,7 +94,7 @@ def settings(
             continue
         n_equal += _canonical(parameters) in fitting
         fitting.setdefault(_canonical(parameters), parameters)
-    return Settings(tuple(fitting.values()), tuple(left_out), n_equal)
+    return SweepPlan(tuple(fitting.values()), tuple(left_out), n_equal)
 
 
 def varied(parameters: Iterable[Parameters]) -> list[str]:

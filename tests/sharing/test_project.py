@@ -24,10 +24,10 @@ from ccwsim import (
     save_project,
 )
 from ccwsim.cli.program import main
-from ccwsim.io import project_as_bytes
-from ccwsim.io.limits import OF_UPLOADS, limited
-from ccwsim.model.choices import Shown
+from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Shown
+from ccwsim.sharing.project import project_as_bytes
 
 PARAMETERS = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
 
@@ -142,7 +142,7 @@ def test_a_project_that_unpacks_to_too_much_is_not_unpacked():
     assert len(bomb.getvalue()) < 4000
     study = a_project().study
     big = Study(TrainingImage(np.zeros((99, 99))), study.grid, study.parameters)
-    small = limited(replace(OF_UPLOADS, bytes=4000, unpacked=4000))
+    small = limited(replace(UPLOAD_LIMITS, bytes=4000, unpacked=4000))
     with small, pytest.raises(CCWSIMError, match="more than"):
         read_project(BytesIO(project_as_bytes(Project(big))))
 

@@ -1,0 +1,52 @@
+"""Parameters as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, fields
+
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.parameters import Parameters
+
+MAX_LENGTH = 100_000
+
+
+def parameters_to_json(parameters: Parameters) -> str:
+    """Return parameters as a JSON object of all their names and values.
+
+    Examples
+    --------
+    >>> parameters_to_json(Parameters(template_size=48))[:23]
+    '{"template_size": 48, "'
+    """
+    return json.dumps(asdict(parameters))
+
+
+def parameters_from_json(text: str | bytes) -> Parameters:
+    """Return the parameters of a JSON object; names that are not in it keep their defaults.
+
+    Raises
+    ------
+    CCWSIMError
+        For what is no JSON object, a name that is no parameter, or a value that is not allowed.
+
+    Examples
+    --------
+    >>> parameters_from_json('{"template_size": 48}').template_size
+    48
+    """
+    if len(text) > MAX_LENGTH:
+        raise CCWSIMError(f"parameters: {len(text)} characters are no list of parameters")
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CCWSIMError(f"parameters: this is no JSON ({error}); write them again") from error
+    if not isinstance(given, dict):
+        raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
+    known = [f.name for f in fields(Parameters)]
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise CCWSIMError(
+            f"parameters: there is no {shown(unknown[0])}; there are {', '.join(known)}"
+        )
+    return Parameters(**given)
