@@ -199,9 +199,9 @@ def measure(level: int) -> list[Measured]:
     additions, comparisons = rates(running.dtype)
     rows = [
         ("overlap_terms", "cells of the overlap", strip, terms_of, comparisons),
-        ("score_places", "places × terms",
+        ("score_places", "locations × terms",
          energy.size * n_terms.mean(), scores_of, additions),
-        ("best_places", "places, looked at twice", 2 * energy.size, best_of, comparisons),
+        ("best_places", "locations, read twice", 2 * energy.size, best_of, comparisons),
         ("refine_place", "shifts × cells of the overlap, as bits",
          (1 + 9 * level) * strip / CELLS_A_BYTE, refined, comparisons),
         ("keep_old (cut)", "boundaries × 3 ways", 2 * t * (overlap + 1) * 3, cut_of, comparisons),
@@ -215,7 +215,7 @@ def measure(level: int) -> list[Measured]:
 
 def main() -> None:
     """Print the table."""
-    print("| level | kernel | what it counts | operations | µs | limit, µs | limit / time |")
+    print("| level | kernel | operations counted | number | µs | limit, µs | limit / time |")
     print("|---|---|---|---|---|---|---|")
     for level in (1, 2, 3):
         for row in measure(level):
