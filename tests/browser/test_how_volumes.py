@@ -53,7 +53,7 @@ def test_a_volume_is_stepped_through(tab, address):
         step = trace.at(number)
         text = where.inner_text()
         assert f"Patch {number + 1} of {n}" in text
-        assert f"overlap on {describe_sides(trace, step.patch.shape)}" in text
+        assert describe_sides(trace, step.patch.shape) in text
         shown = tab.evaluate(CELLS)
         assert any(sorted(cells) == sorted(step.cells.ravel().tolist()) for cells in shown)
 
