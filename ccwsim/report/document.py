@@ -188,7 +188,6 @@ def report_html(document: Document) -> str:
 
     Examples
     --------
-    >>> from ccwsim.report import Section, Text
     >>> page = report_html(Document("A & B", (Section("One", (Text("1 < 2"),)),)))
     >>> "A &amp; B" in page, "1 &lt; 2" in page, 'id="section-1"' in page
     (True, True, True)
