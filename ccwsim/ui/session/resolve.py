@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -69,7 +69,7 @@ SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""
 
 
-CONTENT: dict[Any, Any] = {
+CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     Upload: lambda upload: upload.digest,
     ImageChoice: lambda choice: choice.digest,
     DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
@@ -277,7 +277,7 @@ def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataI
 @st.cache_resource(
     max_entries=32,
     show_spinner="Simulating a reference to sample …",
-    hash_funcs=CONTENT | {TrainingImage: lambda image: image.digest},
+    hash_funcs={**CONTENT, TrainingImage: lambda image: image.digest},
 )
 def _sampled(
     image: TrainingImage, shape: Shape, parameters: Parameters, n: int, seed: int
