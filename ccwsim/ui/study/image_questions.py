@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from math import isqrt
 from typing import Any
 
@@ -23,8 +24,8 @@ from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     answered,
     ask_slice,
-    ask_up,
     ask_variable,
+    ask_way,
     rounded,
     summary_of,
 )
@@ -148,7 +149,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
     if "slice" in asked:
         _ask_layers(summary, known, answer)
     if "up" in asked or summary.is_picture or "up" in known:
-        ask_up(known.get("up"), lambda up: answer("up", up=up))
+        ask_way("up", known, partial(answer, "up"))
     if "gaps" in asked:
         _ask_gaps(choice, answer)
     if "values" in asked:
