@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -108,18 +109,19 @@ Write = Callable[..., None]
 """Takes answers to questions, as write(name=value); None takes an answer back."""
 
 
-@st.cache_resource(max_entries=8, show_spinner=False)
-def _summary(digest: str, part: FilePart | None, _upload: Upload) -> FileSummary:
-    with opened(_upload) as file:
+cached = partial(st.cache_resource, hash_funcs={Upload: lambda upload: upload.digest})
+"""Decorates functions of an upload whose results all sessions share."""
+
+
+@cached(max_entries=8, show_spinner=False)
+def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
+    with opened(upload) as file:
         return inspect(file, part)
 
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
-    try:
-        return None if upload is None else _summary(upload.digest, part, upload)
-    except CCWSIMError:
-        return None
+    return _tried(lambda: _summary(upload, part)) if upload is not None else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
