@@ -16,7 +16,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
@@ -75,15 +75,13 @@ def draw_tables(state: State) -> None:
 def draw_problem(state: State, problem: str) -> None:
     """Say why the hard data of the study cannot be used, and ask what to do."""
 
-    def answer(answers: Answers) -> None:
-        state.change(data=replace(state.choices.data, answers=answers))
-
-    def start_empty() -> None:
-        state.change(data=DataChoice("placed", placed=HardData()))
+    def use(choice: DataChoice, grid: Grid | None = None) -> None:
+        state.change(data=choice, grid=grid or state.choices.grid)
 
     st.error(plain(problem))
-    ask_data(state.choices, answer, lambda grid: state.change(grid=grid))
-    button("Start without data", key="start_empty", on_click=start_empty)
+    ask_data(state.choices, use)
+    none = {"args": (DataChoice("placed", placed=HardData()),)}
+    button("Start without data", key="start_empty", on_click=use, **none)
 
 
 def draw_export(state: State, data: HardData) -> None:
@@ -118,11 +116,7 @@ def _report(state: State, draft: DataChoice) -> None:
             st.caption(plain(note))
     except CCWSIMError as error:
         say_open(tried, str(error))
-    ask_data(
-        tried,
-        lambda answers: use_file(state, replace(draft, answers=answers)),
-        lambda grid: use_file(state, draft, grid),
-    )
+    ask_data(tried, partial(use_file, state))
     link_to_import()
     keep_data_button(state, "import_drop")
 

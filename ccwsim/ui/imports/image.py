@@ -136,12 +136,11 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
 def _file_map(choice: ImageChoice) -> None:
     """The picture in its own colours, or the values from lowest to highest."""
     assert choice.upload is not None
-    key = choice.upload.digest, choice.answers, choice.upload
-    picture = picture_of_file(*key)
+    picture = picture_of_file(choice.upload, choice.answers)
     if picture is not None:
         shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
     else:
-        values = middle_layer(grid_of_file(*key))
+        values = middle_layer(grid_of_file(choice.upload, choice.answers))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
         shown = share_map(shares, "", "Values of the file")

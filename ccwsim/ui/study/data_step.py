@@ -268,10 +268,6 @@ def _report(state: State, current: DataChoice) -> None:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
             st.caption(plain(note))
-    ask_data(
-        tried,
-        lambda answers: use_data(state, replace(current, answers=answers)),
-        lambda grid: use_data(state, current, grid),
-    )
+    ask_data(tried, partial(use_data, state))
     if current.source == "file":
         link_to_import()
