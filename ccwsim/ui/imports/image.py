@@ -20,6 +20,7 @@ from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer, pretty
 from ccwsim.ui.session.address import go_to
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
@@ -205,7 +206,7 @@ def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
     """Say which parameters suit the image; they are taken into the study, with the image."""
     try:
-        found = _diagnosed((image.digest, image.facies_names), image)
+        found = _diagnosed(image)
     except CCWSIMError as error:  # too small to judge, which is no fault of the study
         st.caption(plain(f"No advice: {error}."))
         return
@@ -217,7 +218,6 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
     draw_advice(found, image, state.choices.parameters, take)
 
 
-@st.cache_data(max_entries=16, show_spinner="Looking at the training image …")
-def _diagnosed(key: tuple, _image: TrainingImage) -> Diagnosis:
-    """Return the diagnosis; it calls facies by names, which another user's may not share."""
-    return diagnose(_image)
+@cached(max_entries=16, show_spinner="Looking at the training image …")
+def _diagnosed(image: TrainingImage) -> Diagnosis:
+    return diagnose(image)
