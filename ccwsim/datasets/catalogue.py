@@ -122,7 +122,7 @@ VOLUMES = {
 }
 """Bundled volumes, each with ten vertical wells through another one of its kind."""
 WELLS_SHAPE = (48, 100, 100)
-"""Of the grid of the wells of each volume."""
+"""The shape of the grid of all wells."""
 
 SURVEYS = {
     "channels_60_wells": Survey("channels", (512, 512), "60 wells, none close to another"),
@@ -172,7 +172,7 @@ def load(name: str) -> TrainingImage:
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -180,19 +180,18 @@ def load(name: str) -> TrainingImage:
     >>> ti.shape, ti.facies_names
     ((256, 256), ('mud', 'sand'))
     """
-    facies_names = _dataset(name).facies_names
-    array = read_volume(name) if name in VOLUMES else read_image(image_path(name))
+    facies_names, path = _dataset(name).facies_names, image_path(name)
+    array = read_volume(path) if name in VOLUMES else read_image(path)
     return TrainingImage(array, name=name, facies_names=facies_names)
 
 
-@cache
 def load_wells(name: str) -> HardData:
     """Read the ten vertical wells of a bundled volume, on a grid of 100 × 100 × 48 cells.
 
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -201,7 +200,7 @@ def load_wells(name: str) -> HardData:
     """
     if name not in VOLUMES:
         raise CCWSIMError(f"volume {shown(name)} is unknown; there are {', '.join(VOLUMES)}")
-    return _read_hard_data(wells_path(name), WELLS_SHAPE)
+    return load_hard_data(f"{name}_10_wells")
 
 
 def describe(name: str) -> str:
@@ -274,16 +273,17 @@ def load_hard_data(name: str) -> HardData:
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
     >>> load_hard_data("channels_60_wells")
     HardData(n=60)
     """
-    survey = _survey(name)
-    path = wells_path(survey.training_image) if name in WELLS else hard_data_path(name)
-    return _read_hard_data(path, survey.grid_shape)
+    grid = Grid.of(_survey(name).grid_shape)
+    path = _present(hard_data_path(name))  # the columns are x, y, of a volume z, and facies
+    *places, facies = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    return HardData(grid.cells_of(*places), facies)
 
 
 def hard_data_grid_shape(name: str) -> tuple[int, ...]:
@@ -334,7 +334,7 @@ def load_reference_field(name: str) -> TrainingImage:
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -366,13 +366,15 @@ def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
 
 
 def image_path(name: str) -> Path:
-    """Return where a training image is stored."""
+    """Return where a training image, a map or a volume, is stored."""
+    if name in VOLUMES:
+        return ASSETS / "volumes" / f"{name}.npz"
     return ASSETS / "training_images" / f"{name}.png"
 
 
 def hard_data_path(name: str) -> Path:
     """Return where hard data are stored."""
-    return ASSETS / "hard_data" / f"{name}.csv"
+    return ASSETS / ("volumes" if name in WELLS else "hard_data") / f"{name}.csv"
 
 
 def field_path(image: str, side: int) -> Path:
@@ -386,26 +388,10 @@ def read_image(path: Path) -> NDArray[np.uint8]:
         return np.asarray(image, np.uint8)[::-1]
 
 
-def read_volume(name: str) -> NDArray[np.uint8]:
+def read_volume(path: Path) -> NDArray[np.uint8]:
     """Return the facies codes of a bundled volume, shape (nz, ny, nx), layer 0 at the bottom."""
-    with np.load(_present(volume_path(name))) as file:
+    with np.load(_present(path)) as file:
         return file["ti"]
-
-
-def volume_path(name: str) -> Path:
-    """Return where a volume is stored."""
-    return ASSETS / "volumes" / f"{name}.npz"
-
-
-def wells_path(name: str) -> Path:
-    """Return where the wells of a volume are stored."""
-    return ASSETS / "volumes" / f"{name}_10_wells.csv"
-
-
-def _read_hard_data(path: Path, shape: tuple[int, ...]) -> HardData:
-    """Data of a map have columns x, y and facies, those of a volume z before facies."""
-    *places, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
-    return HardData(Grid.of(shape).cells_of(*places), facies)
 
 
 def _present(path: Path) -> Path:
@@ -420,8 +406,7 @@ def _present(path: Path) -> Path:
 def _dataset(name: str) -> Dataset:
     known = DATASETS | VOLUMES
     if name not in known:
-        there = ", ".join(known)
-        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
+        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {', '.join(known)}")
     return known[name]
 
 

@@ -19,13 +19,13 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum in a file: one is chosen from a list."""
+"""Maximum of variables in a file: the user chooses one from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Bytes that may come from few packed ones: an image of one facies packs to almost none."""
+"""Bytes that are unpacked at any ratio: an image of one facies packs to almost nothing."""
 
 MAX_MEMBERS = 2000
-"""Maximum in a zip: Python makes an object of each before anything else can be checked."""
+"""Maximum of files in a zip: Python makes an object of each before they can be checked."""
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,13 @@ class FileLimits:
     """Limits of one file."""
 
     bytes: int  # of the file
-    unpacked: int  # bytes that all parts of a packed file may have together: they are held at once
-    # bytes that may come out of one packed byte, where a part has more than `PACKED_FREELY`
-    ratio: float
-    cells: int  # values over all variables, and pixels of a picture
+    unpacked: int  # bytes of all parts of a packed file together: they are held at once
+    ratio: float  # unpacked bytes from one packed byte, in parts above `PACKED_FREELY`
+    cells: int  # values of all variables, or pixels of a picture
     whole: int  # pixels, or values of one array, of a file of which only a part is taken
-    points: int  # hard data: each is looked at while realizations are simulated, and drawn
-    lines: int  # lines of a table in text: each is an object of its own while it is read
-    line_bytes: int  # bytes of one of them, for the same reason
+    points: int  # hard data: each is checked during simulation, and drawn
+    lines: int  # lines of a text table: each is an object while it is read
+    line_bytes: int  # bytes of one line, for the same reason
     fields: int  # fields of a table with words or gaps, which are read one by one
     seconds: float  # for reading it
 
@@ -99,7 +98,7 @@ def limited(to: FileLimits) -> Iterator[None]:
 
 
 def check_time(name: str) -> None:
-    """Raise an error if reading takes too long; to be called again and again."""
+    """Raise an error if reading takes too long; to be called in every loop."""
     to, end = _HELD.get()
     if time.monotonic() > end:
         raise CCWSIMError(
@@ -109,9 +108,9 @@ def check_time(name: str) -> None:
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
-    """Return the number of values of a shape; an error if they are none or too many.
+    """Return the number of values of a shape; an error for none or too many.
 
-    More are allowed for the `whole` of a file of which only a part is taken.
+    The limit is higher for the `whole` of a file of which only a part is taken.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
@@ -189,12 +188,9 @@ def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
     """
     given = os.environ if environment is None else environment
     kinds = {field.name: type(getattr(UPLOAD_LIMITS, field.name)) for field in fields(FileLimits)}
-    own = {}
-    for name, variable in VARIABLES.items():
-        said = given.get(variable, "").strip()
-        if said:
-            own[name] = _number(variable, said, kinds[name])
-    return replace(UPLOAD_LIMITS, **own)
+    texts = {name: given.get(variable, "").strip() for name, variable in VARIABLES.items()}
+    changed = {k: _number(VARIABLES[k], text, kinds[k]) for k, text in texts.items() if text}
+    return replace(UPLOAD_LIMITS, **changed)
 
 
 def _number(variable: str, said: str, kind: type) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from io import BytesIO
 from math import prod
 
@@ -11,7 +12,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ccwsim.io.archive import Archive, opened_archive
-from ccwsim.io.data_file import DataFile, distinct_names
+from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -125,20 +126,14 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     check_cells(name, (shape[0], shape[1] + 1))
     cells, facies = (_values(file, own, *promises[own]) for own, file in files.items())
     places = ("layer", "row", "col")[-shape[1] :]
-    columns = {**dict(zip(places, cells.T, strict=True)), "facies": facies}
-    words = {}
+    columns, words = dict(zip(places, cells.T, strict=True)), {}
     if facies.dtype.kind == "U":
-        words["facies"] = tuple(text[:200] for text in columns.pop("facies").tolist())
-    return DataFile(
-        "NumPy arrays",
-        name,
-        columns,
-        is_table=True,
-        lines=np.arange(1, shape[0] + 1),
-        words=words,
-        columns=(*places, "facies"),
-        counted="row",
-    )
+        words["facies"] = tuple(text[:200] for text in facies.tolist())
+    else:
+        columns["facies"] = facies
+    lines = np.arange(1, shape[0] + 1)
+    table = DataFile("NumPy arrays", name, columns, is_table=True, lines=lines, words=words)
+    return replace(table, columns=(*places, "facies"), counted="row")
 
 
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
@@ -175,12 +170,10 @@ def _header(
 
 
 def _promise(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
-    try:
+    with broken(f"{name}: the NumPy header is broken; save it again"):
         version = npy.read_magic(file)
         read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
         shape, by_columns, dtype = read(file, max_header_size=MAX_NPY_HEADER)
-    except Exception as error:  # the header is a Python literal: any parser error may come
-        raise CCWSIMError(f"{name}: the NumPy header is broken; save it again") from error
     return tuple(map(int, shape)), by_columns, dtype
 
 
