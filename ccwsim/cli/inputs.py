@@ -296,7 +296,7 @@ def grid_of(options: Any) -> Grid:
             raise CCWSIMError(
                 "--cell-height and --bottom are for volumes: give --grid three numbers"
             )
-        return Grid(*shape, cell, origin)
+        return Grid(shape[-2], shape[-1], cell, origin)
     cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
     return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0])
 

@@ -145,15 +145,6 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
         )
 
 
-def check_lines(name: str, n_lines: int) -> None:
-    """Raise an error if a text has too many lines."""
-    if n_lines > limits().lines:
-        raise CCWSIMError(
-            f"{name}: {n_lines} lines are more than {limits().lines}; bring an SGeMS grid or an "
-            "npy file, or cut a smaller piece"
-        )
-
-
 _SMALLER = "cut a smaller piece, or read it in a script"
 
 

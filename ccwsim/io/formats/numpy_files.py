@@ -126,7 +126,8 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     check_cells(name, (shape[0], shape[1] + 1))
     cells, facies = (_values(file, own, *promises[own]) for own, file in files.items())
     places = ("layer", "row", "col")[-shape[1] :]
-    columns, words = dict(zip(places, cells.T, strict=True)), {}
+    columns: dict[str, NDArray] = dict(zip(places, cells.T, strict=True))
+    words = {}
     if facies.dtype.kind == "U":
         words["facies"] = tuple(text[:200] for text in facies.tolist())
     else:

@@ -6,6 +6,7 @@ import base64
 import binascii
 import re
 import zlib
+from dataclasses import replace
 from math import prod
 from typing import NamedTuple, NoReturn
 from xml.etree import ElementTree
@@ -97,8 +98,8 @@ def read_vti(content: bytes, name: str) -> DataFile:
     names = distinct_names([array.get("Name", "") for array in arrays])
     (sx, sy, sz), (ox, oy, oz) = spacing.tolist(), corner.tolist()
     variables = dict(zip(names, grids, strict=True))
-    place = {"cell_size": (sx, sy), "origin": (ox, oy), "along_z": (sz, oz)}
-    return DataFile("VTK ImageData", name, variables, **place)
+    file = DataFile("VTK ImageData", name, variables, cell_size=(sx, sy), origin=(ox, oy))
+    return replace(file, along_z=(sz, oz))
 
 
 def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:

@@ -40,7 +40,7 @@ _NAMES = _words(
     "objectid pointid name no nr number index station point punkt sample date datum remark remarks "
     "comment comments bemerkung surface"
 )
-"""Names of wells, numbers of rows, remarks: never taken for facies unasked."""
+"""Names of wells, numbers of rows, remarks: never guessed to be facies."""
 _LAYER = ("layer", "layers", "k", "iz", "kz", "slice", "layerindex")
 _COLLAR = _words(
     "z zcoord zcoordinate coordz zkoordinate zm elevation elev altitude alt height hoehe "
@@ -51,7 +51,7 @@ _WELL = _words(
     "bhid holeid hole boreholeid borehole bore well wellname wellid uwi bohrung bohrungsname sonde "
     "dhid name id"
 )
-_HOLE = tuple(word for word in _WELL if word not in ("name", "id"))  # points have such, too
+_HOLE = tuple(word for word in _WELL if word not in ("name", "id"))  # points have these, too
 _LENGTH = _words("length totaldepth td eoh maxdepth enddepth endofhole laenge endteufe depth")
 _AZIMUTH = _words("azimuth azi azim bearing brg az richtung azimut")
 _INCLINATION = _words("inclination incl inc deviation dev zenith neigung")
@@ -103,7 +103,7 @@ ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey
 
 
 def is_points(names: list[str]) -> bool:
-    """Return whether columns of these names say where something is.
+    """Return whether columns of these names hold places.
 
     Examples
     --------
@@ -123,7 +123,7 @@ def place_columns(
 ) -> tuple[str, str, bool, list[str]]:
     """Return the columns of x and y, or of col and row; whether they are of the world; notes.
 
-    Columns that are `taken` for something else are never guessed to be these.
+    Columns that are `taken` for something else are not guessed.
 
     Examples
     --------
@@ -169,10 +169,10 @@ def _untold(one: str, two: str, said: str) -> str:
 def columns_of(
     file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
 ) -> dict[str, str]:
-    """Return the columns of roles: as asked for, or by their names; those that are not there lack.
+    """Return the columns of roles that a table has: as asked for, or by their names.
 
-    Of one depth and two that which is asked for is returned, else two, or the one of them that is
-    there; and of inclination and dip the inclination.
+    If a table has both one depth and two, or inclination and dip, the role asked for is returned,
+    else two depths, or the inclination.
 
     Examples
     --------
@@ -186,10 +186,10 @@ def columns_of(
     named = asked_columns(file, {role: asked.get(role) for role in roles})
     free = [name for name in file.names if name not in (*named.values(), *taken)]
     found = {}
-    for role, own in roles.items():
+    for role, kind in roles.items():
         column = named.get(role)
         if column is None and asked.get(role) is None:
-            column = _first(free, own.words, own.prefix)
+            column = _first(free, kind.words, kind.prefix)
         if column is not None:
             found[role] = column
             free = [name for name in free if name != column]
@@ -208,7 +208,7 @@ def columns_of(
 
 
 def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
-    """Return the columns that were named; an error where one is not there or is two things.
+    """Return the columns that were named; an error for one that is missing or named twice.
 
     Examples
     --------
@@ -216,18 +216,17 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
     >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
     {'x': 'East'}
     """
-    found: dict[str, str] = {}
+    roles: dict[str, str] = {}  # by column
     for role, name in asked.items():
         if name is None or (isinstance(name, str) and not name):
             continue
         column = file.column(name)
-        twice = next((other for other, own in found.items() if own == column), None)
-        if twice is not None:
+        first = roles.setdefault(column, role)
+        if first != role:
             raise CCWSIMError(
-                f"{file.name}: {twice} and {role} are both {shown(column)}; name two columns"
+                f"{file.name}: {first} and {role} are both {shown(column)}; name two columns"
             )
-        found[role] = column
-    return found
+    return {role: column for column, role in roles.items()}
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
@@ -274,7 +273,7 @@ def height_column(rest: list[str], key: str) -> str | None:
 
 
 def _first(names: list[str], known: tuple[str, ...], prefix: int = 0) -> str | None:
-    """The first name that is a known word; else one that begins with a word of so many letters."""
+    """The first name that is a known word; else one that begins with a word of `prefix` letters."""
     found = next((name for word in known for name in names if _plain(name) == word), None)
     long = [word for word in known if prefix and len(word) >= prefix]
     return found or next((n for word in long for n in names if _plain(n).startswith(word)), None)

@@ -87,7 +87,7 @@ def read_points(
 
 @dataclass(frozen=True)
 class PointsPreview:
-    """The columns and first rows of a table of hard data, and the columns that are guessed.
+    """The columns and first rows of a table of hard data, and the columns that are taken.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class PointsPreview:
     rows : tuple of tuple of str
         The first rows, as they are read: a number written as 2,5 is 2.5 here.
     lines : tuple of int
-        The line of each of them in the file.
+        The line of each shown row in the file.
     n_rows : int
         The number of all rows.
     assignment : Assignment
@@ -122,7 +122,7 @@ class PointsPreview:
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """What was taken for granted, and what has to be asked, one sentence each."""
+        """Assumptions and questions, one sentence each."""
         return (*self.assignment.notes, *self.assignment.problems)
 
 
@@ -133,7 +133,7 @@ def preview_points(
     grid_shape: Shape | None = None,
     n_rows: int = 6,
 ) -> PointsPreview:
-    """Return the first rows of a table of hard data and which columns are taken for what.
+    """Return the first rows of a table of hard data and the columns that are taken.
 
     Parameters
     ----------
@@ -169,15 +169,9 @@ def preview_of(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPre
     texts = [_texts(file, name, n_rows) for name in file.names]
     n = len(next(iter(file.variables.values())))
     lines = file.lines if file.lines is not None else np.arange(1, n + 1)
-    return PointsPreview(
-        file.name,
-        file.names,
-        tuple(file.variables),
-        tuple(zip(*texts, strict=True)),
-        tuple(lines[:n_rows].tolist()),
-        n,
-        assignment,
-    )
+    rows, numbers = tuple(zip(*texts, strict=True)), tuple(lines[:n_rows].tolist())
+    numeric = tuple(file.variables)
+    return PointsPreview(file.name, file.names, numeric, rows, numbers, n, assignment)
 
 
 def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
