@@ -99,6 +99,35 @@ class DataFile:
             size, origin = (*size, height), (*origin, bottom)
         return replace(grid, cell_size=size, origin=origin)
 
+    def oriented(
+        self,
+        grid: NDArray,
+        *,
+        up: bool | None = None,
+        slice_index: int | None = None,
+        volume: bool = False,
+        z_up: bool | None = None,
+    ) -> NDArray:
+        """Return a layer of a grid, or a whole volume, from the south and the bottom."""
+        if not volume:
+            grid = self._layer(grid, slice_index)
+        elif z_up is False:
+            grid = grid[::-1]
+        south_first = self.south_first if up is None else up
+        return grid if south_first else np.flip(grid, -2)
+
+    def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
+        """One layer; a grid that is one cell wide is a vertical section and taken as it is."""
+        n = len(grid)
+        if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
+            return grid[0] if n == 1 else grid.reshape(n, -1)
+        if not is_whole(slice_index) or not 0 <= slice_index < n:
+            given = "" if slice_index is None else f", not {shown(slice_index)}"
+            raise CCWSIMError(
+                f"{self.name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
+            )
+        return grid[slice_index]
+
     def known(self, values: NDArray) -> NDArray[np.bool_]:
         """Return where `values` are known: neither NaN nor a code for "missing"."""
         known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
@@ -163,26 +192,3 @@ def printable(name: str, most: int = 80) -> str:
     'sand'
     """
     return "".join(c for c in name[: 10 * most] if c.isprintable()).strip()[:most]
-
-
-def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:
-    """Return one 2-D layer of a grid of shape (nz, ny, nx).
-
-    A grid that is one cell wide along x or y is a vertical section and is taken as it is.
-
-    Examples
-    --------
-    >>> layer("ti", np.zeros((4, 1, 6)), None).shape
-    (4, 6)
-    """
-    n = len(grid)
-    if n > 1 and slice_index is None and 1 in grid.shape[1:]:
-        return grid.reshape(n, -1)
-    if n == 1 and slice_index is None:
-        return grid[0]
-    if not is_whole(slice_index) or not 0 <= slice_index < n:
-        given = "" if slice_index is None else f", not {shown(slice_index)}"
-        raise CCWSIMError(
-            f"{name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
-        )
-    return grid[slice_index]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, layer
+from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
@@ -123,10 +123,9 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
         asked.append("slice")
         if known.get("volume", "slice_index" not in known):
             known["volume"] = True
-            return grid if known.get("up", file.south_first) else np.flip(grid, -2)
+            return file.oriented(grid, up=known.get("up"), volume=True)
         known.setdefault("slice_index", len(grid) // 2)
-    values = layer(file.name, grid, known.get("slice_index"))
-    return values if known.get("up", file.south_first) else values[::-1]
+    return file.oriented(grid, up=known.get("up"), slice_index=known.get("slice_index"))
 
 
 def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:

@@ -30,33 +30,21 @@ MAX_MEMBERS = 2000
 
 @dataclass(frozen=True)
 class FileLimits:
-    """Limits of one file."""
+    """Limits of one file, by default of the user's own: more than any real file has."""
 
-    bytes: int  # of the file
-    unpacked: int  # bytes of all parts of a packed file together: they are held at once
-    ratio: float  # unpacked bytes from one packed byte, in parts above `PACKED_FREELY`
-    cells: int  # values of all variables, or pixels of a picture
-    whole: int  # pixels, or values of one array, of a file of which only a part is taken
-    points: int  # hard data: each is checked during simulation, and drawn
-    lines: int  # lines of a text table: each is an object while it is read
-    line_bytes: int  # bytes of one line, for the same reason
-    fields: int  # fields of a table with words or gaps, which are read one by one
-    seconds: float  # for reading it
+    bytes: int = 16 * 1024 * MIB  # of the file
+    unpacked: int = 64 * 1024 * MIB  # of all parts of a packed file together: all are held at once
+    ratio: float = inf  # unpacked bytes from one packed byte, in parts above `PACKED_FREELY`
+    cells: int = 4_000_000_000  # values of all variables, or pixels of a picture
+    whole: int = 4_000_000_000  # pixels, or values of an array, of a file of which a part is taken
+    points: int = 10_000_000  # hard data: each is checked during simulation, and drawn
+    lines: int = 200_000_000  # lines of a text table: each is an object while it is read
+    line_bytes: int = 1024 * MIB  # bytes of one line, for the same reason
+    fields: int = 100_000_000  # fields of a table with words or gaps, which are read one by one
+    seconds: float = inf  # for reading it
 
 
-SCRIPT_LIMITS = FileLimits(
-    bytes=16 * 1024 * MIB,
-    unpacked=64 * 1024 * MIB,
-    ratio=inf,
-    cells=4_000_000_000,
-    whole=4_000_000_000,
-    points=10_000_000,
-    lines=200_000_000,
-    line_bytes=1024 * MIB,
-    fields=100_000_000,
-    seconds=inf,
-)
-"""For the user's own files: more than any real file has."""
+SCRIPT_LIMITS = FileLimits()
 
 UPLOAD_LIMITS = FileLimits(
     bytes=64 * MIB,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.data_file import DataFile, layer
+from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes, classify
 from ccwsim.io.formats.pictures import (
     PICTURE_OF_NUMBERS,
@@ -114,8 +114,8 @@ def read_training_image(
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:
-        how = {"variable": variable, "up": up, "shape": shape, "slice_index": slice_index}
-        key, values = _values(file, part, volume=volume, z_up=z_up, **how)
+        how = {"up": up, "slice_index": slice_index, "volume": volume, "z_up": z_up}
+        key, values = _values(file, part, variable=variable, shape=shape, **how)
         unknown = int(np.count_nonzero(~file.known(values)))
         if unknown:
             raise CCWSIMError(
@@ -248,20 +248,11 @@ def _values(
     part: FilePart | None,
     *,
     variable: str | None = None,
-    up: bool | None = None,
     shape: tuple[int, ...] | None = None,
-    slice_index: int | None = None,
-    volume: bool = False,
-    z_up: bool | None = None,
+    **orientation: Any,
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
-    values = file.grid_of(key, shape)
-    if not volume:
-        values = layer(file.name, values, slice_index)
-    elif z_up is False:
-        values = values[::-1]
-    south_first = file.south_first if up is None else up
-    values = values if south_first else np.flip(values, -2)
+    values = file.oriented(file.grid_of(key, shape), **orientation)
     if part is not None and file.kind != PICTURE_OF_NUMBERS:  # its part came with the pixels
         values = part.of(file.name, values)
         check_cells(file.name, values.shape)

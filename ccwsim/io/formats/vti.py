@@ -15,13 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names
-from ccwsim.io.limits import (
-    MAX_VARIABLES,
-    check_bytes,
-    check_cells,
-    check_packing,
-    check_time,
-)
+from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing, check_time
 from ccwsim.model.errors import CCWSIMError, shown
 
 TYPES = {

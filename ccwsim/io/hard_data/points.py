@@ -155,10 +155,7 @@ def check_few(name: str, n: int, what: str) -> None:
 
 
 def heights_below(
-    name: str,
-    lines: NDArray[np.int64],
-    z: NDArray[np.float64],
-    depths: list[NDArray[np.float64]],
+    name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return heights at no, one or two depths below z, and the spans of intervals, if any.
 

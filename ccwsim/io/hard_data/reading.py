@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import MISSING_CODES, DataFile, layer, printable
+from ccwsim.io.data_file import MISSING_CODES, DataFile, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.hard_data.column_names import height_column
@@ -29,10 +29,7 @@ PREFERRED = ("hd", "hard_data")
 
 
 def read_points(
-    path_or_file: PathOrFile,
-    columns: PointColumns = GUESSED,
-    *,
-    grid_shape: Shape | None = None,
+    path_or_file: PathOrFile, columns: PointColumns = GUESSED, *, grid_shape: Shape | None = None
 ) -> ImportedPoints:
     """Return the hard data of a file as it has them.
 
@@ -77,12 +74,8 @@ def read_points(
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
         return _of_list(file, key, columns.coordinates, volume)
-    if not volume:
-        cells = layer(file.name, values, columns.slice_index)
-    else:
-        cells = values[::-1] if columns.z_up is False else values
-    south_first = file.south_first if columns.up is None else columns.up
-    return _of_grid(file, key, cells if south_first else np.flip(cells, -2), grid_shape)
+    how = {"up": columns.up, "slice_index": columns.slice_index, "z_up": columns.z_up}
+    return _of_grid(file, key, file.oriented(values, volume=volume, **how), grid_shape)
 
 
 @dataclass(frozen=True)
@@ -292,14 +285,12 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
 
 def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
     if grid_shape is not None and cells.shape != tuple(grid_shape):
-        if _is_volume(grid_shape):
-            raise CCWSIMError(
-                f"{file.name} is a grid of {describe_shape(cells.shape)} cells, the simulation "
-                f"grid has {describe_shape(grid_shape)}; make them the same"
-            )
+        size, other = f"{describe_shape(cells.shape)} cells", describe_shape(grid_shape)
+        if not _is_volume(grid_shape):
+            size = "{} rows and {} columns".format(*cells.shape)
+            other = "{} and {}".format(*grid_shape)
         raise CCWSIMError(
-            f"{file.name} is a grid of {cells.shape[0]} rows and {cells.shape[1]} columns, the "
-            f"simulation grid has {grid_shape[0]} and {grid_shape[1]}; make them the same"
+            f"{file.name} is a grid of {size}, the simulation grid has {other}; make them the same"
         )
     known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")

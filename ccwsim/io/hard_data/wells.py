@@ -13,18 +13,9 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data.column_names import SURVEYS, WELL_TABLES
-from ccwsim.io.hard_data.columns import (
-    GUESSED_WELLS,
-    WellColumns,
-    assign_well_columns,
-)
+from ccwsim.io.hard_data.columns import GUESSED_WELLS, WellColumns, assign_well_columns
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
-from ccwsim.io.hard_data.placing import (
-    Conversion,
-    HardDataImport,
-    place_points,
-    resolve_points,
-)
+from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.points import ImportedPoints, along_wells, heights_below
 from ccwsim.io.hard_data.reading import (
     PointsPreview,
@@ -181,11 +172,7 @@ def read_well_points(
 
 
 def preview_wells(
-    path_or_file: PathOrFile,
-    table: str,
-    columns: WellColumns = GUESSED_WELLS,
-    *,
-    n_rows: int = 6,
+    path_or_file: PathOrFile, table: str, columns: WellColumns = GUESSED_WELLS, *, n_rows: int = 6
 ) -> PointsPreview:
     """Return the first rows of a table of wells and the columns that are taken.
 
