@@ -35,16 +35,7 @@ class Moment:
 
 @dataclass
 class History:
-    """Moments before the present one, and those that were undone, the nearest last.
-
-    Examples
-    --------
-    >>> history = History()
-    >>> none, some = Moment(DataChoice("none")), Moment(DataChoice("placed"))
-    >>> history.remember(none)
-    >>> history.undo(some) is none, history.redo(none) is some, history.redo(some)
-    (True, True, None)
-    """
+    """Moments before the present one, and those that were undone, the nearest last."""
 
     past: list[Moment] = field(default_factory=list)
     future: list[Moment] = field(default_factory=list)
@@ -54,20 +45,6 @@ class History:
         self.past.append(now)
         self.future.clear()
         del self.past[:-MAX_MOMENTS]
-
-    def undo(self, now: Moment) -> Moment | None:
-        """Return the moment before, None if there is none."""
-        return self._step(self.past, self.future, now)
-
-    def redo(self, now: Moment) -> Moment | None:
-        """Return the moment that was undone last, None if there is none."""
-        return self._step(self.future, self.past, now)
-
-    def _step(self, back: list[Moment], forth: list[Moment], now: Moment) -> Moment | None:
-        if not back:
-            return None
-        forth.append(now)
-        return back.pop()
 
 
 @dataclass(frozen=True)
@@ -150,17 +127,21 @@ def moment_of(state: State) -> Moment:
 
 
 def undo(state: State) -> None:
-    """Go back to the data before the last edit."""
-    _restore(state, state.page(Editor).history.undo(moment_of(state)))
+    """Go back to the data before the last edit, if there was one."""
+    history = state.page(Editor).history
+    _step(state, history.past, history.future)
 
 
 def redo(state: State) -> None:
-    """Take an edit again that was undone."""
-    _restore(state, state.page(Editor).history.redo(moment_of(state)))
+    """Take an edit again that was undone, if there is one."""
+    history = state.page(Editor).history
+    _step(state, history.future, history.past)
 
 
-def _restore(state: State, moment: Moment | None) -> None:
-    if moment is not None:
+def _step(state: State, back: list[Moment], forth: list[Moment]) -> None:
+    if back:
+        forth.append(moment_of(state))
+        moment = back.pop()
         state.change(data=moment.data)
         state.data_draft, state.reference = None, moment.reference
 

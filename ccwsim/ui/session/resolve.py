@@ -69,6 +69,12 @@ SETTLED = ("on_outside", "on_unknown")
 """Answers that any hard data may need, when the grid or the training image has changed."""
 
 
+def study_of(choices: Choices) -> Study:
+    """Return a study as a whole; an error where its parts do not fit together."""
+    image = image_of(choices.image)
+    return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
+
+
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; an error where a question of the reader is open."""
     return _image(choice.digest, choice)
